@@ -1,10 +1,10 @@
-"""What recording costs: large messages into a bag, and laser scans that are decoded and recorded.
+"""Cost of recording: large messages into a bag, and laser scans that are decoded and recorded.
 
     python benchmarks/bags.py [SECONDS]
 
-Prints how much of a processor core the recording process takes, first the writer alone, then over Zenoh with a
-robot in another process, behind a router. Nothing may be lost. SECONDS says how long each lasts (20: 1 GB at
-50 MB/s).
+Prints the share of a processor core of the recording process, first of the writer alone, then over Zenoh with a
+robot in another process, behind a router. Nothing may be lost. Each measurement lasts SECONDS (20: 1 GB at 50
+MB/s).
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ import time
 from collections.abc import AsyncIterator
 from pathlib import Path
 
-from seoro.background import background
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.recording import BagTopic, BagWriter, open_bag, record, write_bag
 from seoro.bridges.ros2.wire import Qos, RmwZenoh
 from seoro.bridges.session import Bound, open_session
+from seoro.concurrency.background import background
 
 TYPES = TypeStore.bundled()
 SCAN = "sensor_msgs/msg/LaserScan"
 IMAGE = "sensor_msgs/msg/Image"
 RATES = {SCAN: 1000, IMAGE: 50}  # [Hz]
 TOPICS = {SCAN: "/scan", IMAGE: "/image"}
-LIMIT = 0.6  # of a core, for what nothing may be lost of
+LIMIT = 0.6  # share of a core at which no message may be lost
 
 
 def payload(type_name: str) -> bytes:
-    """A scan of 720 beams with intensities, or an image of 1 MB."""
+    """Return a scan of 720 beams with intensities, or an image of 1 MB."""
     if type_name == SCAN:
         return TYPES.encode(SCAN, {"ranges": [1.5] * 720, "intensities": [40.0] * 720})
     return TYPES.encode(
@@ -45,7 +45,7 @@ def payload(type_name: str) -> bytes:
 
 
 async def paced(rate: float, seconds: float) -> AsyncIterator[int]:
-    """Numbers at a rate [Hz]; what is late comes at once."""
+    """Yield numbers at a rate [Hz]; late numbers follow immediately."""
     start = time.monotonic()
     for number in range(round(rate * seconds)):
         late = time.monotonic() - start - number / rate
@@ -55,19 +55,19 @@ async def paced(rate: float, seconds: float) -> AsyncIterator[int]:
 
 
 class Cost:
-    """The share of a core that this process takes from now on."""
+    """Share of a core used by this process since its creation."""
 
     def __init__(self) -> None:
         self._started = time.monotonic(), time.process_time()
 
     def share(self) -> float:
-        """How much it has been."""
+        """Return the share so far."""
         wall, processor = self._started
         return (time.process_time() - processor) / (time.monotonic() - wall)
 
 
 async def write_alone(folder: Path, type_name: str, seconds: float) -> None:
-    """Write a bag of messages that come at a rate; scans are decoded, too."""
+    """Write a bag of messages at a rate; scans are decoded, too."""
     content = payload(type_name)
     cost, slowest = Cost(), 0.0
     async with write_bag(folder) as writer:
@@ -96,7 +96,7 @@ async def record_robot(folder: Path, type_name: str, seconds: float) -> None:
     robot = [sys.executable, __file__, "--robot", router, type_name, str(seconds)]
     process = await asyncio.create_subprocess_exec(*robot, stdout=subprocess.PIPE)
     assert process.stdout is not None
-    await process.stdout.readline()  # the robot is there
+    await process.stdout.readline()  # the robot has connected
     async with (
         connect(router, types=TYPES, dialect=RmwZenoh()) as system,
         system.node("recorder") as node,
@@ -120,7 +120,7 @@ async def decode(node: RosNode) -> None:
 
 
 async def be_robot(router: str, type_name: str, seconds: float) -> None:
-    """Publish, as another process."""
+    """Publish messages as the robot process."""
     content = payload(type_name)
     async with (
         open_session(listen=router),
@@ -137,7 +137,7 @@ async def be_robot(router: str, type_name: str, seconds: float) -> None:
 
 
 def report(how: str, type_name: str, folder: Path, cost: Cost, lost: int, missed: int = 0) -> None:
-    """Say what it was, and what it cost."""
+    """Print the measurement."""
     share = cost.share()
     bag = open_bag(folder)
     size = sum(file.stat().st_size for file in folder.iterdir())

@@ -1,4 +1,4 @@
-"""How soon an editor shows diagnostics of a long scenario, and answers: what docs/editors.md quotes.
+"""Latency of diagnostics and answers for a long scenario in an editor (table of docs/how-to/edit.md).
 
     python benchmarks/editor.py [--lines N] [--rounds N]
 
@@ -47,14 +47,14 @@ scenario part_{number}:
 
 
 def long_text(length: int, number: int) -> str:
-    """A scenario file of about as many lines, another one for each number."""
+    """Return a scenario file of about as many lines, different for each number."""
     count = length // BLOCK.count("\n")
     blocks = (BLOCK.format(number=number + part) for part in range(count))
     return "import osc.ros\nimport osc.gazebo\n" + "".join(blocks)
 
 
 def processor_time(client: LanguageClient) -> float:
-    """What the server has used up so far [s]; tells more than the clock where others compute, too."""
+    """Return the processor time of the server so far [s]; more precise than wall time on a busy machine."""
     server = client._server
     assert server is not None
     fields = Path(f"/proc/{server.pid}/stat").read_text().rpartition(")")[2].split()
@@ -68,7 +68,7 @@ async def measure(
     act: Callable[[int], Awaitable[object]],
     less: float = 0.0,
 ) -> None:
-    """Print how long something takes."""
+    """Print the duration of a request."""
     times = []
     used = processor_time(client)
     for number in range(rounds):
@@ -80,7 +80,7 @@ async def measure(
 
 
 async def main(length: int, rounds: int) -> None:
-    """Start a server, and be an editor."""
+    """Start a server, and act as its editor."""
     client = LanguageClient("benchmark", "1")
     shown: asyncio.Queue[lsp.PublishDiagnosticsParams] = asyncio.Queue()
 
@@ -135,7 +135,7 @@ async def main(length: int, rounds: int) -> None:
     await client.stop()  # type: ignore[no-untyped-call]
 
 
-parser = argparse.ArgumentParser(description="How soon an editor gets its answers.")
+parser = argparse.ArgumentParser(description="Measure the latency of answers to an editor.")
 parser.add_argument("--lines", type=int, default=3000)
 parser.add_argument("--rounds", type=int, default=20)
 options = parser.parse_args()

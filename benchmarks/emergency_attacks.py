@@ -1,10 +1,10 @@
-"""Emergency stops while somebody attacks: `PYTHONPATH=. python benchmarks/emergency_attacks.py`.
+"""Emergency stops during attacks: `PYTHONPATH=. python benchmarks/emergency_attacks.py`.
 
-A process attacks an executor, a simulator or a bridge over the loopback, with the keys of a viewer where there are
-keys: by messages of 15 MB to 64 MiB that would become gigabytes of objects, or by 20,000 requests that wait.
-Meanwhile an operator stops everything, again and again. A try holds if the stop took effect within 0.5 s and was
-acknowledged; a target holds if all its tries do, its memory has grown by no more than 100 MB, and its log, where
-there are keys, names the operator. The exit status is 1 if something does not hold.
+A process attacks an executor, a simulator or a bridge over the loopback, with the keys of a viewer for targets
+with keys. It sends messages of 15 MB to 64 MiB that would become gigabytes of objects, or 20,000 requests that
+wait. Meanwhile an operator stops everything, again and again. A try passes if the stop took effect within 0.5 s
+and was acknowledged. A target passes if all its tries do, its memory has grown by at most 100 MB, and its log
+(with keys) names the operator. The exit status is 1 if a target fails.
 
     --tries N         of each attack at each target (default 100)
     --targets A,B     executor, keyed-executor, keyed-simulator, bridge (default all)
@@ -41,19 +41,19 @@ from zenoh.handlers import Callback
 import seoro
 from seoro.bridges import wire
 from seoro.bridges.executor.messages import AskRecords, State
-from seoro.bridges.secured import security_of
 from seoro.bridges.session import Session
-from seoro.keys.folder import Keys, read_keys
-from seoro.keys.roles import Role
-from seoro.keys.sealing import NONCE, Sealer
-from seoro.lab.commanding import Outcome, release_all, stop_all
+from seoro.lab.commands import Outcome, emergency_stop_all, release_all
+from seoro.security.keys.folder import Keys, read_keys
+from seoro.security.keys.roles import Role
+from seoro.security.network.endpoint_keys import security_of
+from seoro.security.signing.commands import NONCE, CommandSigner
 from tests.executors import LONG
 from tests.labs import NAME, KeyedLab, command, free_port, keyed_executor, make_lab
 
 WITHIN = 0.5  # [s]
 GROWTH = 100.0  # [MB]
 SECONDS = 1.0  # of an attack by large messages, in which one comes after another
-REQUESTS = 20_000  # of one wave of those that wait
+REQUESTS = 20_000  # waiting requests of one wave
 SIZES = {"refused": 15_000_000, "bomb": 20_000_000, "largest": (64 << 20) - 4096}  # [bytes]
 ATTACKS = (*SIZES, "waiting")
 OPERATOR, VIEWER = "anna", "vera"
@@ -66,9 +66,9 @@ class Target:
     """The target of the attacks.
 
     Attributes:
-        endpoint: Where it is reached.
+        endpoint: Zenoh endpoint.
         name: Its name.
-        verb: Which a viewer may ask for.
+        verb: Request that a viewer may send.
         process: Its process, whose children count, too.
         state: File in which it keeps an emergency stop.
         lab: The keys, if there are any.
@@ -89,7 +89,7 @@ class Target:
         return self.name == NAME
 
     def keys(self, who: str) -> Path | None:
-        """The folder with the keys of somebody."""
+        """Return the folder with the keys of an identity."""
         return None if self.lab is None else self.lab.keys(who)
 
 
@@ -125,7 +125,7 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
             payload = wire.encode(
                 AskRecords(run=run, state=State.RUNNING, is_announced=True, at=1 << 40, wait=10.0)
             )
-        seal = _sealer(session, name, keys) if keys is not None and name == NAME else None
+        seal = _signer(session, name, keys) if keys is not None and name == NAME else None
         left = threading.Semaphore(0)
         for _ in range(REQUESTS):
             ask(waiting_verb, payload, seal, left.release)
@@ -144,23 +144,23 @@ def attack(kind: str, endpoint: str, name: str, verb: str, folder: str) -> None:
     session.close()
 
 
-def _sealer(session: Session, name: str, keys: Keys) -> Seal:
+def _signer(session: Session, name: str, keys: Keys) -> Seal:
     """Make the function that signs requests of an identity to an executor."""
-    sealer, nonce, done = Sealer(keys, name), os.urandom(NONCE), threading.Event()
+    signer, nonce, done = CommandSigner(keys, name), os.urandom(NONCE), threading.Event()
     replies: list[Any] = []
     asked = time.time_ns()
     key = wire.executor_command(wire.NAMESPACE, name, "challenge")
     payload = wire.encode(wire.Challenge(nonce=nonce))
     session.get(key, payload, 10.0, Callback(replies.append, drop=done.set, indirect=False))
     done.wait(10.0)
-    proof = wire.CHALLENGE.read_answer(replies[0].ok.payload.to_bytes())
+    proof = wire.CHALLENGE.read_reply(replies[0].ok.payload.to_bytes())
     said = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
-    sealer.accept(*said, (asked, time.time_ns()), proof.exchange)
-    return sealer.seal
+    signer.accept(*said, (asked, time.time_ns()), proof.exchange)
+    return signer.sign
 
 
 class Attacker:
-    """The process that attacks."""
+    """The attacking process."""
 
     def __init__(self, kind: str, target: Target) -> None:
         folder = "" if target.lab is None else str(target.keys(VIEWER))
@@ -185,7 +185,7 @@ class Attacker:
             raise SystemExit(f"the attacker has ended: {line!r}")
 
     def close(self) -> None:
-        """End it."""
+        """End the process."""
         self._process.kill()
         self._process.communicate()
 
@@ -200,7 +200,7 @@ class Try:
     Attributes:
         effect: After what time it took effect [s].
         answer: After what time it was acknowledged [s].
-        error: Why it was not; empty if it was.
+        error: Reason of a failure; empty without one.
         grown: Memory that the target has had more than before the first try [MB].
         is_named: Whether the log names the operator, where there is a log.
     """
@@ -218,16 +218,16 @@ class Try:
 
 
 async def stop_during(target: Target, attacker: Attacker, random_: random.Random) -> Try:
-    """Have the attacker attack, and stop everything meanwhile."""
+    """Stop everything during an attack."""
     run = await _running(target) if target.is_executor else ""
     attacker.begin(run)
     await anyio.sleep(random_.uniform(0.1, SECONDS))
     began = time.time()
-    (outcome,) = await stop_all([target.endpoint], "a benchmark", "to measure it", target.keys(OPERATOR))
+    (outcome,) = await emergency_stop_all([target.endpoint], "a benchmark", "to measure it", target.keys(OPERATOR))
     effect = _since(target.state) - began
     attacker.wait()
     await _release(target)
-    return Try(effect, outcome.took, outcome.error)
+    return Try(effect, outcome.elapsed, outcome.error)
 
 
 def _since(state: Path) -> float:
@@ -251,7 +251,7 @@ async def _release(target: Target) -> None:
 
 
 async def _running(target: Target) -> str:
-    """A run that goes on."""
+    """Start an endless run."""
     scenario = target.state.parent / "long.osc"
     scenario.write_text(LONG)
     async with seoro.Client(target.endpoint, target.keys(OPERATOR)) as client:
@@ -266,7 +266,7 @@ async def _running(target: Target) -> str:
 
 
 def processes_of(process: int) -> list[int]:
-    """A process and all that it has started, and these."""
+    """Return a process and its descendants."""
     found = [process]
     for each in found:
         try:
@@ -278,7 +278,7 @@ def processes_of(process: int) -> list[int]:
 
 
 def peak(process: int) -> float:
-    """The most memory that a process has had since `forget_peak` [MB]; zero of one that has ended."""
+    """Return the peak memory of a process since `forget_peak` [MB]; zero after its end."""
     try:
         status = Path(f"/proc/{process}/status").read_text()
     except OSError:
@@ -288,7 +288,7 @@ def peak(process: int) -> float:
 
 
 def forget_peak(process: int) -> None:
-    """Count the most memory from now on."""
+    """Reset the peak memory."""
     Path(f"/proc/{process}/clear_refs").write_text("5")
 
 
@@ -297,7 +297,7 @@ def forget_peak(process: int) -> None:
 
 @contextmanager
 def target_of(name: str, folder: Path) -> Iterator[Target]:
-    """A target that runs."""
+    """Start a target."""
     os.environ["XDG_STATE_HOME"] = str(folder / "states")
     made = {
         "executor": _executor,
@@ -358,7 +358,7 @@ class Results:
     """The tries that were made, by target and attack, and their file.
 
     Args:
-        file: Where they are kept; None for nowhere.
+        file: File for the results; None to keep none.
     """
 
     def __init__(self, file: Path | None) -> None:
@@ -370,7 +370,7 @@ class Results:
             self.tries.setdefault(cell, []).append(Try(**entry))
 
     def add(self, cell: tuple[str, str], made: Try) -> None:
-        """Keep a try."""
+        """Record a try."""
         self.tries.setdefault(cell, []).append(made)
         if self._file is not None:
             with self._file.open("a") as file:
@@ -378,7 +378,7 @@ class Results:
 
 
 def measure(target: Target, cell: tuple[str, str], tries: int, random_: random.Random, results: Results) -> None:
-    """Attack a target in one way until there are as many tries as wanted."""
+    """Repeat one attack at a target until the number of tries is reached."""
     attacker = Attacker(cell[1], target)
     before = {}
     for process in processes_of(target.process):
@@ -396,7 +396,7 @@ def measure(target: Target, cell: tuple[str, str], tries: int, random_: random.R
 
 
 def judge(cell: tuple[str, str], found: Sequence[Try]) -> list[str]:
-    """Print what was measured; returns what does not hold."""
+    """Print the measurements; returns the targets that failed."""
     name, grown = ":".join(cell), max(each.grown for each in found)
     late = [each for each in found if not each.holds]
     effects = [each.effect * 1e3 for each in found]
@@ -417,7 +417,7 @@ def judge(cell: tuple[str, str], found: Sequence[Try]) -> list[str]:
 
 
 def named_in(audit: Path) -> int:
-    """Number of stops by the operator in an audit log."""
+    """Return the number of stops by the operator in an audit log."""
     entries = [json.loads(line) for line in audit.read_text().splitlines()]
     said = [(each["what"], each["by"], each.get("outcome")) for each in entries]
     return said.count(("emergency_stop", OPERATOR, "done"))
@@ -454,9 +454,11 @@ def main() -> int:
 
 
 def measure_all(name: str, kinds: Sequence[str], tries: int, random_: random.Random, results: Results) -> None:
-    """Start a target, and attack it in some ways."""
+    """Start a target, and measure its attacks."""
     with tempfile.TemporaryDirectory() as folder, target_of(name, Path(folder)) as target:
-        anyio.run(stop_all, [target.endpoint], "a benchmark", "to load what that takes", target.keys(OPERATOR))
+        anyio.run(
+            emergency_stop_all, [target.endpoint], "a benchmark", "to load what that takes", target.keys(OPERATOR)
+        )
         anyio.run(_release, target)
         for kind in kinds:
             measure(target, (name, kind), tries, random_, results)

@@ -1,9 +1,9 @@
-"""How long an emergency stop takes: from its beginning to the answer, and until a robot stands still.
+"""Time of an emergency stop, from the request to the answer, and until a robot stands still.
 
     python benchmarks/emergency_stop.py [--rounds N]
 
-The robot drives in a simulator that plays in real time. Held there directly, the simulator is asked how fast it
-really is; behind a bridge to ROS 2, it is listened for the first velocity of zero on the wire.
+The robot drives in a simulator that plays in real time. Without a bridge, the true speed of
+the simulator counts; with a bridge to ROS 2, the first velocity of zero on the wire.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from seoro.bridges import wire
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.session import Sample, open_session, subscribing
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.lab.commanding import Outcome, release_all, stop_all
+from seoro.lab.commands import Outcome, emergency_stop_all, release_all
 
 ROBOT, SPEED, STILL = "turtlebot4", 0.3, 0.01  # [m/s]
 COMMANDS = f"0/{ROBOT}/cmd_vel/**"
@@ -31,17 +31,17 @@ GOAL = 0.3  # [s]
 
 
 async def _stop_in_full_motion(endpoint: str) -> tuple[Outcome, float]:
-    """Let the robot drive, and stop it; what came of it, and when that began [s]."""
+    """Drive the robot and stop it; return the result, and the start of the stop [s]."""
     async with connect_robots(endpoint, "a benchmark", robots=(ROBOT,)) as node:
         await node.drive(ROBOT, SPEED, 0.0, 60.0, lambda report: None)
         await asyncio.sleep(UP_TO_SPEED)
         began = time.monotonic()
-        (outcome,) = await stop_all([endpoint], "a benchmark", "to measure it")
+        (outcome,) = await emergency_stop_all([endpoint], "a benchmark", "to measure it")
         return outcome, began
 
 
 async def in_simulator(endpoint: str) -> tuple[float, float]:
-    """The time until the answer, and until the robot stands still [s]."""
+    """Return the time until the answer, and until the robot stands still [s]."""
     async with open_session(connect=endpoint) as session:
         address = NodeAddress(session, wire.NAMESPACE, "mujoco")
         outcome, began = await _stop_in_full_motion(endpoint)
@@ -51,11 +51,11 @@ async def in_simulator(endpoint: str) -> tuple[float, float]:
                 break
         still = time.monotonic()
     await release_all([endpoint], "a benchmark", "it is measured")
-    return outcome.took, still - began
+    return outcome.elapsed, still - began
 
 
 async def behind_bridge(endpoint: str, ros: str) -> tuple[float, float]:
-    """The time until the answer, and until a velocity of zero is on the wire [s]."""
+    """Return the time until the answer, and until a velocity of zero is on the wire [s]."""
     zeros: list[float] = []
 
     def take(sample: Sample) -> None:
@@ -65,7 +65,7 @@ async def behind_bridge(endpoint: str, ros: str) -> tuple[float, float]:
     async with open_session(connect=ros) as session, subscribing(session, COMMANDS, take):
         outcome, began = await _stop_in_full_motion(endpoint)
     await release_all([endpoint], "a benchmark", "it is measured")
-    return outcome.took, next(when for when in zeros if when > began) - began
+    return outcome.elapsed, next(when for when in zeros if when > began) - began
 
 
 def show(where: str, what: str, times: list[tuple[float, float]]) -> None:

@@ -1,8 +1,8 @@
-"""The same scenarios in all engines: do they end alike, how long do they take, and how far do robots drive?
+"""Ends, durations and distances of the same scenarios in all engines.
 
     python benchmarks/engines.py [--seeds N] [FILE ...]
 
-Each run is a process of its own, as a user starts it. It prints the table of `docs/experiments/engines.md`:
+Each run is a process of its own, as a user starts it. It prints the table of `docs/reference/scenarios.md`:
 medians over the seeds, and by how much the second engine's differ from the first's.
 """
 
@@ -31,13 +31,13 @@ STANDING = 0.05  # [m], [s]; less than this is nothing to compare
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a scenario in an engine.
+    """Results of a scenario in an engine.
 
     Args:
-        ended: How it ended, or how often differently than it has to.
+        ended: Status, or the number of unexpected ends.
         duration: Median of simulated time [s].
         path: Median of what all of its robots drove [m].
-        contacts: How many there were of robots, in all runs.
+        contacts: Number of contacts of robots, in all runs.
     """
 
     ended: str
@@ -47,7 +47,7 @@ class Outcome:
 
 
 def directives_of(file: Path) -> Directives:
-    """What the comments at the top of a scenario say, or those above its only scenario."""
+    """Read the directives at the top of a file, or above its only scenario."""
     source = SourceFile(file.name, file.read_text(), file)
     lines = [number for number in range(1, source.line_count + 1) if source.line(number).startswith("scenario ")]
     found = read_directives(source, frozenset(lines))
@@ -97,7 +97,7 @@ def row(name: str, outcomes: Sequence[Outcome]) -> str:
 
 
 def difference(values: Sequence[float]) -> str:
-    """By how much the last of two values differs from the first."""
+    """Return the relative difference of the second of two values."""
     first, *_, last = values
     return "" if first < STANDING else f"{100.0 * (last - first) / first:+.1f} %"
 

@@ -1,12 +1,11 @@
-"""What an executor does under load: many runs that wait, many at once, many watchers, thousands one after another.
+"""Executor under load: many queued runs, many simultaneous runs, many watchers, thousands of consecutive runs.
 
     python benchmarks/executor_load.py [--queued N] [--at-once N] [--watchers N] [--runs N]
 
-Three executors on this machine, one after the other. On the first, runs of three lines wait for their turn; on
-the second, runs on the virtual clock that have much to do go on at once; meanwhile watchers follow all of them,
-and the list of runs is asked for again and again. Every record has to arrive once. On the third, runs of three
-lines follow each other, and the memory of the executor and of the process that forks runs is looked at. The exit
-status is 1 if something was lost or doubled.
+Three executors on this machine, one after the other. The first has a queue of short runs. The second has many
+simultaneous busy runs on the virtual clock, while watchers follow all of them, and the list of runs is requested
+continuously. Every record must arrive exactly once. The third executes short runs one after the other, and the
+memory of the executor and of its fork server is measured. The exit status is 1 if a record was lost or duplicated.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from processes import Executor, children, executor
 from startup import HELLO
 
 import seoro
-from seoro.bundle.packing import Bundle, pack
+from seoro.bundle.pack import Bundle, pack
 from seoro.client.runs import RemoteRun
 from seoro.embed.options import Options
 
@@ -37,7 +36,7 @@ NAME = "load"
 LISTED = 100  # runs in an answer
 ASK_PERIOD = 0.05  # [s]
 BATCH = 50  # runs that wait at a time while memory is looked at
-SETTLED = 0.34  # of the runs, before memory should be what it stays
+SETTLED = 0.34  # share of the runs after which memory should be constant
 GOAL_LIST = 0.100  # [s]
 BUSY = """import osc.helpers
 scenario busy:
@@ -50,7 +49,7 @@ scenario busy:
 
 
 def memory(process: int, *, all_of_it: bool = False) -> float:
-    """What a process has in memory, of what it shares its part or all of it [MiB]; 0 if it has ended."""
+    """Return the memory of a process [MiB], with its part or all of shared memory; 0 if it has ended."""
     counted = "Rss:" if all_of_it else "Pss:"
     with suppress(OSError):
         for line in Path(f"/proc/{process}/smaps_rollup").read_text().splitlines():
@@ -61,7 +60,7 @@ def memory(process: int, *, all_of_it: bool = False) -> float:
 
 @dataclass
 class Seen:
-    """What watchers and those who ask have seen."""
+    """Observations of watchers and clients."""
 
     records: int = 0
     broken: list[str] = field(default_factory=list)
@@ -80,7 +79,7 @@ async def watch(client: seoro.Client, runs: Sequence[RemoteRun], seen: Seen) -> 
 
 
 def ask(endpoint: str, end: Connection) -> None:
-    """Ask for the list of runs again and again, in a process of its own, until told to say how long that took."""
+    """Request the list of runs continuously in a separate process; report the times at the end."""
 
     async def ask_on() -> list[float]:
         found = []
@@ -97,11 +96,11 @@ def ask(endpoint: str, end: Connection) -> None:
 
 @contextmanager
 def asking(endpoint: str, seen: Seen) -> Iterator[None]:
-    """Have the list of runs asked for while the block lasts."""
+    """Request the list of runs repeatedly during the block."""
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=ask, args=(endpoint, theirs))
     process.start()
-    theirs.close()  # its end is that of the process
+    theirs.close()  # it ends with the process
     try:
         yield
     finally:
@@ -111,7 +110,7 @@ def asking(endpoint: str, seen: Seen) -> Iterator[None]:
 
 
 async def look(client: seoro.Client, executor: Executor, seen: Seen) -> None:
-    """Look at how many runs go on, and at the memory of all processes."""
+    """Observe the number of active runs and the memory of all processes."""
     while True:
         [status] = await client.describe(NAME)
         seen.at_once = max(seen.at_once, status.info.running)
@@ -123,13 +122,13 @@ async def look(client: seoro.Client, executor: Executor, seen: Seen) -> None:
 
 @asynccontextmanager
 async def clients(endpoint: str, count: int) -> AsyncIterator[list[seoro.Client]]:
-    """Clients with connections of their own."""
+    """Open clients, each with its own connection."""
     async with AsyncExitStack() as stack:
         yield [await stack.enter_async_context(seoro.Client(endpoint)) for _ in range(count)]
 
 
 async def crowd(executor: Executor, bundle: Bundle, count: int, watchers: int, seen: Seen) -> float:
-    """Submit runs, all at once, and have them watched to their ends; returns how long it took [s]."""
+    """Submit runs simultaneously and watch them to their ends; return the duration [s]."""
     async with clients(executor.endpoint, watchers + 2) as (looking, submitting, *watching):
         other = asyncio.create_task(look(looking, executor, seen))
         began = time.perf_counter()
@@ -146,21 +145,21 @@ async def crowd(executor: Executor, bundle: Bundle, count: int, watchers: int, s
 
 
 async def follow_each_other(executor: Executor, bundle: Bundle, count: int) -> list[tuple[int, float, float]]:
-    """Have runs follow each other; returns the memory of both processes after some of them."""
+    """Execute runs one after another; return the memory of both processes after some of them."""
     found = []
     async with seoro.Client(executor.endpoint) as client:
         for done in range(0, count, BATCH):
             runs = [await client.submit_bundle(NAME, bundle) for _ in range(min(BATCH, count - done))]
             for run in runs:
                 await run.result()
-            # All of it: what others share with it is theirs to end.
+            # All of it, without parts shared with other processes.
             ours, templates = (memory(each, all_of_it=True) for each in (executor.process, executor.template))
             found.append((done + len(runs), ours, templates))
     return found
 
 
 def report(title: str, count: int, took: float, seen: Seen) -> None:
-    """Print what was seen of a crowd."""
+    """Print the observations of a crowd."""
     answers = sorted(seen.answers)
     half, most = statistics.median(answers), answers[int(0.99 * len(answers))]
     print(f"{title}: {count} runs in {took:.1f} s, {seen.at_once} at once at most, {seen.memory:.0f} MiB in all")
@@ -176,7 +175,7 @@ def report(title: str, count: int, took: float, seen: Seen) -> None:
 
 def main() -> int:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description="What an executor does under load.")
+    parser = argparse.ArgumentParser(description="Measure an executor under load.")
     parser.add_argument("--queued", type=int, default=200)
     parser.add_argument("--at-once", type=int, default=50)
     parser.add_argument("--watchers", type=int, default=20)

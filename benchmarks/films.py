@@ -1,4 +1,4 @@
-"""What pictures and films of simulators cost, in processor time, which other programs change little.
+"""Cost of images and videos of simulators, in processor time.
 
     python benchmarks/films.py [ENGINE ...] [--rounds N]
 
@@ -64,7 +64,7 @@ def measure_films(simulator: Simulator, rounds: int) -> None:
     plain, filmed, size = [], [], 0
     for _ in range(rounds):
         plain.append(spent(lambda: simulator.advance(simulation.time + SECONDS, None)) / SECONDS)
-        simulation.films.start(StartRecording(rate=RATE))
+        simulation.recording.start(StartRecording(rate=RATE))
         parts: list[bytes] = []
 
         def record(parts: list[bytes] = parts) -> None:
@@ -73,7 +73,7 @@ def measure_films(simulator: Simulator, rounds: int) -> None:
                 parts.append(simulator.advance(min(end, simulation.time + 0.2), None).film)
 
         filmed.append(spent(record) / SECONDS)
-        parts.append(simulation.films.stop()[0])
+        parts.append(simulation.recording.stop()[0])
         size = sum(map(len, parts))
     print(f"  a simulated second: {statistics.median(plain):.3f} s, filmed {statistics.median(filmed):.2f} s")
     print(f"  a second of film: {size / SECONDS / 1000:.0f} kB")

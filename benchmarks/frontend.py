@@ -1,12 +1,12 @@
-"""How long the front end takes: files of 10 to 10,000 statements, and beside it that of `scenario-execution`.
+"""Time of the front end for files of 10 to 10,000 statements, compared with `scenario-execution`.
 
     python benchmarks/frontend.py [--rounds N] [--peer PYTHON | --install-peer]
 
-Times are of the processor, in seconds, for one process on one core; each is the least of all rounds, as whatever
-else the machine does only adds to it. With `--peer`, the interpreter of an environment that has
-`scenario-execution`, or with `--install-peer`, which makes one in the cache folder from PyPI, both front ends read
-the same files in turns, each time in a new process: parsing, building and resolving the model there; loading,
-checking and lowering here.
+Times are of the processor, in seconds, for one process on one core; each is the minimum of all rounds, because
+other load only adds to it. `--peer` names the interpreter of an environment with `scenario-execution`;
+`--install-peer` makes one in the cache folder from PyPI. Then both front ends read the same files in turns,
+each time in a new process: parsing, building and resolving the model there; loading, checking and lowering
+here.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ scenario task_{n}:
         emit done(distance * 2.0)
 """
 
-# What both front ends take: no operators, methods, units of one's own, or events with arguments.
+# Text for both front ends: without operators, methods, own units, or events with arguments.
 COMMON = """
 enum colour_{n}: [red_{n}, green_{n}, blue_{n}]
 struct part_{n}:
@@ -123,7 +123,7 @@ scenario short:
 
 
 def generate(template: str, statements: int, *imports: str) -> str:
-    """A file of about as many statements, each on a line of its own."""
+    """Return a file of about as many statements, one per line."""
     lines = [f"import {module}" for module in imports]
     number = 0
     while len(lines) < statements:
@@ -135,7 +135,7 @@ def generate(template: str, statements: int, *imports: str) -> str:
 
 
 def measure(path: Path) -> list[float]:
-    """Seconds that it takes to load, check and lower a file."""
+    """Return the seconds to load, check and lower a file."""
     times = [time.process_time()]
     sources = frontend.load(path)
     times.append(time.process_time())
@@ -149,7 +149,7 @@ def measure(path: Path) -> list[float]:
 
 
 def least(rounds: int, run: Callable[[], list[float]]) -> list[float]:
-    """The least time of each step."""
+    """Return the minimum time of each step."""
     return [min(each) for each in zip(*(run() for _ in range(rounds)), strict=True)]
 
 
@@ -172,7 +172,7 @@ def report_growth(folder: Path, rounds: int) -> None:
 
 
 def exponent(points: list[tuple[int, float]]) -> float:
-    """The slope of a line through the logarithms: 1 is linear, 2 is quadratic."""
+    """Return the slope of a line through the logarithms: 1 is linear, 2 is quadratic."""
     xs = [math.log(size) for size, _ in points]
     ys = [math.log(total) for _, total in points]
     x, y = sum(xs) / len(xs), sum(ys) / len(ys)
@@ -180,7 +180,7 @@ def exponent(points: list[tuple[int, float]]) -> float:
 
 
 def report_short(folder: Path, rounds: int) -> None:
-    """Print what a scenario of twenty lines takes that imports the largest library."""
+    """Print the time of a scenario of twenty lines that imports the largest library."""
     path = folder / "short.osc"
     path.write_text(SHORT, encoding="utf-8")
     steps = least(rounds, lambda: own_process(path))
@@ -189,12 +189,12 @@ def report_short(folder: Path, rounds: int) -> None:
 
 
 def own_process(path: Path) -> list[float]:
-    """Seconds of the steps in a new process."""
+    """Return the seconds of the steps in a new process."""
     return run_process([sys.executable, __file__, "--once", str(path)])
 
 
 def run_process(command: list[str]) -> list[float]:
-    """What a process prints, as numbers."""
+    """Run a process and return the numbers that it prints."""
     done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=600)
     return [float(word) for word in done.stdout.splitlines()[-1].split()]
 
@@ -216,7 +216,7 @@ def report_peer(folder: Path, rounds: int, python: str) -> None:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description="How long the front end takes.")
+    parser = argparse.ArgumentParser(description="Measure the time of the front end.")
     parser.add_argument("--rounds", type=int, default=5)
     add_peer_arguments(parser)
     parser.add_argument("--once", type=Path, help=argparse.SUPPRESS)

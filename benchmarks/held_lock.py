@@ -2,11 +2,11 @@
 
     PYTHONPATH=. python benchmarks/held_lock.py [--engines mujoco,pybullet] [--boxes 0,200,1000]
 
-A thread wakes up each millisecond, as that of emergency stops does when a message has come, and notes how late it
-was at most. Meanwhile the main thread loads a world, spawns boxes in a heap, makes steps one by one, simulates a
-tick, and draws the largest picture. For each, it prints how long one call took at most, and how late the thread
-was. Last, the main thread draws and simulates in turns, while a thread halts it at random moments, and it prints
-how much time had passed in the simulation from these moments on.
+A thread wakes up each millisecond, as the thread of emergency stops on a message, and records its maximum delay.
+Meanwhile the main thread loads a world, spawns boxes in a heap, makes single steps, simulates a tick, and renders
+the largest image. For each, the maximum duration of a call and the delay of the thread are printed. Last, the main
+thread renders and simulates in turns, while a thread halts it at random moments. The simulated time after these
+moments is printed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ DELAYS = (0.3, 0.7, 1.1, 1.9)  # [s] until a halt
 
 
 class Sleeper:
-    """A thread that notes how late it wakes up at most [s]."""
+    """A thread that records its maximum wake-up delay [s]."""
 
     def __init__(self) -> None:
         self.latest = 0.0
@@ -46,7 +46,7 @@ class Sleeper:
             self.latest = max(self.latest, time.monotonic() - began - PERIOD)
 
     def measure(self, what: str, call: Callable[[], object], times: int) -> None:
-        """Call something several times, and print how long that took at most, and how late the thread was."""
+        """Call a function several times; print its maximum duration, and the delay of the thread."""
         self.latest, longest = 0.0, 0.0
         for _ in range(times):
             began = time.monotonic()
@@ -57,7 +57,7 @@ class Sleeper:
 
 
 def heap(count: int) -> wire.SpawnEntities:
-    """Boxes above each other, in towers of ten that fall into each other."""
+    """Return boxes in towers of ten that fall into each other."""
     return wire.SpawnEntities(
         entities=tuple(
             wire.SpawnEntity(
@@ -96,7 +96,7 @@ def measure(name: str, boxes: int) -> None:
 
 
 def halt_between_pictures(simulator: Simulator, view: View, delay: float) -> float:
-    """Draw and simulate until a thread halts that; return what was simulated since it should have [s]."""
+    """Render and simulate until a thread halts it; return the simulated time after the halt [s]."""
     at = time.monotonic() + delay
 
     def halt() -> None:
@@ -110,7 +110,7 @@ def halt_between_pictures(simulator: Simulator, view: View, delay: float) -> flo
         passed.append((time.monotonic(), simulator.time))
         simulation.run(simulator.time + 0.02)
         passed.append((time.monotonic(), simulator.time))
-    simulator.go_on()
+    simulator.resume()
     return simulator.time - max(reached for when, reached in passed if when <= at)
 
 

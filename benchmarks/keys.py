@@ -1,8 +1,8 @@
-"""What keys cost: `python benchmarks/keys.py`.
+"""Cost of keys: `python benchmarks/keys.py`.
 
-Processor time of loading them, a sealed question to an executor over TLS and one without keys over TCP, how long
-one who watches a run is without news when somebody else is revoked, and how much longer a question to a simulator
-over TLS takes because the request and its answer have codes.
+Measures the processor time of loading keys, and of a signed request to an executor over TLS beside one without
+keys over TCP. Also measures the gap for the watcher of a run when another identity is revoked. Last, it measures
+the extra time of authentication codes of a request to a simulator over TLS.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.requests import ask
 from seoro.bridges.wire import GET_SIMULATION_STATE, Empty
-from seoro.keys.folder import VARIABLE
-from seoro.keys.roles import Role
+from seoro.security.keys import VARIABLE
+from seoro.security.keys.roles import Role
 from tests.executors import LONG
 from tests.labs import NAME, KeyedLab, command, free_port, keyed_executor, make_lab
 
@@ -34,7 +34,7 @@ QUESTIONS = 300
 STARTS = 7
 REVOCATIONS = 3
 ASKED = 4000  # times, of a simulator
-IN_TURN = 100  # questions of one kind, and then as many of the next
+IN_TURN = 100  # requests of one kind, then as many of the next
 TICKING = LONG.replace("    do serial:", "    event tick\n    on every(10ms):\n        emit tick\n    do serial:")
 
 
@@ -43,14 +43,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         lab = make_lab(place / "lab")
-        reading = f"\nfrom seoro.keys.folder import read_keys\nread_keys({lab.keys('anna')!r})"
-        reading = f"from pathlib import Path, PosixPath\nimport seoro.client, seoro.keys.sealing{reading}"
+        reading = f"\nfrom seoro.security.keys.folder import read_keys\nread_keys({lab.keys('anna')!r})"
+        reading = (
+            f"from pathlib import Path, PosixPath\nimport seoro.client, seoro.security.signing.commands{reading}"
+        )
         more = _processor_time(reading) - _processor_time("import seoro.client")
         print(f"loading keys: {more:.3f} s of processor time")
         with keyed_executor(place, lab) as there:
             print(f"a sealed question over TLS: {anyio.run(_ask, there.endpoint, lab.keys('anna')):.2f} ms")
             for _ in range(REVOCATIONS):
-                print(f"without news when somebody is revoked: {anyio.run(_watch, there.endpoint, lab):.2f} s")
+                print(
+                    f"without records when an identity is revoked: {anyio.run(_watch, there.endpoint, lab):.2f} s"
+                )
         print(f"a question to a simulator: {_codes(place, lab)}")
         plain = f"tcp/127.0.0.1:{free_port()}"
         state = ("--folder", str(place / "plain"))
@@ -59,7 +63,7 @@ def main() -> None:
 
 
 def _processor_time(script: str) -> float:
-    """Median of a process of Python [s]."""
+    """Return the median time of a Python process [s]."""
     took = []
     for _ in range(STARTS):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -70,19 +74,19 @@ def _processor_time(script: str) -> float:
 
 
 async def _ask(endpoint: str, keys: Path | None) -> float:
-    """Median of a question [ms]."""
+    """Return the median time of a request [ms]."""
     took = []
     async with seoro.Client(endpoint, keys) as client:
         await client.runs()
         for _ in range(QUESTIONS):
             began = time.perf_counter()
             await client.describe(NAME)
-            took.append((time.perf_counter() - began) / 4.0)  # it asks four times
+            took.append((time.perf_counter() - began) / 4.0)  # it sends four requests
     return 1e3 * statistics.median(took)
 
 
 async def _watch(endpoint: str, lab: KeyedLab) -> float:
-    """The longest time without records around a revocation [s]."""
+    """Return the longest time without records around a revocation [s]."""
     name = f"guest-{time.time_ns() % 10**9}"
     lab.authority.add(name, Role.VIEWER, lab.keys(name))
     file = lab.path / "ticking.osc"
@@ -106,7 +110,7 @@ async def _watch(endpoint: str, lab: KeyedLab) -> float:
 
 
 def _codes(place: Path, lab: KeyedLab) -> str:
-    """Quantiles of a question to a simulator: without codes, with one in the answer, with one in both."""
+    """Return quantiles of a request to a simulator: without codes, with one in the answer, with one in both."""
     lab.authority.add("sim", Role.NODE, lab.keys("sim"))
     os.environ[VARIABLE] = str(lab.keys("anna"))
     endpoint = f"tls/127.0.0.1:{free_port()}"
@@ -124,11 +128,11 @@ def _codes(place: Path, lab: KeyedLab) -> str:
 
 
 async def _questions(endpoint: str) -> tuple[list[float], ...]:
-    """Durations of questions [s], sorted: of a client that holds nothing, without keys and with, and of a run."""
+    """Return sorted durations of requests [s]: of a client without leases, without and with keys, and of a run."""
     took: tuple[list[float], ...] = ([], [], [])
     async with connect_simulator(endpoint, SimulatorOptions("empty", 3, ModelPath())) as node:
         run = node._address
-        ways = tuple(zip((replace(run, seals=None, sender=""), replace(run, sender=""), run), took, strict=True))
+        ways = tuple(zip((replace(run, signer=None, sender=""), replace(run, sender=""), run), took, strict=True))
         for turn in range(ASKED // IN_TURN):
             for address, times in ways if turn % 2 else reversed(ways):
                 for _ in range(IN_TURN):

@@ -1,10 +1,10 @@
-"""Does a robot that is put somewhere in the maze find itself, and what does noise of its lidar do to it?
+"""Global localisation of a robot in the maze, and the effect of lidar noise on navigation.
 
     python benchmarks/localisation.py [--places N] [--seeds N]
 
 Both in MuJoCo, in this process, without Zenoh. The second part drives through the maze with noise in the ranges:
-as nodes do it, and without what keeps noise from freezing the robot, which is the count of hits that makes an
-obstacle, and the neighbours that have to agree on what is right ahead.
+as in nodes, and without the two measures against noise. These are the number of hits that make an obstacle, and
+the number of adjacent beams that indicate one ahead.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def place(number: int) -> Pose2:
 
 
 def find_itself(number: int) -> tuple[float, float]:
-    """How long a robot turned until it had found itself [s], and how far that is from where it is [m]."""
+    """Return the time until a robot is localised [s], and the error of its pose [m]."""
     simulator = Simulator(MujocoEngine(), "maze", number)
     simulation = simulator.simulation
     start = place(number)
@@ -58,7 +58,7 @@ def find_itself(number: int) -> tuple[float, float]:
 
 
 def drive(std: float, seed: int) -> tuple[str, float, float, float]:
-    """How a drive through the maze ended, its length [s] and its path's [m], and the mean error [m]."""
+    """Drive through the maze; return the status, duration [s], length [m] and mean error [m]."""
     simulator = Simulator(MujocoEngine(), "maze", seed)
     simulation = simulator.simulation
     simulation.set_initial_pose(ROBOT, Pose2(0.0, 0.0, 0.0))

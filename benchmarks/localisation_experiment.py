@@ -1,4 +1,4 @@
-"""What a sweep of `scenarios/experiments/localisation.osc` says: how the error grows with noise and lost beams.
+"""Evaluation of a sweep of `scenarios/experiments/localisation.osc`: error against noise and lost beams.
 
     python benchmarks/localisation_experiment.py FOLDER [--simulator NAME]
 
@@ -6,11 +6,11 @@ FOLDER is that of the sweep, and gets `localisation.png` (a heat map and two cur
 of the heat map) and `localisation.txt`, which is also printed. `make experiment-localisation` does both.
 
 The error of a run is the distance between where the robot believes to be and where it is, mean over the run.
-Confidence intervals are of the mean over seeds, at 95 %, by Student's t: seeds are what is independent.
-Correlations are Spearman's, over all runs. What lost beams do is small beside what noise does, which hides it from
-a correlation over all runs. So runs are compared in pairs with the same seed and noise: the mean of the ratios of
-their errors, with its interval by Student's t of the logarithms, and Wilcoxon's test. No run is left out, whatever
-came of it.
+Confidence intervals are of the mean over seeds, at 95 %, by Student's t, because seeds are independent.
+Correlations are Spearman's, over all runs. The effect of lost beams is small compared with that of noise, which
+hides it from a correlation over all runs. So runs are compared in pairs with the same seed and noise. The result
+is the mean of the ratios of their errors, with its interval by Student's t of the logarithms, and Wilcoxon's
+test. All runs count, also failed ones.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ INK, LINE, BAND, PALE = "#2b303b", "#2f6fb7", "#9fc1e6", "#b8bec9"
 
 @dataclass(frozen=True)
 class Runs:
-    """The runs of a sweep, by index."""
+    """Runs of a sweep by index."""
 
     noise: np.ndarray  # standard deviation of ranges [m]
     drop: np.ndarray  # share of beams that are lost
@@ -59,7 +59,7 @@ def read(table: Path) -> Runs:
     """The runs of a table of results.
 
     Raises:
-        ValueError: A run has no error, or there are none.
+        ValueError: A run has no error, or the table is empty.
     """
     with table.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -90,7 +90,7 @@ def over_seeds(runs: Runs, chosen: np.ndarray) -> Estimate:
 
 
 def paired(runs: Runs, drop: float) -> tuple[Estimate, float, int]:
-    """By what factor a share of lost beams changes the error.
+    """Return the factor by which a share of lost beams changes the error.
 
     Args:
         runs: All runs.
@@ -122,7 +122,7 @@ def _by_run(runs: Runs) -> list[list[float]]:
 
 
 def summary(runs: Runs, simulator: str) -> str:
-    """What came out, in words."""
+    """Describe the results."""
     seeds, reached = len(np.unique(runs.seed)), int(runs.reached.sum())
     text = io.StringIO()
     print(f"{len(runs.error)} runs in {simulator}, {seeds} for each pair of noise and lost beams", file=text)

@@ -1,9 +1,9 @@
-"""What it costs to run a scenario on an executor instead of here, both on this machine.
+"""Cost of running a scenario on an executor instead of locally, both on this machine.
 
     python benchmarks/network.py [--rounds N]
 
-Prints the medians of the time of a scenario of three lines, here and on an executor, by the wall clock and the
-processor of the command; and how long a record takes from the run to a watcher that has a connection.
+Prints the median wall time and processor time of a scenario of three lines, locally and on an executor. Also
+prints the latency of a record from the run to a connected watcher.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def round_trips(file: Path, rounds: int) -> None:
 
 
 async def latencies(file: Path) -> list[float]:
-    """How long records took from where they were made to here [s]; both ends have the same clock."""
+    """Return the latencies of records [s]; both ends have the same clock."""
     found = []
     async with seoro.Client() as client:
         run = await client.submit(NAME, file)
@@ -72,7 +72,7 @@ async def latencies(file: Path) -> list[float]:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description="What it costs to run a scenario on an executor.")
+    parser = argparse.ArgumentParser(description="Measure the cost of running a scenario on an executor.")
     parser.add_argument("--rounds", type=int, default=11)
     options = parser.parse_args()
     compileall.compile_dir(Path(seoro.__file__).parent, quiet=2)

@@ -1,4 +1,4 @@
-"""The obstacle scenario with seeds 0 to 19: does it pass, how long does it take, what is touched?
+"""Verdicts, durations and contacts of the obstacle scenario with seeds 0 to 19.
 
     python benchmarks/obstacle.py [--sim NAME] [--seeds N] [--repeat]
 
@@ -22,7 +22,7 @@ SCENARIO = Path(__file__).resolve().parent.parent / "scenarios" / "navigation" /
 
 
 def run(simulator: str, seed: int, folder: Path) -> tuple[int, float, list[dict[str, Any]]]:
-    """Exit status, wall time [s] and trace of one run."""
+    """Return exit status, wall time [s] and trace of one run."""
     trace = folder / f"{seed}.jsonl"
     command = [sys.executable, "-m", "seoro.cli.main", "exec", str(SCENARIO), "--sim", simulator, "--rate", "max"]
     start = time.monotonic()
@@ -35,7 +35,7 @@ def run(simulator: str, seed: int, folder: Path) -> tuple[int, float, list[dict[
 
 
 def without_wall(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A trace without its stamps of the wall clock."""
+    """Return a trace without wall clock times."""
     return [{key: value for key, value in record.items() if key != "wall"} for record in records]
 
 

@@ -15,7 +15,7 @@ _STAMP = re.compile(r"\[INFO\] \[(\d+\.\d+)\] \[scenario_execution\]: (.*)")
 
 
 def add_peer_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options that say where the peer is."""
+    """Declare the options that select the peer."""
     parser.add_argument("--peer", metavar="PYTHON", help="interpreter of an environment with scenario-execution")
     parser.add_argument("--install-peer", action="store_true", help=f"make an environment with {PEER}")
 
@@ -43,7 +43,7 @@ def command(python: str) -> list[str]:
 
 
 def stamps(python: str, scenario: Path, timeout: float = 600.0) -> list[tuple[float, str]]:
-    """What it logs in a run, each with its time [s]; empty if it fails."""
+    """Run the peer; return its log messages with times [s], or nothing if it fails."""
     done = subprocess.run(
         [*command(python), str(scenario)], check=False, capture_output=True, text=True, timeout=timeout
     )

@@ -12,10 +12,10 @@ from pathlib import Path
 
 @contextmanager
 def command(*arguments: str) -> Iterator[int]:
-    """A command of seoro, once it has said that it is ready; yields the number of its process."""
+    """Run a command of seoro; yields its process id once it is ready."""
     line = [sys.executable, "-m", "seoro.cli.main", *arguments]
-    # In the session of the benchmark: where Linux groups processes by session (`sched_autogroup_enabled`) and both
-    # sides of a measurement are busy, ready threads of one session wait for up to half a second.
+    # In the session of the benchmark: Linux may group processes by session (`sched_autogroup_enabled`). If both
+    # sides of a measurement are busy then, ready threads of one session wait for up to half a second.
     with subprocess.Popen(line, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.readline()

@@ -1,4 +1,4 @@
-"""How long a robot of ROS 2 takes to be told to stop when the run that drives it, or its bridge, dies or hangs.
+"""Time until a ROS 2 robot is commanded to stop when its run or its bridge dies or hangs.
 
     python benchmarks/robot_stops.py
 

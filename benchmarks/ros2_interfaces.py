@@ -1,11 +1,11 @@
-"""What messages of ROS 2 cost: encoded and decoded by seoro, beside rosbags alone; and what the first one costs.
+"""Cost of encoding and decoding ROS 2 messages with seoro and with rosbags alone, and of the first message.
 
     python benchmarks/ros2_interfaces.py [--rounds N]
 
-Each round takes all measures in turn. Times are medians of the rounds and of the processor: microseconds for a
-message, and milliseconds for the first message of a new Python, which has imported numpy and what every
-`seoro exec` loads. rosbags is given messages of its own classes, and checks nothing; seoro is given plain values
-as scenarios have them, or a message that it has decoded.
+Each round takes all measures in turn. Processor times are medians of the rounds: microseconds for a message, and
+milliseconds for the first message of a new Python. That Python has imported numpy and the modules of each
+`seoro exec`. rosbags gets messages of its own classes, without checks; seoro gets plain values of scenarios, or a
+decoded message.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ COLUMNS = ("seoro: values", "message", "decode", "rosbags: encode", "decode")
 
 
 def microseconds(work: Callable[[], object]) -> float:
-    """What one call takes, of as many as fill about 20 ms."""
+    """Return the time of a call, averaged over about 20 ms."""
     timer = timeit.Timer(work, timer=time.process_time)
     once = max(timer.timeit(3) / 3, 1e-7)
     number = max(1, int(0.02 / once))
@@ -69,14 +69,14 @@ def microseconds(work: Callable[[], object]) -> float:
 
 
 def first(work: str) -> float:
-    """Milliseconds of the processor that a new Python takes for it, after it has imported numpy and seoro."""
+    """Return the processor time [ms] of a new Python for it, after it has imported numpy and seoro."""
     program = PROGRAM.format(work=work)
     ran = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
     return float(ran.stdout) * 1e3
 
 
 def works() -> dict[str, list[Callable[[], object]]]:
-    """For each message, what is measured of it: a function for each column."""
+    """Return the measured functions of each message, by column."""
     ours, theirs = TypeStore.bundled(), get_typestore(Stores.ROS2_JAZZY)
     made: dict[str, list[Callable[[], object]]] = {}
     for title, (name, value) in MESSAGES.items():
@@ -95,7 +95,7 @@ def works() -> dict[str, list[Callable[[], object]]]:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description="What messages of ROS 2 cost.")
+    parser = argparse.ArgumentParser(description="Measure the cost of ROS 2 messages.")
     parser.add_argument("--rounds", type=int, default=11)
     rounds = range(parser.parse_args().rounds)
     measured = works()

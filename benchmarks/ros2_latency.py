@@ -1,4 +1,4 @@
-"""How long a message of a ROS 2 system takes until a scenario goes on: `python benchmarks/ros2_latency.py`.
+"""Latency from a ROS 2 message to the reaction of a scenario: `python benchmarks/ros2_latency.py`.
 
 Messages of 64 bytes come from a process of their own, through a router in a third. Times are from just before a
 message is put until, in turns,
@@ -67,7 +67,7 @@ Times = Mapping[int, int]  # [ns], by the numbers of messages
 
 
 def publish_round(line: str, put: Callable[[int], None]) -> None:
-    """Publish messages at the pace that a line of the input says; print when each was put [ns]."""
+    """Publish messages at the rate given by a line of input; print the time of each [ns]."""
     period = float(line)
     times = {}
     for number in range(1, MESSAGES + 1):
@@ -98,7 +98,7 @@ def bare_talker() -> None:
 
 
 def bare_listener() -> None:
-    """Note when messages arrive, by Zenoh alone; print that for each line of the input [ns]."""
+    """Record arrival times by Zenoh alone; print them for each line of the input [ns]."""
     times: dict[int, int] = {}
 
     def take(sample: zenoh.Sample) -> None:
@@ -128,25 +128,25 @@ async def talker() -> None:
 
 
 class Partner:
-    """Another process, which is told to do something by a line, and answers with one."""
+    """Child process with one line per request and answer."""
 
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
 
     def tell(self, what: object) -> None:
-        """Tell it something."""
+        """Send a line."""
         assert self._process.stdin is not None
         self._process.stdin.write(f"{what}\n".encode())
 
     async def answer(self) -> Times:
-        """Its answer."""
+        """Return the answer."""
         assert self._process.stdout is not None
         return {int(number): at for number, at in json.loads(await self._process.stdout.readline()).items()}
 
 
 @asynccontextmanager
 async def partner(role: str) -> AsyncIterator[Partner]:
-    """A process of this script with a role."""
+    """Start a process of this script with a role."""
     command = [sys.executable, __file__, "--role", role]
     pipe = asyncio.subprocess.PIPE
     process = await asyncio.create_subprocess_exec(*command, stdin=pipe, stdout=pipe, limit=1 << 20)
@@ -163,12 +163,12 @@ async def partner(role: str) -> AsyncIterator[Partner]:
 
 
 def since(sent: Times, arrived: Times) -> list[float]:
-    """[us] from being put, of those that arrived."""
+    """Return the latencies of arrived messages [us]."""
     return [(at - sent[number]) / 1e3 for number, at in arrived.items() if number > WARM_UP]
 
 
 async def bare(talking: Partner, listening: Partner, period: float) -> dict[str, list[float]]:
-    """A round of Zenoh alone."""
+    """Measure a round of Zenoh alone."""
     talking.tell(period)
     sent = await talking.answer()
     await asyncio.sleep(SETTLING)
@@ -177,7 +177,7 @@ async def bare(talking: Partner, listening: Partner, period: float) -> dict[str,
 
 
 async def coroutine(node: RosNode, talking: Partner, period: float) -> dict[str, list[float]]:
-    """A round to a coroutine."""
+    """Measure a round to a coroutine."""
     arrived, taken = {}, {}
     async with node.subscribing(TOPIC, TYPE, bound=Bound(MESSAGES)) as subscription:
         await asyncio.sleep(SETTLING)
@@ -210,7 +210,7 @@ class Starts:
 
 
 async def scenario(loaded: seoro.Scenario, talking: Partner, period: float) -> dict[str, list[float]]:
-    """A round to a scenario."""
+    """Measure a round to a scenario."""
     starts = Starts()
     async with seoro.start(loaded, ros=seoro.Ros(ENDPOINT, dialect="rmw_zenoh"), observers=(starts,)):
         await starts.is_ready.wait()
@@ -222,7 +222,7 @@ async def scenario(loaded: seoro.Scenario, talking: Partner, period: float) -> d
 
 
 def load(folder: Path) -> seoro.Scenario:
-    """A scenario that waits for one number after another, and logs each."""
+    """Return a scenario that waits for numbers in turn, and logs each."""
     waits = [
         f"            wait number >= {number}\n            log('{number}')" for number in range(1, MESSAGES + 1)
     ]
@@ -253,7 +253,7 @@ async def measure(rounds: int, loaded: seoro.Scenario) -> None:
 
 
 def report(period: float, found: Mapping[str, Sequence[list[float]]]) -> None:
-    """Print what was measured: rounds, by name."""
+    """Print the measurements: rounds by name."""
     print(f"{1 / period:.0f} a second; load of the machine {os.getloadavg()[0]:.1f}")
     medians = {}
     for name, rounds in found.items():
@@ -270,14 +270,14 @@ def report(period: float, found: Mapping[str, Sequence[list[float]]]) -> None:
 
 @contextmanager
 def awake() -> Iterator[None]:
-    """Keep the processors from sleeping: Linux lets them be late by no time at all while this is open."""
+    """Keep the processors awake: Linux allows no wake-up latency while this file is open."""
     with Path("/dev/cpu_dma_latency").open("wb", buffering=0) as latency:
         latency.write(struct.pack("i", 0))  # [us]
         yield
 
 
 def main() -> None:
-    """All of it, or one role."""
+    """Run everything, or one role."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--awake", action="store_true", help="keep the processors from sleeping")

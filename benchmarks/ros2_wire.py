@@ -1,4 +1,4 @@
-"""How long it takes until a message of a ROS 2 system is in a waiting coroutine: `python benchmarks/ros2_wire.py`.
+"""Latency from a ROS 2 message to a waiting coroutine: `python benchmarks/ros2_wire.py`.
 
 A node in another process publishes 64 bytes a thousand times a second, through a router in a third, and serves a
 service. Times are those since sending, by the clock of this machine: until Zenoh's thread has the message, and
@@ -28,7 +28,7 @@ CALLS = 1000
 
 
 async def publish() -> None:
-    """The other node."""
+    """Run the other node."""
 
     async def respond(_: Message) -> dict[str, object]:
         return {}
@@ -46,7 +46,7 @@ async def publish() -> None:
 
 
 async def topic(node: RosNode) -> tuple[list[float], list[float]]:
-    """[us] from sending to Zenoh's thread, and to the coroutine, for each message."""
+    """Return the latency to Zenoh's thread and to the coroutine for each message [us]."""
     arrivals, times = [], []
     async with node.subscribing("/chatter", STRING) as subscription:
         for _ in range(MESSAGES):
@@ -58,7 +58,7 @@ async def topic(node: RosNode) -> tuple[list[float], list[float]]:
 
 
 async def service(node: RosNode) -> list[float]:
-    """[us] for each call."""
+    """Return the duration of each call [us]."""
     times = []
     async with node.calling("/respond", EMPTY) as client:
         await client.wait_for_server(5)
@@ -70,7 +70,7 @@ async def service(node: RosNode) -> list[float]:
 
 
 async def measure() -> None:
-    """Print what was measured."""
+    """Print the measurements."""
     async with connect(ENDPOINT, dialect=RmwZenoh()) as system, system.node("listener") as node:
         arrivals, times = await topic(node)
         show("topic, 64 bytes, to Zenoh's thread", arrivals)
@@ -87,7 +87,7 @@ def show(name: str, times: list[float]) -> None:
 
 @contextmanager
 def another_of(script: str, role: str) -> Iterator[None]:
-    """A process with a role of a script beside this one."""
+    """Start another script of this folder with a role."""
     command = [sys.executable, str(Path(__file__).with_name(script)), role]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     assert process.stdout is not None
@@ -100,7 +100,7 @@ def another_of(script: str, role: str) -> Iterator[None]:
 
 
 def main() -> None:
-    """All of it, or one role."""
+    """Run everything, or one role."""
     match sys.argv[1:]:
         case ["router"]:
             hub = Session(listen=ENDPOINT)

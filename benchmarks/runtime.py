@@ -1,229 +1,58 @@
-"""What the runtime costs: waiting, reacting, steps, timers, nesting, and beside it `scenario-execution`.
+"""Cost of the runtime (waits, reactions, steps, timers, nesting), compared with `scenario-execution`.
 
     python benchmarks/runtime.py [CASE ...] [--peer PYTHON | --install-peer]
+    python benchmarks/runtime.py [CASE ...] --against CHECKOUT [--rounds N] [--peer PYTHON | --install-peer]
 
-Each case runs in a process of its own, from the plan to the verdict, with nobody who reads the trace but where
-that is how it is measured, and with the garbage collector as `seoro exec` sets it. The time of the processor is
-told beside that of the wall clock where it matters: on a machine that does other things, it is less.
+Each case runs in its own process, from the plan to the verdict, with the garbage collector settings of `seoro
+exec`. The trace is read only where the measurement needs it. Processor time is printed beside wall time where
+it
+matters: on a busy machine, it is less.
 
-What the peer takes is read from the times in its log, from the start of a scenario to its end, without loading; of
-what it takes minutes for, less is asked of it, as the table says.
+The times of the peer are those in its log, from the start of a scenario to its end, without loading. Cases that
+would take it minutes are smaller, as the table shows.
+
+`--against` measures other cases, in turn with the seoro of another checkout; see `runtime_against.py`.
 """
 
 from __future__ import annotations
 
 import argparse
-import asyncio
 import gc
 import json
 import resource
-import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import peer
-
-from seoro.embed import Scenario, load
-from seoro.lang.frontend import lower
-from seoro.lang.plan import Plan
-from seoro.runtime.clock import RealClock, VirtualClock
-from seoro.runtime.run import Execution, Settings
-
-HEADER = "import osc.helpers\n"
-SIZES = (10, 100, 1000, 10_000, 100_000)  # behaviors
-
-
-def serial(*members: str) -> str:
-    """A scenario with members one after another."""
-    return f"{HEADER}scenario main:\n    do serial:\n" + "".join(f"        {member}\n" for member in members)
-
-
-def parallel(*members: str) -> str:
-    """A scenario with an event, and members side by side."""
-    lines = "".join(f"        {line}\n" for member in members for line in member.splitlines())
-    return f"{HEADER}scenario main:\n    event go\n    do parallel:\n{lines}"
-
-
-def nested(levels: int) -> str:
-    """Compositions within compositions."""
-    lines = [f"{'    ' * (level + 2)}serial:\n" for level in range(levels - 1)]
-    return f"{HEADER}scenario main:\n    do serial:\n{''.join(lines)}{'    ' * (levels + 1)}log('inside')\n"
-
-
-def invoked(levels: int) -> str:
-    """Scenarios that invoke each other."""
-    scenarios = [f"scenario s{n}:\n    do serial:\n        s{n - 1}()\n" for n in range(1, levels)]
-    first = "scenario s0:\n    do serial:\n        log('inside')\n"
-    return "".join([HEADER, first, *scenarios, f"scenario main:\n    do serial:\n        s{levels - 1}()\n"])
-
-
-def waiters(number: int) -> str:
-    """Many who wait for one event."""
-    return parallel(*["wait @go"] * number, "serial:\n    wait elapsed(500ms)\n    log('sent')\n    emit go")
-
-
-ROUNDS = 20
-
-
-def ping(waiter_first: bool) -> str:
-    """An event after another; who emits and who waits each log it."""
-    sender = [f"    wait elapsed(137ms)\n    log('sent')\n    emit go{n}" for n in range(ROUNDS)]
-    hearer = [f"    wait @go{n}\n    log('heard')" for n in range(ROUNDS)]
-    both = ["serial:\n" + "\n".join(sender), "serial:\n" + "\n".join(hearer)]
-    events = "".join(f"    event go{n}\n" for n in range(ROUNDS))
-    return parallel(*(reversed(both) if waiter_first else both)).replace("    event go\n", events)
-
-
-# ---------------------------------------------------------------- running
-
-
-class Stamps:
-    """Notes when messages are logged."""
-
-    def __init__(self) -> None:
-        self.logged: list[tuple[float, str]] = []
-
-    def record(self, record: dict[str, Any]) -> None:
-        """An observer of the trace."""
-        if record["kind"] == "log":
-            self.logged.append((time.perf_counter(), record["message"]))
-
-
-@dataclass(frozen=True)
-class Ran:
-    """What a run took.
-
-    Args:
-        wall: Seconds of the wall clock, with what comes before its start.
-        processor: Seconds of the processor.
-        logged: When after its start it logged what [s of the real clock].
-        duration: From its start to its end [s of its clock].
-    """
-
-    wall: float
-    processor: float
-    logged: Sequence[tuple[float, str]]
-    duration: float
-
-
-def prepare(text: str) -> tuple[Scenario, Plan]:
-    """The plan of a text."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "main.osc"
-        path.write_text(text)
-        scenario = load(path)
-        return scenario, lower(scenario.checked, "main")
-
-
-def run(text: str, *, virtual: bool = False, logs: bool = False) -> Ran:
-    """Run a text, and see that it passes."""
-    scenario, plan = prepare(text)
-    stamps = Stamps()
-    clock = VirtualClock() if virtual else RealClock()
-
-    async def carry() -> None:
-        settings = Settings(
-            seed=0,
-            clock=clock,
-            observers=[stamps] if logs else [],
-            actions=scenario.functions.actions,
-            modifiers=scenario.functions.modifiers,
-        )
-        execution = Execution(plan, settings)
-        verdict = await execution.run()
-        if not verdict.passed:
-            raise SystemExit(f"it {verdict.status.value}: {verdict.reason}")
-
-    before, processor = time.perf_counter(), time.process_time()
-    asyncio.run(carry())
-    after, processor = time.perf_counter(), time.process_time() - processor
-    start = after - clock.now()
-    logged = [(at - start, message) for at, message in stamps.logged]
-    return Ran(after - before, processor, logged, after - start)
-
-
-def delays(logged: Sequence[tuple[float, str]]) -> list[float]:
-    """The times from each `sent` to the `heard` after it."""
-    sent = [at for at, message in logged if message == "sent"]
-    heard = [at for at, message in logged if message == "heard"]
-    return [after - before for before, after in zip(sent, heard, strict=True)]
-
-
-def waiting(number: int) -> dict[str, float]:
-    """Processor time of the 18 seconds in the middle of a wait of 20."""
-    scenario, plan = prepare(parallel(*["wait elapsed(20s)"] * number))
-    taken: list[float] = []
-
-    async def carry() -> None:
-        functions = scenario.functions
-        settings = Settings(0, RealClock(), actions=functions.actions, modifiers=functions.modifiers)
-        execution = Execution(plan, settings)
-        loop = asyncio.get_running_loop()
-        for at in (1.5, 19.5):
-            loop.call_later(at, lambda: taken.append(time.process_time()))
-        await execution.run()
-
-    asyncio.run(carry())
-    return {"value": (taken[1] - taken[0]) * 1000}
-
-
-def side_by_side(number: int) -> dict[str, float]:
-    """Waits of a second."""
-    ran = run(parallel(*["wait elapsed(1s)"] * number))
-    return {
-        "value": ran.wall,
-        "processor": ran.processor,
-        "MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-    }
-
-
-def reaction() -> dict[str, float]:
-    """From an event to the reaction, in either order of the text."""
-    found = [each for first in (False, True) for each in delays(run(ping(first), logs=True).logged)]
-    return {"value": max(found) * 1000}
-
-
-def one_event(number: int) -> dict[str, float]:
-    """From an event to the end of the last who waited for it."""
-    ran = run(waiters(number), logs=True)
-    return {"value": ran.duration - ran.logged[0][0], "processor, with what comes before": ran.processor}
-
-
-def lateness() -> dict[str, float]:
-    """Of timers of the real clock, after they are due; the first when all have long been started."""
-    dues = [0.5 + 0.01 * n + 0.0003 * (n % 7) for n in range(300)]
-    members = [f"serial:\n    wait elapsed({due:.4f}s)\n    log('{due:.4f}')" for due in dues]
-    late = sorted(at - float(due) for at, due in run(parallel(*members), logs=True).logged)
-    if late[0] < 0:
-        raise SystemExit(f"a timer came {-late[0] * 1000:.3f} ms early")
-    return {"value": late[int(0.99 * len(late))] * 1000, "median": statistics.median(late) * 1000}
-
-
-def growth() -> dict[str, float]:
-    """The cost of one behavior among 10, and among 100,000: loading, checking and lowering; running."""
-    shown: dict[str, float] = {}
-    for size in SIZES:
-        text = serial(*["log('x')"] * size)
-        start = time.process_time()
-        prepare(text)
-        loaded = time.process_time() - start
-        shown[f"load {size}"] = loaded / size * 1e6
-        shown[f"run {size}"] = run(text, virtual=True).processor / size * 1e6
-    shown["value"] = shown["run 100000"] / shown["run 1000"]
-    return shown
-
+import runtime_against
+from runtime_cases import (
+    COLLECTOR,
+    delays,
+    growth,
+    invoked,
+    lateness,
+    length,
+    nested,
+    one_event,
+    parallel,
+    ping,
+    rate,
+    reaction,
+    serial,
+    side_by_side,
+    waiters,
+    waiting,
+)
 
 # ---------------------------------------------------------------- the peer
 
 
 def peer_run(python: str, text: str) -> list[tuple[float, str]]:
-    """What the peer logs, after the start of the scenario; empty if it fails."""
+    """Return the log of the peer after the start of the scenario; empty if it fails."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "main.osc"
         path.write_text(text)
@@ -233,7 +62,7 @@ def peer_run(python: str, text: str) -> list[tuple[float, str]]:
 
 
 def peer_length(text: str) -> Callable[[str], float | None]:
-    """How long the peer takes from the start of a scenario to its end."""
+    """Return the time of the peer from the start of a scenario to its end."""
     return lambda python: next((at for at, message in reversed(peer_run(python, text))), None)
 
 
@@ -274,10 +103,10 @@ class Case:
     Args:
         what: For people.
         unit: Of the figures.
-        goal: What is to be reached, and whether at least or at most.
+        goal: Target, as a minimum or a maximum.
         own: Measures.
         other: Measures the peer; None if it has nothing like it.
-        less: What is asked of the peer instead.
+        less: Size of the case for the peer.
     """
 
     what: str
@@ -286,23 +115,6 @@ class Case:
     own: Callable[[], dict[str, float]]
     other: Callable[[str], float | None] | None = None
     less: str = ""
-
-
-def length(text: str, *, virtual: bool) -> Callable[[], dict[str, float]]:
-    """How long a run takes."""
-
-    def measure() -> dict[str, float]:
-        ran = run(text, virtual=virtual)
-        return {"value": ran.wall, "processor": ran.processor}
-
-    return measure
-
-
-def rate() -> dict[str, float]:
-    """Wake-ups of timers in a second of the machine's."""
-    number = 50_000
-    ran = run(serial(*["wait elapsed(1s)"] * number), virtual=True)
-    return {"value": number / ran.wall, "a second of processor": number / ran.processor}
 
 
 CASES: Mapping[str, Case] = {
@@ -394,16 +206,26 @@ def report(name: str, python: str | None) -> None:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description="What the runtime costs.")
-    parser.add_argument("cases", nargs="*", metavar="CASE", help=f"of {', '.join(CASES)} (default: all)")
+    parser = argparse.ArgumentParser(description="Measure the cost of the runtime.")
+    known = f"of {', '.join(CASES)}; with --against, of {', '.join(runtime_against.ROWS)} (default: all)"
+    parser.add_argument("cases", nargs="*", metavar="CASE", help=known)
     peer.add_peer_arguments(parser)
+    runtime_against.add_arguments(parser)
     parser.add_argument("--once", choices=CASES, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.once:
-        gc.set_threshold(50_000, 20, 100)
+        gc.set_threshold(*COLLECTOR)
         print(json.dumps(CASES[options.once].own()))
         return
+    unknown = set(options.cases) - set(CASES if options.against is None else runtime_against.ROWS)
+    if unknown:
+        parser.error(f"unknown case `{min(unknown)}`; expected one {known}")
     python = peer.peer_of(options)
+    if options.against is not None:
+        runtime_against.compare(
+            options.against, options.cases or list(runtime_against.ROWS), options.rounds, python
+        )
+        return
     print(f"{'':42} {'here':>12} {'goal':>14} {'':8} {'peer':>18}")
     for name in options.cases or CASES:
         report(name, python)

@@ -1,11 +1,11 @@
-"""Every scenario with many seeds in every engine: how often does it end as it says?
+"""Shares of expected ends of all scenarios, with many seeds, in all engines.
 
     python benchmarks/seeds.py [--results FILE] [--seeds 30] [--first 1000] [--sim NAME] [FILE ...]
 
-It prints a table of scenarios and engines, which `docs/catalogue.md` sums up. Every run is appended to the
-results, a file of JSON lines, and is not repeated while its scenario file stays the same: to continue after an
-interruption, call it again; after a change of anything else, name a new file. `--table` prints the table of the
-results and runs nothing. Runs are sequential, at low priority.
+Prints a table of scenarios and engines, summarised in `docs/reference/scenarios.md`. Runs are appended to the
+results, a file of JSON lines, and not repeated while their scenario file stays the same. So an interrupted
+benchmark continues when it is called again. After any other change, name a new file. `--table` prints the table of
+the results without runs. Runs are sequential, at low priority.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class Result:
         digest: Of the text of the file.
         engine: The engine.
         seed: Its seed.
-        status: How it ended.
-        reason: Why.
+        status: Status of the run.
+        reason: Reason of the verdict.
         good: Whether this is the end that the scenario expects.
         duration: On the clock of the simulator [s].
     """
@@ -64,20 +64,20 @@ class Result:
 
 
 def digest_of(file: Path) -> str:
-    """A digest of the text of a file."""
+    """Return a digest of the text of a file."""
     return hashlib.sha256(file.read_bytes()).hexdigest()[:16]
 
 
 @contextmanager
 def node(engine: str) -> Iterator[str]:
-    """A simulator node while the block lasts; gives its endpoint."""
+    """Run a simulator node during the block; yields its endpoint."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
     command = [sys.executable, "-m", "seoro.cli.main", "sim", engine, "--listen", endpoint]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert process.stdout is not None
-        if not process.stdout.readline():  # which it writes once it can be reached
+        if not process.stdout.readline():  # written by the simulator when it is ready
             raise RuntimeError(f"the node of {engine} did not start: try `seoro sim {engine}`")
         try:
             yield endpoint
@@ -105,7 +105,7 @@ def _world(file: Path, world: str) -> str:
 
 
 def read(results: Path) -> list[Result]:
-    """The results that are there, of the files as they are now."""
+    """Return the stored results of the present files."""
     if not results.exists():
         return []
     found = [Result(**json.loads(line)) for line in results.read_text().splitlines()]
@@ -113,7 +113,7 @@ def read(results: Path) -> list[Result]:
 
 
 def carry_out(files: Sequence[Path], engine: str, seed: int, results: Path) -> None:
-    """Make the runs with a seed that are missing, all on one node."""
+    """Execute the missing runs of a seed on one node."""
     done = {each.key for each in read(results)}
     missing = [
         file for file in files if (str(file.relative_to(PROJECT)), digest_of(file), engine, seed) not in done
@@ -130,7 +130,7 @@ def carry_out(files: Sequence[Path], engine: str, seed: int, results: Path) -> N
 
 
 def table(results: Sequence[Result], engines: Sequence[str]) -> Iterator[str]:
-    """The lines of the table: engines with results, and no count where a scenario has none."""
+    """Return the lines of the table; engines without results are omitted."""
     engines = [engine for engine in engines if any(each.engine == engine for each in results)]
     yield f"| scenario | {' | '.join(engines)} |"
     yield f"|---|{'---|' * len(engines)}"
@@ -143,7 +143,7 @@ def table(results: Sequence[Result], engines: Sequence[str]) -> Iterator[str]:
 
 
 def main() -> int:
-    """Make the runs and print the table; exit with 1 if a run did not end as its scenario says."""
+    """Make the runs and print the table; exit with 1 if a run did not end as expected."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
     parser.add_argument(
         "files", nargs="*", type=Path, metavar="FILE", help="scenarios (default: all of the project)"
@@ -152,7 +152,7 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=30, metavar="N", help="how many (default: 30)")
     parser.add_argument("--first", type=int, default=1000, metavar="N", help="the first of them (default: 1000)")
     parser.add_argument("--sim", choices=SIMULATORS, action="append", help="an engine (repeatable, default: all)")
-    parser.add_argument("--table", action="store_true", help="print the table of what is there, and run nothing")
+    parser.add_argument("--table", action="store_true", help="print the table of the results without runs")
     options = parser.parse_args()
 
     files = [file.resolve() for file in options.files] or sorted((PROJECT / "scenarios").rglob("*.osc"))

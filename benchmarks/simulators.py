@@ -1,4 +1,4 @@
-"""How fast simulators are, beside their engines alone.
+"""Speed of simulators, compared with their engines alone.
 
     python benchmarks/simulators.py [ENGINE ...] [--rounds N] [--scenes SCENE ...]
 
@@ -11,8 +11,8 @@ For each engine and scene, in turns in one run:
 - long grants: the same, granted 1 s at a time.
 
 Then a node whose robot navigates in the maze, in grants of 50 ms, and a scan of its lidar. Figures are medians of
-all rounds, in simulated seconds per second; shares are medians, too, of what each gives beside the bare engine
-right before and after it, so that what else the machine does at a time is in both.
+all rounds, in simulated seconds per second. Shares are medians of the ratios to the bare engine, measured right
+before and after, so that other load affects both.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, start_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.node import SimulatorNode
-from seoro.runtime.contracts import Pose3D, Position3D, Report
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.backends import Report
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.rays import DIRECTIONS, LIMIT
 from sim_nodes.physics import Engine
@@ -60,7 +61,7 @@ PLACES = (
 
 
 def scenes() -> dict[str, str]:
-    """World files by what they show."""
+    """Return world files by scene."""
     maze, cell = (
         resources.files("sim_nodes.worlds").joinpath(f"{name}.yaml").read_text(encoding="utf-8")
         for name in ("maze", "arm_cell")
@@ -96,7 +97,7 @@ def measure_bare(step: Callable[[], object], steps_per_second: int) -> float:
 
 
 async def _nothing() -> None:
-    """Ask for nothing."""
+    """Send no request."""
 
 
 async def measure_free(node: SimulatorNode) -> float:
@@ -182,12 +183,12 @@ def measure_scan(name: str) -> float:
 
 
 def _ignore(_report: Report) -> None:
-    """The drive is not driven to its end."""
+    """Ignore the result: the drive does not end."""
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description="How fast simulators are.")
+    parser = argparse.ArgumentParser(description="Measure the speed of simulators.")
     parser.add_argument("engines", metavar="ENGINE", nargs="*", help="mujoco, pybullet (default: those installed)")
     parser.add_argument("--rounds", type=int, default=9, metavar="N")
     parser.add_argument("--scenes", metavar="SCENE", nargs="+", choices=scenes(), default=list(scenes()))

@@ -1,4 +1,4 @@
-"""What snapshots cost, and what it saves to go on from one.
+"""Cost of snapshots, and time saved by continuing from one.
 
     python benchmarks/snapshots.py [ENGINE ...] [--runs N] [--hour]
 
@@ -24,7 +24,8 @@ from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, start_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.node import SimulatorNode
-from seoro.runtime.contracts import Pose3D, Position3D, Report
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.backends import Report
 from sim_nodes.__main__ import ENGINES
 
 ROBOT = "turtlebot4"
@@ -63,7 +64,7 @@ async def _timed(act: Callable[[], Awaitable[object]]) -> float:
 
 
 async def measure(engine: str, runs: int) -> None:
-    """Measure one engine, and print what was found."""
+    """Measure one engine, and print the results."""
     async with start_simulator(engine, SimulatorOptions("maze", 0, ModelPath())) as node:
         await drive_from_the_start(node, 0, SAVED_AT)
         saving = [await _timed(lambda: node.ask(wire.SAVE_STATE, wire.Empty())) for _ in range(10)]
@@ -81,7 +82,7 @@ async def measure(engine: str, runs: int) -> None:
 
 
 async def measure_hour(engine: str) -> None:
-    """Measure one engine after an hour, and print what was found."""
+    """Measure one engine after an hour, and print the results."""
     async with start_simulator(engine, SimulatorOptions("empty", 0, ModelPath())) as node:
         simulated = await _timed(partial(_drive_in_curves, node, HOUR))
         snapshot = await node.ask(wire.SAVE_STATE, wire.Empty())
@@ -104,7 +105,7 @@ async def _drive_in_curves(node: SimulatorNode, until: float) -> None:
 
 
 def _ignore(report: Report) -> None:
-    """The end of the goal does not matter here."""
+    """Ignore the result of the goal."""
 
 
 def main() -> None:

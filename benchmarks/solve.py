@@ -1,4 +1,4 @@
-"""How long choosing parameter values takes: the sizes that scenarios have, and larger ones.
+"""Time of solving constraints on parameters, for usual sizes and larger ones.
 
     python benchmarks/solve.py [--repeat N]
 
@@ -125,7 +125,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
 
 
 def measure(asked: Problem, seed: int) -> float:
-    """Processor time [s] of one solution, or of finding out that there is none."""
+    """Return the processor time of one solution, or of proving that none exists [s]."""
     start = time.process_time()
     with contextlib.suppress(Conflict):
         solve(asked, seed)

@@ -1,8 +1,9 @@
-"""How long a scenario of three lines takes, from the command to its end, and beside it `scenario-execution`.
+"""Time of a scenario of three lines from the command to its end, compared with `scenario-execution`.
 
     python benchmarks/startup.py [--rounds N] [--peer PYTHON | --install-peer]
 
-Each round runs Python with nothing to do, `seoro exec` and, if it is asked for, the peer, one after the other.
+Each round runs an empty Python program, `seoro exec` of an edited file, `seoro exec` of an unchanged file with a
+cached plan, and, if requested, the peer.
 Times are of the wall clock and of the processor, in seconds; the medians of all rounds. The files of seoro are
 compiled first, as an installer compiles those of the peer.
 """
@@ -17,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import peer
@@ -27,17 +29,19 @@ HELLO = 'import osc.helpers\nscenario hello:\n    do serial:\n        log("hello
 GOAL = 0.5  # of the peer's time
 
 
-def measure(command: list[str]) -> tuple[float, float]:
-    """Seconds of the wall clock and of the processor that a command takes."""
+def measure(
+    command: list[str], cwd: str | None = None, env: Mapping[str, str] | None = None
+) -> tuple[float, float]:
+    """Seconds of the wall clock and of the processor that a command takes, in a folder and an environment."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    subprocess.run(command, check=True, capture_output=True)
+    subprocess.run(command, check=True, capture_output=True, cwd=cwd, env=env)
     wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description="How long a scenario of three lines takes.")
+    parser = argparse.ArgumentParser(description="Measure the time of a scenario of three lines.")
     parser.add_argument("--rounds", type=int, default=11)
     peer.add_peer_arguments(parser)
     options = parser.parse_args()
@@ -45,15 +49,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         hello = Path(folder) / "hello.osc"
         hello.write_text(HELLO)
+        edited = hello.with_name("edited.osc")
         commands = {
             "python -c pass": [sys.executable, "-c", "pass"],
+            "seoro exec, edited": [str(Path(sys.executable).with_name("seoro")), "exec", str(edited)],
             "seoro exec": [str(Path(sys.executable).with_name("seoro")), "exec", str(hello)],
         }
         python = peer.peer_of(options)
         if python is not None:
             commands["scenario_execution"] = [*peer.command(python), str(hello)]
         measured: dict[str, list[tuple[float, float]]] = {name: [] for name in commands}
-        for _ in range(options.rounds):
+        for number in range(options.rounds):
+            edited.write_text(f"{HELLO}# {number}\n")
             for name, command in commands.items():
                 measured[name].append(measure(command))
     medians = {

@@ -1,8 +1,8 @@
-"""What streams cost a simulator: python benchmarks/streams.py [--rounds N]
+"""Cost of streams for a simulator: python benchmarks/streams.py [--rounds N]
 
-A robot that navigates in the maze, simulated in turns without a stream, with one of the time alone, and with one
-of everything that an exposed robot publishes: lidar, odometry, IMU, pose and joints. What is published is encoded
-and dropped. The lidar senses in all of them, since the robot navigates. Figures are simulated seconds per second,
+A robot navigates in the maze. It is simulated in turns without a stream, with a stream of the time alone, and
+with all topics of an exposed robot: lidar, odometry, IMU, pose and joints. Published messages are encoded and
+dropped. The lidar senses in all of them, since the robot navigates. Figures are simulated seconds per second,
 medians of all rounds, and shares of the first.
 """
 
@@ -30,23 +30,23 @@ KINDS = {"none": None, "time": wire.OpenStream(id="time"), "everything": EVERYTH
 
 
 class Sink:
-    """Takes what is published."""
+    """Drops published messages."""
 
-    is_taken = True
+    has_subscribers = True
 
     def put(self, payload: bytes) -> None:
-        """Drop it."""
+        """Drop a message."""
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing."""
 
 
 def simulator(stream: wire.OpenStream | None) -> Simulator:
-    """A robot on a long way."""
+    """Return a client of a robot on a long path."""
     made = Simulator(ENGINES["mujoco"](), "maze", 3)
     made.streams.connect(lambda _: Sink())
     requests: list[tuple[wire.Verb[Any, Any], wire.Message]] = [
-        (wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=ROBOT, pose=wire.Pose())),
+        (wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=ROBOT, pose=wire.Pose3D())),
         (wire.NAVIGATE_THROUGH_POSES, wire.NavigateThroughPoses(id="go", robot=ROBOT, poses=(FAR,))),
     ]
     if stream is not None:
@@ -56,7 +56,7 @@ def simulator(stream: wire.OpenStream | None) -> Simulator:
     return made
 
 
-FAR = wire.Pose(position=wire.Vector3(x=3.0, y=-3.0))
+FAR = wire.Pose3D(wire.Position3D(3.0, -3.0))
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""What traces cost: a record in the run, on the disk, and when it is looked at.
+"""Cost of traces: per record in the run, on the disk, and in `seoro trace`.
 
     python benchmarks/traces.py
 
@@ -16,9 +16,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from seoro.runtime.contracts import Observer
-from seoro.runtime.jsonl import JsonLines
-from seoro.runtime.trace import Trace
+from seoro.runtime.contracts.observers import Observer
+from seoro.runtime.trace.jsonl import JsonLines
+from seoro.runtime.trace.records import Trace
 
 RECORDS = 200_000
 FIELDS = {
@@ -37,7 +37,7 @@ print(*[line for line in pathlib.Path("/proc/self/status").open() if line.starts
 
 
 class Nobody:
-    """Sees records, and does nothing."""
+    """Observes records and ignores them."""
 
     def record(self, record: dict[str, object]) -> None:
         """Do nothing."""
@@ -55,7 +55,7 @@ class Direct:
 
 
 def hand_on(observer: Observer) -> float:
-    """Seconds that a run spends on a record."""
+    """Return the time of a run for a record [s]."""
     failures: list[Exception] = []
     trace = Trace([observer], lambda: 0.0, failures.append)
     start = time.perf_counter()
@@ -67,7 +67,7 @@ def hand_on(observer: Observer) -> float:
 
 
 def write(path: Path) -> None:
-    """Write the records by a thread, and say what that costs."""
+    """Write the records in a thread, and print the cost."""
 
     async def finish(lines: JsonLines) -> None:
         await lines.finish()
@@ -81,7 +81,7 @@ def write(path: Path) -> None:
 
 
 def look(path: Path, option: str) -> None:
-    """Have `seoro trace` look at a file, and say in what time and memory it does."""
+    """Print the time and memory of `seoro trace` for a file."""
     start = time.perf_counter()
     command = [sys.executable, "-c", LOOK, "trace", str(path), option]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=True)
@@ -93,7 +93,7 @@ def main() -> None:
     """Measure."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "trace.jsonl"
-        print(f"a record that nobody writes: {hand_on(Nobody()) * 1e6:.1f} us")
+        print(f"a record without a writer: {hand_on(Nobody()) * 1e6:.1f} us")
         print(f"written at once: {hand_on(Direct(path)) * 1e6:.1f} us")
         write(path)
         million = Path(folder) / "million.jsonl"

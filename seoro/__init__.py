@@ -11,19 +11,29 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from seoro.client import Client
-    from seoro.embed import Scenario, load, run, start
+    from seoro.embed import Scenario, load, replay, run, start
     from seoro.embed.options import Lab, Leasing, Ros, Simulator
     from seoro.embed.runs import Run
-    from seoro.errors import ActionFailed, BackendError, InvalidScenario, InvalidUse, SeoroError
+    from seoro.embed.subscriptions import EventSubscription
+    from seoro.errors import (
+        ActionFailed,
+        BackendError,
+        InvalidScenario,
+        SeoroError,
+        SubscriptionOverflow,
+        UsageError,
+    )
     from seoro.lang.plan.types import EnumValue
-    from seoro.runtime.actions import action
-    from seoro.runtime.context import ActionContext
-    from seoro.runtime.contracts import Child, ModifierContext, Orientation3D, Pose3D, Position3D
-    from seoro.runtime.method_context import MethodContext
-    from seoro.runtime.modifiers import modifier
-    from seoro.runtime.reading import TraceReader
-    from seoro.runtime.threads import ThreadContext
-    from seoro.runtime.values import Actor, Range, Struct, Variable
+    from seoro.robotics.geometry import Orientation3D, Pose3D, Position3D
+    from seoro.runtime.actions.context import ActionContext
+    from seoro.runtime.actions.threads import ThreadContext
+    from seoro.runtime.contracts.modifiers import Child, ModifierContext
+    from seoro.runtime.events.occurrence import Occurrence
+    from seoro.runtime.functions.actions import action
+    from seoro.runtime.functions.modifiers import modifier
+    from seoro.runtime.trace.reader import TraceReader
+    from seoro.runtime.values.method_context import MethodContext
+    from seoro.runtime.values.values import Actor, Range, Struct, Variable
     from seoro.runtime.verdict import Outcome, RunStatus, Status, Verdict
 
 __version__ = "0.1.0"
@@ -36,12 +46,13 @@ __all__ = [
     "Child",
     "Client",
     "EnumValue",
+    "EventSubscription",
     "InvalidScenario",
-    "InvalidUse",
     "Lab",
     "Leasing",
     "MethodContext",
     "ModifierContext",
+    "Occurrence",
     "Orientation3D",
     "Outcome",
     "Pose3D",
@@ -55,32 +66,45 @@ __all__ = [
     "Simulator",
     "Status",
     "Struct",
+    "SubscriptionOverflow",
     "ThreadContext",
     "TraceReader",
+    "UsageError",
     "Variable",
     "Verdict",
     "action",
     "load",
     "modifier",
+    "replay",
     "run",
     "start",
 ]
 
 _MODULES = {
     "seoro.client": ("Client",),
-    "seoro.embed": ("Scenario", "load", "run", "start"),
+    "seoro.embed": ("Scenario", "load", "replay", "run", "start"),
+    "seoro.embed.subscriptions": ("EventSubscription",),
     "seoro.embed.options": ("Lab", "Leasing", "Ros", "Simulator"),
     "seoro.embed.runs": ("Run",),
-    "seoro.errors": ("ActionFailed", "BackendError", "InvalidScenario", "InvalidUse", "SeoroError"),
+    "seoro.errors": (
+        "ActionFailed",
+        "BackendError",
+        "InvalidScenario",
+        "UsageError",
+        "SeoroError",
+        "SubscriptionOverflow",
+    ),
     "seoro.lang.plan.types": ("EnumValue",),
-    "seoro.runtime.actions": ("action",),
-    "seoro.runtime.context": ("ActionContext",),
-    "seoro.runtime.contracts": ("Child", "ModifierContext", "Orientation3D", "Pose3D", "Position3D"),
-    "seoro.runtime.method_context": ("MethodContext",),
-    "seoro.runtime.modifiers": ("modifier",),
-    "seoro.runtime.reading": ("TraceReader",),
-    "seoro.runtime.threads": ("ThreadContext",),
-    "seoro.runtime.values": ("Actor", "Range", "Struct", "Variable"),
+    "seoro.runtime.actions.context": ("ActionContext",),
+    "seoro.robotics.geometry": ("Orientation3D", "Pose3D", "Position3D"),
+    "seoro.runtime.contracts.modifiers": ("Child", "ModifierContext"),
+    "seoro.runtime.functions.actions": ("action",),
+    "seoro.runtime.functions.modifiers": ("modifier",),
+    "seoro.runtime.values.method_context": ("MethodContext",),
+    "seoro.runtime.events.occurrence": ("Occurrence",),
+    "seoro.runtime.trace.reader": ("TraceReader",),
+    "seoro.runtime.actions.threads": ("ThreadContext",),
+    "seoro.runtime.values.values": ("Actor", "Range", "Struct", "Variable"),
     "seoro.runtime.verdict": ("Outcome", "RunStatus", "Status", "Verdict"),
 }
 

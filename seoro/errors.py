@@ -1,14 +1,15 @@
 """Exceptions, named by whose fault they are.
 
 SeoroError
-|-- InvalidScenario   the scenario's text: has diagnostics, prints them with carets
-|-- InvalidUse        the caller: an option, a name, a combination that cannot work
-|-- ActionFailed      the system under test: an action did not reach what it was asked for
+|-- InvalidScenario   the scenario's text; has diagnostics, and prints them with carets
+|-- UsageError        the caller: an invalid option, name or combination
+|   `-- SubscriptionOverflow    it receives events more slowly than they occur
+|-- ActionFailed      the system under test: an action did not reach its goal
 `-- BackendError      a simulator or a robot's bridge
-    |-- BackendRefused    it said no to a request, with a reason
-    |   `-- BackendStopped    somebody has stopped all that moves
-    `-- BackendLost       it is gone, or does not answer any more
-        `-- BackendUnreachable    it is not there (yet): a later attempt may succeed
+    |-- BackendRefused    it refused a request, with a reason
+    |   `-- BackendStopped    it is under an emergency stop
+    `-- BackendLost       the connection is lost, or it does not answer
+        `-- BackendUnreachable    it is not up (yet); a later attempt may succeed
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class SeoroError(Exception):
 
 
 class InvalidScenario(SeoroError):
-    """The scenario's text has errors; `diagnostics` says which and where."""
+    """The scenario's text has errors; `diagnostics` lists them with their places."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         super().__init__(f"{len(diagnostics)} diagnostics")
@@ -41,15 +42,15 @@ class InvalidScenario(SeoroError):
         return "\n\n".join(render_text(diagnostic) for diagnostic in self.diagnostics)
 
 
-class InvalidUse(SeoroError):
-    """What the caller asked for cannot be done.
+class UsageError(SeoroError):
+    """The request of the caller is invalid.
 
     Args:
-        message: What is wrong.
-        span: The text of the scenario that asks for it, if any does.
-        help: What would work.
-        places: The places in the text that have to do with it, each with what to say of it; the first is the span.
-        code: What `seoro explain` knows it by.
+        message: Description of the error.
+        span: Place of the request in the text of the scenario, if any.
+        help: Suggestion for a fix.
+        places: Related places in the text, each with a label; the first is the span.
+        code: Code for `seoro explain`.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class InvalidUse(SeoroError):
 
     @property
     def diagnostic(self) -> Diagnostic | None:
-        """The message with its code and places; None if the text of the scenario has nothing to do with it."""
+        """The message with its code and places; None if the error has no place in a scenario."""
         from seoro.lang.diagnostic import Diagnostic, Label, Severity  # noqa: PLC0415 - only needed for messages
 
         if self.span is None:
@@ -86,27 +87,45 @@ class InvalidUse(SeoroError):
         return self.message if found is None else render_text(found)
 
 
+class SubscriptionOverflow(UsageError):
+    """A subscription with `on_full="fail"` received more slowly than its event occurred.
+
+    Args:
+        event: The event.
+        capacity: Capacity of the buffer.
+        lost: Number of lost occurrences.
+    """
+
+    def __init__(self, event: str, capacity: int, lost: int) -> None:
+        super().__init__(
+            f"the buffer of the subscription to `{event}` was full (capacity {capacity}): {lost} "
+            f"{'occurrence was' if lost == 1 else 'occurrences were'} lost",
+            help='receive faster, give a larger `capacity`, or use `on_full="drop_oldest"` or `on_full="wait"`',
+        )
+        self.lost = lost
+
+
 def cause_of(error: Exception) -> Exception:
-    """Return the first exception of nested exception groups, which task groups make; else the exception itself."""
+    """Return the first exception in nested exception groups of task groups; otherwise the exception itself."""
     while isinstance(error, ExceptionGroup):
         error = error.exceptions[0]
     return error
 
 
 class ActionFailed(SeoroError):
-    """An action did not reach what it was asked for. Raised by actions; the scenario goes on from there."""
+    """An action did not reach its goal. Raised by actions; the scenario reacts to it."""
 
 
 class BackendError(SeoroError):
-    """A simulator or a robot's bridge did not do its part."""
+    """A simulator or a robot's bridge failed."""
 
 
 class BackendRefused(BackendError):
-    """A backend said no.
+    """A backend refused a request.
 
     Args:
-        message: Its reason, for people.
-        code: Its result code (`simulation_interfaces`).
+        message: Reason, for people.
+        code: Result code (`simulation_interfaces`).
     """
 
     def __init__(self, message: str, code: int) -> None:
@@ -115,19 +134,19 @@ class BackendRefused(BackendError):
 
 
 class BackendStopped(BackendRefused):
-    """Somebody has stopped all that moves there: neither the scenario nor what it tests is at fault."""
+    """A backend is under an emergency stop; neither the scenario nor the system under test is at fault."""
 
 
 class BackendLost(BackendError):
-    """A backend is gone, or does not answer any more."""
+    """The connection to a backend is lost, or the backend does not answer."""
 
 
 class BackendUnreachable(BackendLost):
     """A backend cannot be reached, or is busy or ending; a later attempt may succeed.
 
     Args:
-        message: The endpoint and the node that was expected there.
-        help: How to start one.
+        message: Endpoint, and the node that was expected there.
+        help: Suggestion how to start the backend.
     """
 
     def __init__(self, message: str, help: str = "") -> None:  # noqa: A002

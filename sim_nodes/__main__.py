@@ -15,15 +15,15 @@ from seoro.bridges.session import SessionError
 from seoro.bridges.wire import SimulationState, node_command
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.errors import InvalidUse
-from seoro.terminal_text import log_to_stderr
+from seoro.errors import UsageError
+from seoro.text.printable import log_to_stderr
 from sim_nodes import snapshots
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
 from sim_nodes.physics import Engine
 from sim_nodes.simulator import Simulator
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
-INVALID = 2  # exit status: the command line is wrong, or what it names does not work
+INVALID = 2  # exit status for an invalid command line or an unusable argument
 
 
 def _mujoco() -> Engine:
@@ -38,13 +38,13 @@ def _pybullet() -> Engine:
     return PybulletEngine()
 
 
-# Engines are imported when they are asked for: each is an optional dependency.
+# Engines are optional dependencies, so each is imported on use.
 ENGINES: dict[str, Callable[[], Engine]] = {"mujoco": _mujoco, "pybullet": _pybullet}
-INSTALLED = "seoro.engines"  # the group of entry points of packages with other engines
+INSTALLED = "seoro.engines"  # entry point group of packages with other engines
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a node until it is told to end; returns the exit status."""
+    """Run a node until it is stopped; returns the exit status."""
     options = _parser().parse_args(arguments)
     log_to_stderr("%(name)s: %(levelname)s: %(message)s")
     listen = None if options.connect else options.listen or DEFAULT_ENDPOINT
@@ -62,14 +62,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (SessionError, RequestRefused, ValueError) as error:
         sys.stderr.write(f"error: {error}\n")
         return INVALID
-    except InvalidUse as error:
+    except UsageError as error:
         sys.stderr.write(f"error: {error}\n" + (f"  = help: {error.help}\n" if error.help else ""))
         return INVALID
     return 0
 
 
 def _engine(name: str) -> Callable[[], Engine]:
-    """What makes an engine: one of ours, or what an installed package has as `name = "module:Class"`."""
+    """Return the factory of an engine: built in, or an entry point `name = "module:Class"`."""
     if name in ENGINES:
         return ENGINES[name]
     found: Callable[[], Engine] = next(iter(entry_points(group=INSTALLED, name=name))).load()
@@ -85,10 +85,10 @@ def _make(engine: Callable[[], Engine], options: argparse.Namespace) -> Simulato
 
 
 def _rate(text: str) -> float:
-    """A rate of the command line.
+    """Parse a rate.
 
     Raises:
-        ValueError: It is no rate, which argparse says.
+        ValueError: The rate is invalid; argparse reports it.
     """
     return math.inf if text == "max" else float(text)
 
@@ -99,38 +99,36 @@ def _announce(settings: NodeSettings, simulator: Simulator, *, quiet: bool) -> N
     where = f"listens on {settings.listen}" if settings.listen else f"is connected to {settings.connect}"
     world = simulator.simulation.world.name
     since = f" at {simulator.time:.2f} s" if simulator.time > 0.0 else ""
-    sys.stdout.write(f"{settings.node} {where} with the world {world}{since}; Ctrl-C ends it\n")
+    sys.stdout.write(f"{settings.node} {where} with the world {world}{since}; press Ctrl-C to stop\n")
     sys.stdout.flush()
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="sim_nodes", description="Start a simulator node.")
+    parser = argparse.ArgumentParser(prog="sim_nodes", description="Run a simulator node.")
     parser.add_argument(
-        "engine", choices=sorted({*ENGINES, *entry_points(group=INSTALLED).names}), help="the engine"
+        "engine", choices=sorted({*ENGINES, *entry_points(group=INSTALLED).names}), help="physics engine"
     )
     place = parser.add_mutually_exclusive_group()
-    place.add_argument("--connect", metavar="ENDPOINT", help="connect to the hub at this Zenoh endpoint")
+    place.add_argument("--connect", metavar="ENDPOINT", help="connect to the Zenoh hub at ENDPOINT")
     place.add_argument(
         "--listen",
         metavar="ENDPOINT",
-        help=f"be the hub, and listen on this endpoint (default {DEFAULT_ENDPOINT})",
+        help=f"run as hub and listen on ENDPOINT (default {DEFAULT_ENDPOINT})",
     )
+    parser.add_argument("--namespace", default=NAMESPACE, help="namespace of the node (default %(default)s)")
+    parser.add_argument("--node", help="node name (default: name of the engine)")
     parser.add_argument(
-        "--namespace", default=NAMESPACE, help="first part of the node's name (default %(default)s)"
-    )
-    parser.add_argument("--node", help="name of the node (default: the engine's)")
-    parser.add_argument(
-        "--audit", type=Path, metavar="FILE", help="log of what is asked of it, where there are keys"
+        "--audit", type=Path, metavar="FILE", help="append requests to this audit log (labs with keys only)"
     )
     beginning = parser.add_mutually_exclusive_group()
-    beginning.add_argument("--world", default="maze", help="name or file of the world (default %(default)s)")
-    beginning.add_argument("--from-snapshot", type=Path, metavar="FILE", help="go on from a state that was saved")
-    parser.add_argument("--seed", type=int, help="seed of all randomness (default 0, or that of the snapshot)")
+    beginning.add_argument("--world", default="maze", help="world name or file (default %(default)s)")
+    beginning.add_argument("--from-snapshot", type=Path, metavar="FILE", help="continue from a snapshot")
+    parser.add_argument("--seed", type=int, help="random seed (default 0, or the seed of the snapshot)")
     parser.add_argument(
         "--rate",
         type=_rate,
         metavar="RATE",
-        help="play from the start, this many times as fast as the machine's clock, or as fast as possible (max)",
+        help="start unpaused at this rate (1 = real time, max = as fast as possible)",
     )
     parser.add_argument(
         "--model-path",
@@ -138,21 +136,19 @@ def _parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="DIR",
-        help="look up models `name://path` in DIR/name first, where they are asked for by URIs (repeatable)",
+        help="search DIR/name for models with URIs `name://path` (repeatable)",
     )
     parser.add_argument(
         "--stop-file",
         type=Path,
         metavar="FILE",
-        help="keep an emergency stop there, so that it outlasts the process",
+        help="keep an emergency stop in FILE, also across restarts",
     )
-    parser.add_argument(
-        "--die-with-parent", action="store_true", help="end when stdin ends, and leave Ctrl-C to the parent"
-    )
+    parser.add_argument("--die-with-parent", action="store_true", help="exit when stdin closes; ignore Ctrl-C")
     parser.add_argument(
         "--folder",
         metavar="DIR",
-        help="with --die-with-parent: the parent's folder, to be removed if that is killed",
+        help="with --die-with-parent: delete this folder if the parent is killed",
     )
     return parser
 

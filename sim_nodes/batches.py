@@ -1,8 +1,8 @@
-"""Physics steps in batches that end soon by the machine's clock, however large the world is.
+"""Physics steps in batches that take a short wall time in worlds of any size.
 
-A call of an engine cannot be interrupted. Between two, the main thread sees an emergency stop, and in engines that
-keep other threads from running, the thread that hears of it gets its turn. How many steps are made at once changes
-nothing: states are the same, bit for bit (`Engine.step`).
+Calls of an engine cannot be interrupted. Between two calls, the main thread checks for emergency stops; engines
+that hold the GIL also let other threads run only then. Batch sizes do not affect results: the states are
+bit-identical (`Engine.step`).
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from typing import Final
 
 from sim_nodes.physics import Engine
 
-LONGEST: Final = 0.05  # [s] of the machine's clock that a batch should take at most
-GROWTH: Final = 4  # times as many steps in the next batch, at most
-MOST: Final = 1000  # steps
+TARGET: Final = 0.05  # [s] target wall time of a batch
+GROWTH: Final = 4  # maximum factor between the sizes of two batches
+MOST: Final = 1000  # maximum steps of a batch
 
 
 class Batches:
-    """Makes the steps of an engine in batches.
+    """Makes physics steps in batches.
 
     Args:
-        clock: The machine's monotonic clock [s].
+        clock: Monotonic clock [s].
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -31,18 +31,18 @@ class Batches:
         self._size = 1
 
     def make(self, engine: Engine, count: int, halted: Event) -> int:
-        """Make up to `count` steps, at least one, to the first after which other pairs of entities touch.
+        """Make up to `count` steps, at least one; stop after a step in which the pairs in contact change.
 
         Args:
             engine: The engine.
-            count: How many.
-            halted: Ends them, too, after a batch.
+            count: Maximum number of steps.
+            halted: Event that stops after the present batch.
 
         Returns:
-            How many were made.
+            Number of steps made.
 
         Raises:
-            UnstablePhysics: The engine could not, and the world is lost.
+            UnstablePhysics: The physics has diverged.
         """
         made, touching = 0, engine.touching()
         while True:
@@ -54,7 +54,7 @@ class Batches:
             if made >= count or some < wanted or halted.is_set() or engine.touching() != touching:
                 return made
 
-    def _fit(self, made: int, took: float) -> None:
-        """Fit the size of the next batch to the time that steps take [s]."""
-        allowed = int(LONGEST * made / took) if took > 0.0 else MOST
+    def _fit(self, made: int, duration: float) -> None:
+        """Adapt the size of the next batch to the wall time of the last one [s]."""
+        allowed = int(TARGET * made / duration) if duration > 0.0 else MOST
         self._size = max(1, min(allowed, GROWTH * self._size, MOST))

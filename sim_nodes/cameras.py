@@ -1,7 +1,7 @@
-"""The cameras of a world: free ones, which are put somewhere or follow something, and those that robots carry.
+"""Cameras of a world: free cameras, at a fixed pose or following an entity, and cameras mounted on robots.
 
-Cameras are nothing to physics: they have no mass, nothing touches them, and pictures leave the state as it is.
-Pictures for those who ask for them have the faults that lie on their way; films are an observer's, and have none.
+Cameras have no mass and no collision shape, and rendering does not change the state. Faults affect the images that
+clients request; recordings show the truth.
 """
 
 from __future__ import annotations
@@ -13,27 +13,28 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import assert_never
 
-from seoro.bridges.wire import CameraFault, Delay, Freeze, Result
-from seoro.bridges.wire.refusal import RequestRefused, listed
-from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seoro.bridges.wire import CameraFault, Delay, Freeze
+from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix, vector
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
-from sim_nodes.sensors.camera_feed import PERIOD, CameraFeed, Exposure, Missing
+from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
+from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
 from sim_nodes.views import Lens, NoRendering, Picture, View, looking_at
 from sim_nodes.worlds.loader import World
 
 MAX_CAMERAS = 50
-NEAREST = 1e-6  # [m] to what a camera looks at
-MAX_KEPT = (
-    128 * 1024 * 1024
-)  # [bytes] of pictures that are kept because of faults; half of what a snapshot may have
+NEAREST = 1e-6  # [m] minimum distance of the point that a camera looks at
+MAX_KEPT = 128 * 1024 * 1024  # [bytes] of images kept for faults; half of the limit of a snapshot
 
 
 @dataclass(frozen=True)
-class Standing:
-    """In the map."""
+class FixedPose:
+    """A fixed pose in `map`."""
 
     position: Vector
     orientation: Quaternion
@@ -41,7 +42,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Following:
-    """At an offset from an entity, along the axes of the map, with the entity's origin in the middle."""
+    """An offset from an entity along the axes of `map`, looking at the entity's origin."""
 
     entity: str
     offset: Vector
@@ -49,7 +50,7 @@ class Following:
 
 @dataclass(frozen=True)
 class Mounted:
-    """At a place in the frame of a robot's link."""
+    """A pose in the frame of a robot's link."""
 
     robot: str
     link: str
@@ -57,28 +58,28 @@ class Mounted:
     orientation: Quaternion
 
 
-Mount = Standing | Following | Mounted
+Mount = FixedPose | Following | Mounted
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera and where it is."""
+    """A camera and its mount."""
 
     lens: Lens
     mount: Mount
-    spawned: bool = False  # else of the world's file or of a robot
+    spawned: bool = False  # otherwise part of the world file or of a robot
 
 
 class Cameras(Stateful):
-    """The cameras of a world, by name; those of a robot are called `robot/camera`.
+    """The cameras of a world by name; those of robots are named `robot/camera`.
 
     Args:
-        engine: What draws.
+        engine: Engine that renders.
         world: The world.
         seed: Seed of the simulation.
     """
 
-    STATE = ("_first", "_cameras", "_feeds")
+    STATE = ("_first", "_cameras", "_pipelines")
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self._engine = engine
@@ -89,108 +90,104 @@ class Cameras(Stateful):
         self.reset()
 
     def reset(self) -> None:
-        """Put every camera back to where it was at first, and clear its faults."""
+        """Return every camera to its initial mount and clear its faults."""
         self._cameras = dict(self._first)
-        self._feeds = {name: self._made_feed(name) for name in self._cameras}
+        self._pipelines = {name: self._make_pipeline(name) for name in self._cameras}
 
     def restore(self, state: State) -> None:
-        """See `Stateful`; cameras come and go, and with them the ways of their pictures."""
+        """See `Stateful`; the set of cameras may differ, and with it the pipelines."""
         self._cameras = state.values["_cameras"]
-        self._feeds = {name: self._made_feed(name) for name in self._cameras}
+        self._pipelines = {name: self._make_pipeline(name) for name in self._cameras}
         super().restore(state)
 
-    def _made_feed(self, name: str) -> CameraFeed:
-        look = partial(self._sound_picture, name)
-        return CameraFeed(self._cameras[name].lens, look, lambda purpose: Noise(self._seed, f"{name}/{purpose}"))
+    def _make_pipeline(self, name: str) -> CameraPipeline:
+        look = partial(self._ground_truth_picture, name)
+        return CameraPipeline(
+            self._cameras[name].lens, look, lambda purpose: Noise(self._seed, f"{name}/{purpose}")
+        )
 
     def names(self) -> tuple[str, ...]:
-        """Names of all cameras, sorted."""
+        """Return the names of all cameras, sorted."""
         return tuple(sorted(self._cameras))
 
     @property
     def free(self) -> frozenset[str]:
-        """Names of those that are entities of their own."""
+        """Names of the free cameras, which are entities."""
         return frozenset(name for name, camera in self._cameras.items() if not isinstance(camera.mount, Mounted))
 
     def add(self, name: str, lens: Lens, place: BodyState) -> None:
-        """Add a free camera, whose name is checked by `Entities`.
+        """Add a free camera; `Entities` has checked its name.
 
         Raises:
-            RequestRefused: There are too many.
+            RequestRefused: There are too many cameras.
         """
         if len(self._cameras) >= MAX_CAMERAS:
-            raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_CAMERAS} cameras already: delete some")
-        self._first[name] = Camera(lens, Standing(place.position, place.orientation), spawned=True)
+            raise operation_failed(f"too many cameras: {MAX_CAMERAS} at most; delete some")
+        self._first[name] = Camera(lens, FixedPose(place.position, place.orientation), spawned=True)
         self._cameras[name] = self._first[name]
-        self._feeds[name] = self._made_feed(name)
+        self._pipelines[name] = self._make_pipeline(name)
 
-    def place(self, name: str, place: BodyState) -> None:
-        """Put a free camera somewhere; it follows nothing any more."""
-        self._set(name, Standing(place.position, place.orientation))
+    def set_pose(self, name: str, place: BodyState) -> None:
+        """Set the pose of a free camera, which stops following."""
+        self._set(name, FixedPose(place.position, place.orientation))
 
     def follow(self, name: str, entity: str, offset: Vector) -> None:
-        """Let a camera go with an entity, and look at it."""
+        """Make a camera follow an entity and look at it."""
         if math.hypot(*offset) < NEAREST:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"{name!r} cannot follow {entity!r} from inside: give an offset"
-            )
+            raise operation_failed(f"{name!r} cannot follow {entity!r} at its origin; expected an offset")
         self._set(name, Following(entity, offset))
 
     def aim(self, name: str, target: Vector) -> None:
-        """Turn a camera where it is, so that a point is in the middle of its pictures."""
+        """Turn a camera in place, so that a point is in the middle of its images."""
         position = self.view(name).position
         if math.dist(position, target) < NEAREST:
-            raise RequestRefused(Result.OPERATION_FAILED, f"{name!r} cannot look at the point where it is")
-        self._set(name, Standing(position, looking_at(position, target)))
+            raise operation_failed(f"{name!r} cannot look at its own position")
+        self._set(name, FixedPose(position, looking_at(position, target)))
 
     def _set(self, name: str, mount: Mount) -> None:
         camera = self._camera(name)
         if isinstance(camera.mount, Mounted):
-            raise RequestRefused(
-                Result.FEATURE_UNSUPPORTED, f"{name!r} is fixed to {camera.mount.robot!r}: it cannot be moved"
-            )
+            raise feature_unsupported(f"{name!r} is mounted on {camera.mount.robot!r} and cannot be moved")
         self._cameras[name] = replace(camera, mount=mount)
 
     def remove(self, name: str) -> None:
-        """Remove a camera that was spawned.
+        """Remove a spawned camera.
 
         Raises:
-            RequestRefused: It was not.
+            RequestRefused: The camera was not spawned.
         """
         if not self._camera(name).spawned:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"{name!r} belongs to the world: what was spawned can be deleted"
-            )
-        del self._cameras[name], self._first[name], self._feeds[name]
+            raise operation_failed(f"{name!r} belongs to the world; only spawned cameras can be deleted")
+        del self._cameras[name], self._first[name], self._pipelines[name]
 
     def remove_spawned(self) -> None:
-        """Remove those that were spawned."""
+        """Remove all spawned cameras."""
         for name in [name for name, camera in self._cameras.items() if camera.spawned]:
             self.remove(name)
 
-    def forget(self, entity: str) -> None:
-        """An entity is about to be deleted: let what follows it stay where it is."""
+    def unfollow(self, entity: str) -> None:
+        """Stop following an entity that is about to be deleted; its cameras stay where they are."""
         for name, camera in self._cameras.items():
             if isinstance(camera.mount, Following) and camera.mount.entity == entity:
                 view = self.view(name)
-                self._cameras[name] = replace(camera, mount=Standing(view.position, view.orientation))
+                self._cameras[name] = replace(camera, mount=FixedPose(view.position, view.orientation))
 
     def view(self, name: str) -> View:
-        """From where a camera looks now, and how.
+        """Return the present pose and lens of a camera.
 
         Raises:
-            RequestRefused: There is no such camera, or there are no pictures here.
+            RequestRefused: The camera is unknown, or the engine does not render.
         """
         camera = self._camera(name)
         try:
-            position, orientation = self._place_of(camera.mount)
+            position, orientation = self._pose_of(camera.mount)
         except NoRendering as error:
-            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"no picture can be taken: {error}") from error
+            raise feature_unsupported(f"cannot render: {error}") from error
         return View(position, orientation, camera.lens)
 
-    def _place_of(self, mount: Mount) -> tuple[Vector, Quaternion]:
+    def _pose_of(self, mount: Mount) -> tuple[Vector, Quaternion]:
         match mount:
-            case Standing(position=position, orientation=orientation):
+            case FixedPose(position=position, orientation=orientation):
                 return position, orientation
             case Following(entity=entity, offset=offset):
                 target = self._engine.body_state(entity).position
@@ -198,88 +195,84 @@ class Cameras(Stateful):
                 return position, looking_at(position, target)
             case Mounted(robot=robot, link=link, position=inner, orientation=turned):
                 place, orientation = self._engine.link_pose(robot, link)
-                offset = (rotation_matrix(orientation) @ inner).tolist()
-                return _moved(place, offset), multiply(orientation, turned)
+                return _moved(place, rotation_matrix(orientation) @ inner), multiply(orientation, turned)
             case _:
                 assert_never(mount)
 
     @property
     def is_busy(self) -> bool:
-        """Whether any of them has to do something in every tick."""
-        return any(feed.is_busy for feed in self._feeds.values())
+        """Whether a camera needs every tick."""
+        return any(pipeline.is_busy for pipeline in self._pipelines.values())
 
     def tick(self, tick: int) -> None:
-        """Do what is due in a tick."""
-        for feed in self._feeds.values():
-            if feed.is_busy:
-                feed.pass_tick(tick)
+        """Update the pipelines."""
+        for pipeline in self._pipelines.values():
+            if pipeline.is_busy:
+                pipeline.update(tick)
 
-    def feed(self, name: str) -> CameraFeed:
-        """The way of a camera's pictures to those who ask for them.
+    def pipeline(self, name: str) -> CameraPipeline:
+        """Return the pipeline of a camera's images.
 
         Raises:
-            RequestRefused: There is no such camera.
+            RequestRefused: The camera is unknown.
         """
         self._camera(name)
-        return self._feeds[name]
+        return self._pipelines[name]
 
     def picture(self, name: str, tick: int) -> Exposure:
-        """What a camera gives now, in a tick.
+        """Return the image that a camera gives in a tick.
 
         Raises:
-            RequestRefused: There is no such camera, it gives nothing, or there are no pictures here.
+            RequestRefused: The camera is unknown, gives no image, or the engine does not render.
         """
-        given = self.feed(name).give(tick)
+        given = self.pipeline(name).give(tick)
         if isinstance(given, Missing):
-            raise RequestRefused(Result.OPERATION_FAILED, f"no picture of {name!r} has come: {given.value}")
+            raise operation_failed(f"no image from {name!r}: {given.value}")
         return given
 
-    def _sound_picture(self, name: str) -> Picture:
+    def _ground_truth_picture(self, name: str) -> Picture:
         return render(self._engine, self.view(name))
 
-    def check_room(self, name: str, fault: CameraFault) -> None:
-        """Refuse a fault for which more pictures would have to be kept than may be.
+    def check_memory(self, name: str, fault: CameraFault) -> None:
+        """Refuse a fault that would exceed the memory for kept images.
 
         Raises:
-            RequestRefused: There is no room for them.
+            RequestRefused: The memory is too small.
         """
         others = (
-            _kept(feed.lens, each)
-            for other, feed in self._feeds.items()
-            for each in feed.faults.values()
+            _kept(pipeline.lens, each)
+            for other, pipeline in self._pipelines.items()
+            for each in pipeline.faults.values()
             if (other, each.kind) != (name, fault.kind)
         )
-        wanted = _kept(self.feed(name).lens, fault)
+        wanted = _kept(self.pipeline(name).lens, fault)
         left = MAX_KEPT - sum(others)
         if wanted > left:
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"{fault.kind} of {name!r} keeps {wanted / 1e6:.0f} MB of pictures, and for those of all cameras "
-                f"{left / 1e6:.0f} MB are left: make it shorter, or the pictures smaller",
+            raise operation_failed(
+                f"{fault.kind} of {name!r} keeps {wanted / 1e6:.0f} MB of images; only "
+                f"{left / 1e6:.0f} MB are left: shorten the fault or reduce the resolution"
             )
 
     def _camera(self, name: str) -> Camera:
         if name not in self._cameras:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no camera {name!r}: known are {listed(self._cameras)}"
-            )
+            raise unknown(f"camera {name!r}", "cameras", self._cameras)
         return self._cameras[name]
 
 
 def render(engine: Engine, view: View) -> Picture:
-    """What is seen from a view now.
+    """Render a view of the present state.
 
     Raises:
-        RequestRefused: There are no pictures here.
+        RequestRefused: The engine does not render.
     """
     try:
         return engine.render(view)
     except NoRendering as error:
-        raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"no picture can be taken: {error}") from error
+        raise feature_unsupported(f"cannot render: {error}") from error
 
 
 def _kept(lens: Lens, fault: CameraFault) -> int:
-    """How much of pictures is kept because of a fault [bytes]."""
+    """Return the memory that a fault needs for kept images [bytes]."""
     match fault:
         case Delay(time=time):
             pictures = math.ceil(time / (PERIOD * TICK)) + 2
@@ -291,7 +284,7 @@ def _kept(lens: Lens, fault: CameraFault) -> int:
 
 
 def png(picture: Picture) -> bytes:
-    """A picture as PNG."""
+    """Encode an image as PNG."""
     from PIL import Image  # noqa: PLC0415 - for nodes that are asked for pictures only
 
     file = io.BytesIO()
@@ -300,7 +293,7 @@ def png(picture: Picture) -> bytes:
 
 
 def _standing(view: View) -> Camera:
-    return Camera(view.lens, Standing(view.position, view.orientation))
+    return Camera(view.lens, FixedPose(view.position, view.orientation))
 
 
 def _cameras_of(robot: PlacedRobot) -> Iterable[tuple[str, Camera]]:
@@ -309,6 +302,5 @@ def _cameras_of(robot: PlacedRobot) -> Iterable[tuple[str, Camera]]:
         yield f"{robot.name}/{camera.name}", Camera(camera.lens, mount)
 
 
-def _moved(place: Vector, offset: Iterable[float]) -> Vector:
-    x, y, z = (at + by for at, by in zip(place, offset, strict=True))
-    return x, y, z
+def _moved(position: Vector, offset: ArrayLike) -> Vector:
+    return vector(np.add(position, offset))

@@ -1,4 +1,4 @@
-"""How far a point of the floor is from what stands on it, measured on the true world and seen from above."""
+"""Distances on the floor from points to walls, bodies and robots, of the true world, seen from above."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part,
 
 
 class WallDistance:
-    """Distances to the nearest of some walls."""
+    """Distances to the nearest of a set of walls."""
 
     def __init__(self, walls: Sequence[Wall]) -> None:
         self._centre = np.array([(wall.x, wall.y) for wall in walls]).reshape(-1, 2)
@@ -23,7 +23,7 @@ class WallDistance:
         self._cos, self._sin = np.cos(yaw), np.sin(yaw)
 
     def at(self, x: float, y: float) -> float:
-        """The distance of a point [m], 0 inside a wall, infinite where there are none."""
+        """Return the distance of a point [m]; 0 inside a wall, infinite without walls."""
         dx, dy = x - self._centre[:, 0], y - self._centre[:, 1]
         along = np.abs(self._cos * dx + self._sin * dy) - self._half[:, 0]
         across = np.abs(self._cos * dy - self._sin * dx) - self._half[:, 1]
@@ -31,13 +31,13 @@ class WallDistance:
 
 
 class Surroundings:
-    """What robots that drive may come close to: walls, what was spawned, and one another.
+    """Obstacles of wheeled robots: walls, spawned bodies, and other robots.
 
     Args:
-        engine: Knows where things are.
-        walls: The walls of the world.
-        entities: What was spawned.
-        radii: Of the robots that drive, by name [m].
+        engine: Engine with the present states.
+        walls: Walls of the world.
+        entities: Spawned bodies.
+        radii: Radii of the wheeled robots by name [m].
     """
 
     def __init__(
@@ -48,8 +48,8 @@ class Surroundings:
         self._entities = entities
         self._radii = radii
 
-    def room(self, robot: str, pose: Pose2) -> float:
-        """How far the circle that holds a robot is from anything, at a pose [m]; 0 at least."""
+    def clearance(self, robot: str, pose: Pose2) -> float:
+        """Return the distance from a robot's circle at a pose to the nearest obstacle [m]; 0 at least."""
         distances = [self._walls.at(pose.x, pose.y)]
         for name, spawned in self._entities.spawned.items():
             distances.append(distance_to_body(spawned.model, self._engine.body_state(name), pose.x, pose.y))
@@ -61,7 +61,7 @@ class Surroundings:
 
 
 def distance_to_body(model: BodyModel, state: BodyState, x: float, y: float) -> float:
-    """The distance of a point to a body in a state [m], 0 inside it, at the height of each of its parts."""
+    """Return the distance of a point to a body [m]; 0 inside. Parts at all heights count."""
     body = rotation_matrix(state.orientation)
     return min(_distance_to_part(part, body, np.array(state.position), x, y) for part in model.parts)
 
@@ -74,8 +74,8 @@ def _distance_to_part(part: Part, body: Array, position: Array, x: float, y: flo
         case Box(size=size):
             return float(np.hypot.reduce((np.abs(local) - np.array(size) / 2).clip(0.0)))
         case Cylinder(radius=radius, length=length):
-            beside = max(0.0, math.hypot(local[0], local[1]) - radius)
-            return math.hypot(beside, max(0.0, abs(float(local[2])) - length / 2))
+            across = max(0.0, math.hypot(local[0], local[1]) - radius)
+            return math.hypot(across, max(0.0, abs(float(local[2])) - length / 2))
         case Sphere(radius=radius):
             return max(0.0, float(np.hypot.reduce(local)) - radius)
         case _:

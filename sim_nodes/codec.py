@@ -1,8 +1,8 @@
-"""Values as bytes and back, without pickle: msgpack, and extensions for what it has no word for.
+"""Encodes values as bytes without pickle: msgpack with extensions.
 
-What goes in is plain data, arrays, and frozen data of this package and of the wire: dataclasses, pydantic models,
-named tuples, enumerations. What comes out is equal to the bit. Bytes can name classes of those kinds only, and
-making one computes nothing.
+Accepted are plain data, arrays, and frozen data of this package and of the wire: dataclasses, pydantic models,
+named tuples, enumerations. Decoded values are bit-identical. Bytes can name classes of those kinds only, and
+constructing one computes nothing.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from pydantic import BaseModel
 
 from seoro.bridges.wire.limits import Limits, check_limits
 
-HOMES = ("sim_nodes.", "seoro.bridges.wire")  # modules whose frozen classes may be named
-MAX_ELEMENTS = 10_000_000  # of a value, with those that are packed within it
-MAX_DEPTH = 100  # of what is packed at once
-KINDS = "biufc"  # of numbers in arrays: bool, int, unsigned, float, complex
+PACKAGES = ("sim_nodes.", "seoro.bridges.wire", "seoro.robotics.")  # modules whose frozen classes may be named
+MAX_ELEMENTS = 10_000_000  # of a value, including nested extensions
+MAX_DEPTH = 100  # of nested extensions
+KINDS = "biufc"  # dtype kinds of arrays: bool, int, unsigned, float, complex
 
 
 class CodecError(Exception):
-    """A value that has no bytes, or bytes that are no value."""
+    """A value cannot be encoded, or bytes cannot be decoded."""
 
 
 class _Kind(IntEnum):
-    """What an extension holds."""
+    """Type code of an extension."""
 
     TUPLE = 1
     SET = 2
@@ -41,15 +41,15 @@ class _Kind(IntEnum):
     ARRAY = 5
     RECORD = 6  # a class by name, and its fields
     MEMBER = 7  # of an enumeration
-    BIG = 8  # an integer that 64 bits do not hold
-    SCALAR = 9  # a number of numpy's own types
+    BIG = 8  # an integer beyond 64 bits
+    SCALAR = 9  # a numpy scalar
 
 
 def pack(value: object) -> bytes:
-    """The bytes of a value.
+    """Encode a value.
 
     Raises:
-        CodecError: There is something in it that is not data.
+        CodecError: It contains something that is not data.
     """
     try:
         packed: bytes = msgpack.packb(value, default=_extension, strict_types=True)
@@ -59,30 +59,30 @@ def pack(value: object) -> bytes:
 
 
 def unpack(data: bytes) -> Any:
-    """The value of some bytes, with arrays of its own.
+    """Decode a value; its arrays own their memory.
 
     Raises:
-        CodecError: They are none that `pack` makes.
+        CodecError: The bytes are invalid.
     """
     return _unpack(data, [MAX_ELEMENTS])
 
 
-def _unpack(data: bytes, left: list[int]) -> Any:
-    """As `unpack`; `left` has the elements that all that is packed within one another may still have."""
+def _unpack(data: bytes, remaining: list[int]) -> Any:
+    """Decode with a limit: `remaining` holds the number of elements that may still follow."""
     try:
-        left[0] -= check_limits(data, Limits(len(data), left[0], MAX_DEPTH))
-        return msgpack.unpackb(data, ext_hook=partial(_value, left), strict_map_key=False)
+        remaining[0] -= check_limits(data, Limits(len(data), remaining[0], MAX_DEPTH))
+        return msgpack.unpackb(data, ext_hook=partial(_value, remaining), strict_map_key=False)
     except CodecError:
         raise
     except (ValueError, TypeError, KeyError, msgpack.UnpackException, RecursionError) as error:
-        raise CodecError(f"these bytes are no value: {error}") from error
+        raise CodecError(f"invalid bytes: {error}") from error
 
 
-def copied(value: Any) -> Any:
-    """What `unpack(pack(value))` is, without the bytes: a value that changes of the other do not reach.
+def deep_copy(value: Any) -> Any:
+    """Return a deep copy of `value`, equal to `unpack(pack(value))`.
 
     Raises:
-        CodecError: There is something in it that is not data.
+        CodecError: It contains something that is not data.
     """
     kind: Any = type(value)
     return value if kind in _PLAIN else _copier(kind)(value)
@@ -93,26 +93,26 @@ _PLAIN = frozenset({type(None), bool, int, float, str, bytes})
 
 @cache
 def _copier(kind: type) -> Callable[[Any], Any]:
-    """How values of a class are copied: looked up once, since a simulation that goes ahead is saved often.
+    """Return the copy function of a class. Cached, because lookahead copies states often.
 
     Raises:
-        CodecError: They are no data.
+        CodecError: The class is not data.
     """
-    if issubclass(kind, int | float | str | bytes | Enum | BaseModel):  # models are frozen, as all that they hold
+    if issubclass(kind, int | float | str | bytes | Enum | BaseModel):  # models are frozen
         return _same
-    if issubclass(kind, np.ndarray | np.generic | set | frozenset):  # in sets are values that do not change
+    if issubclass(kind, np.ndarray | np.generic | set | frozenset):  # elements of sets are immutable
         return kind.copy
     if issubclass(kind, dict):
-        return lambda value: {key: copied(each) for key, each in value.items()}
+        return lambda value: {key: deep_copy(each) for key, each in value.items()}
     if issubclass(kind, list):
-        return lambda value: [copied(each) for each in value]
+        return lambda value: [deep_copy(each) for each in value]
     if issubclass(kind, deque):
-        return lambda value: deque(map(copied, value), value.maxlen)
+        return lambda value: deque(map(deep_copy, value), value.maxlen)
     if issubclass(kind, tuple):
-        return _copied_named if hasattr(kind, "_fields") else lambda value: tuple(map(copied, value))
+        return _copied_named if hasattr(kind, "_fields") else lambda value: tuple(map(deep_copy, value))
     if is_dataclass(kind):
         return partial(_copied_record, tuple(each.name for each in fields(kind)))
-    raise CodecError(f"{_called(kind)} is no data that can be saved")
+    raise CodecError(f"unsupported type {_full_name(kind)}; expected data")
 
 
 def _same(value: Any) -> Any:
@@ -120,7 +120,7 @@ def _same(value: Any) -> Any:
 
 
 def _copied_named(value: Any) -> Any:
-    return type(value)(*map(copied, value))
+    return type(value)(*map(deep_copy, value))
 
 
 def _copied_record(names: tuple[str, ...], record: Any) -> Any:
@@ -128,7 +128,7 @@ def _copied_record(names: tuple[str, ...], record: Any) -> Any:
     is_same = True
     for name in names:
         value = getattr(record, name)
-        copies[name] = copy = copied(value)
+        copies[name] = copy = deep_copy(value)
         is_same = is_same and copy is value
     return record if is_same else type(record)(**copies)
 
@@ -166,11 +166,11 @@ def _content(value: object) -> tuple[_Kind, object]:
                 {each.name: getattr(value, each.name) for each in fields(value)},
             ]
         case _:
-            raise CodecError(f"{_called(type(value))} is no data that can be saved")
+            raise CodecError(f"unsupported type {_full_name(type(value))}; expected data")
 
 
-def _value(left: list[int], code: int, data: bytes) -> Any:
-    content = _unpack(data, left)
+def _value(remaining: list[int], code: int, data: bytes) -> Any:
+    content = _unpack(data, remaining)
     match code:
         case _Kind.TUPLE:
             return tuple(content)
@@ -196,38 +196,38 @@ def _value(left: list[int], code: int, data: bytes) -> Any:
             dtype, number = content
             return _array(np.dtype(dtype), [], number)[()]
         case _:
-            raise CodecError(f"there is no value of kind {code}")
+            raise CodecError(f"unknown extension {code}")
 
 
 def _array(dtype: np.dtype[Any], shape: list[int], numbers: bytes) -> Any:
     if dtype.kind not in KINDS:
-        raise CodecError(f"an array of {dtype} holds no numbers")
-    return np.frombuffer(numbers, dtype).reshape(shape).copy()  # a copy, since bytes cannot be changed
+        raise CodecError(f"unsupported array of {dtype}; expected numbers")
+    return np.frombuffer(numbers, dtype).reshape(shape).copy()  # a copy, because bytes are immutable
 
 
-def _called(kind: type) -> str:
+def _full_name(kind: type) -> str:
     return f"{kind.__module__}.{kind.__qualname__}"
 
 
 def _name(kind: type) -> str:
-    if not _may_be_named(kind):
-        raise CodecError(f"{_called(kind)} is no frozen data of {' or '.join(HOMES)}")
+    if not _is_encodable(kind):
+        raise CodecError(f"unsupported type {_full_name(kind)}; expected frozen data of {' or '.join(PACKAGES)}")
     return f"{kind.__module__}:{kind.__qualname__}"
 
 
 def _class(name: str) -> Any:
-    """The class of a name, if its module is loaded: nothing is imported for what bytes say."""
+    """Look up a class in loaded modules; decoding imports nothing."""
     module, _, path = name.partition(":")
-    found: Any = sys.modules.get(module) if module.startswith(HOMES) else None
+    found: Any = sys.modules.get(module) if module.startswith(PACKAGES) else None
     for part in path.split("."):
         found = getattr(found, part, None)
-    if not (isinstance(found, type) and _may_be_named(found)):
-        raise CodecError(f"there is no frozen data {name!r}")
+    if not (isinstance(found, type) and _is_encodable(found)):
+        raise CodecError(f"unknown frozen data {name!r}")
     return found
 
 
-def _may_be_named(kind: type) -> bool:
-    if not f"{kind.__module__}.".startswith(HOMES):
+def _is_encodable(kind: type) -> bool:
+    if not f"{kind.__module__}.".startswith(PACKAGES):
         return False
     if issubclass(kind, BaseModel):
         return bool(kind.model_config.get("frozen"))

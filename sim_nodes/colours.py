@@ -1,4 +1,4 @@
-"""What things look like in pictures, in every engine. Colours are red, green, blue, opacity, from 0 to 1."""
+"""Colours of things in rendered images, in every engine: red, green, blue, opacity, from 0 to 1."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ Colour = tuple[float, float, float, float]
 
 SKY: Colour = (0.72, 0.80, 0.88, 1.0)
 FLOOR_TILES: tuple[Colour, Colour] = ((0.86, 0.85, 0.82, 1.0), (0.79, 0.78, 0.75, 1.0))
-TILE = 1.0  # [m], the edge of a tile of the floor
+TILE = 1.0  # [m] edge of a floor tile
 WALL: Colour = (0.42, 0.47, 0.56, 1.0)
 LIGHT_DIRECTION = (0.35, 0.5, -1.0)  # of the sun's rays
 
-# For bodies whose models have no colour, by name.
+# Colours of bodies without one, chosen by name.
 BODIES: tuple[Colour, ...] = (
     (0.89, 0.47, 0.16, 1.0),
     (0.16, 0.50, 0.73, 1.0),
@@ -24,5 +24,5 @@ BODIES: tuple[Colour, ...] = (
 
 
 def colour_of(name: str, own: Colour | None) -> Colour:
-    """The colour of a body: its own, or one that its name decides, so that it is the same in each run."""
+    """Return the colour of a body: its own, or one derived from its name, the same in each run."""
     return own if own is not None else BODIES[crc32(name.encode()) % len(BODIES)]

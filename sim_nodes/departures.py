@@ -1,24 +1,24 @@
-"""Robots that are where none can be: outside of their world, far from its floor, or nowhere.
+"""Detects robots that leave the world.
 
-The floor of a world ends at its extent, and so does the map of its robots: what happens beyond means nothing.
+The floor ends at the extent of a world, and so do the maps of its robots.
 """
 
 from __future__ import annotations
 
 import math
 
-from seoro.bridges.wire import Departure, Vector3
+from seoro.bridges.wire import Departure, Position3D
 from sim_nodes.geometry import Vector
 from sim_nodes.physics import BodyState, UnstablePhysics
 from sim_nodes.stateful import Stateful
 
 Extent = tuple[float, float, float, float]
 
-HEIGHTS = (-0.5, 20.0)  # [m] of bases above the floor; engines throw up what was forced deep into it
+HEIGHTS = (-0.5, 20.0)  # [m] of bases above the floor; engines throw up bodies that overlap it deeply
 
 
 class Departures(Stateful):
-    """Finds robots that leave a world, each once until it is back.
+    """Detects each departure once, until the robot returns.
 
     Args:
         extent: Lower x, lower y, upper x, upper y of the world [m].
@@ -31,12 +31,12 @@ class Departures(Stateful):
         self._outside: frozenset[str] = frozenset()
 
     def find(self, robot: str, position: Vector, time: float) -> Departure | None:
-        """Report that a robot has left the world since the last look.
+        """Return the departure of a robot if it has left the world since the last call.
 
         Args:
             robot: Name of the robot.
-            position: Of its base in the map [m].
-            time: Of the clock [s].
+            position: Position of its base in `map` [m].
+            time: Simulation time [s].
         """
         if is_within(position, self._extent):
             self._outside -= {robot}
@@ -44,12 +44,11 @@ class Departures(Stateful):
         if robot in self._outside:
             return None
         self._outside |= {robot}
-        x, y, z = position
-        return Departure(time=time, robot=robot, position=Vector3(x=x, y=y, z=z), extent=self._extent)
+        return Departure(time=time, robot=robot, position=Position3D(*position), extent=self._extent)
 
 
 def is_within(position: Vector, extent: Extent) -> bool:
-    """Return whether a position [m] is above or below the extent of a world."""
+    """Whether a position [m] is above or below the extent of a world."""
     left, lower, right, upper = extent
     return left <= position[0] <= right and lower <= position[1] <= upper
 
@@ -59,11 +58,11 @@ def check_state(robot: str, state: BodyState, time: float) -> None:
 
     Args:
         robot: Name of the robot.
-        state: Of its base.
-        time: Of the clock [s].
+        state: State of its base.
+        time: Simulation time [s].
 
     Raises:
-        UnstablePhysics: It is far from the floor, or its state is not finite.
+        UnstablePhysics: The robot is far from the floor, or its state is not finite.
     """
     if not all(map(math.isfinite, (*state.position, *state.orientation))):
         raise UnstablePhysics(f"the state of the robot '{robot}' is not finite at {time:g} s")

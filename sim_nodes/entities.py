@@ -1,4 +1,4 @@
-"""What is in a world by name: robots, walls and cameras of its file, and what is spawned, moved and deleted."""
+"""Entities of a world by name: robots, walls, props and cameras of its file, and spawned ones."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from seoro.bridges.wire import Category, Result, SpawnResult, WorldResult
-from seoro.bridges.wire.refusal import RequestRefused, listed
-from sim_nodes.bounds import BoundingBox, bounding_box, parts_of_robot
+from seoro.bridges.wire import Category, SpawnResult, WorldResult
+from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes.cameras import Cameras
 from sim_nodes.departures import is_within
-from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
+from sim_nodes.extents import FLOOR_TOLERANCE, BoundingBox, bounding_box, lowest_point, parts_of_robot
 from sim_nodes.files import NAME
 from sim_nodes.geometry import Vector
 from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
-from sim_nodes.starts import check_starts
+from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
+from sim_nodes.worlds.placement import check_start_poses
 
 MAX_SPAWNED = 1000
 RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
@@ -26,7 +26,7 @@ RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
 
 @dataclass(frozen=True)
 class Spawned:
-    """A body that was spawned."""
+    """A spawned body."""
 
     model: BodyModel
     time: float  # [s]
@@ -34,8 +34,8 @@ class Spawned:
 
 
 @dataclass(frozen=True)
-class Info:
-    """What is said of an entity: for people, and by which tags it is found."""
+class EntityInfo:
+    """Description and tags of an entity."""
 
     category: Category
     description: str
@@ -43,8 +43,8 @@ class Info:
 
 
 @dataclass(frozen=True)
-class Wish:
-    """A body that is to be spawned; under another name if its own is taken, with `rename`."""
+class SpawnRequest:
+    """A body to spawn; `rename` allows another name if its own is in use."""
 
     name: str
     model: BodyModel
@@ -57,19 +57,19 @@ class Entities(Stateful):
     """The entities of a world.
 
     Args:
-        engine: The engine that they are in.
+        engine: Engine that has the entities.
         world: The world.
         seed: Seed of the simulation.
 
     Raises:
-        RequestRefused: A robot, or a prop that can move, overlaps something.
+        RequestRefused: A robot or a movable prop overlaps something.
 
     Attributes:
-        spawned: The bodies that were spawned, by name, in order.
-        cameras: All cameras, of which the free ones are entities.
+        spawned: Spawned bodies by name, in order.
+        cameras: All cameras; the free ones are entities.
     """
 
-    STATE = ("spawned", "cameras", "_told")
+    STATE = ("spawned", "cameras", "_infos")
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self._engine = engine
@@ -79,44 +79,44 @@ class Entities(Stateful):
         self._walls = frozenset(wall.name for wall in world.walls)
         self._props = {prop.name: prop.model for prop in world.props}
         self._add_props(world)
-        check_starts(engine, world)
-        self._of_the_world = self._robots | self._walls | self._props.keys()
+        check_start_poses(engine, world.name, world.robots)
+        self._of_world = self._robots | self._walls | self._props.keys()
         self.spawned: dict[str, Spawned] = {}
-        self._told: dict[str, Info] = {}  # what somebody has said of entities
+        self._infos: dict[str, EntityInfo] = {}  # set by clients
         self.cameras = Cameras(engine, world, seed)
 
     def _add_props(self, world: World) -> None:
         for prop in world.props:
             self._engine.add_body(prop.name, prop.model, prop.state)
         for prop in world.props:
-            in_the_way = () if prop.model.static else self._engine.overlaps(prop.name)
-            if in_the_way:
+            overlapping = () if prop.model.static else self._engine.overlaps(prop.name)
+            if overlapping:
                 raise RequestRefused(
                     WorldResult.RESOURCE_PARSE_ERROR,
-                    f"{world.name}: the prop {_at(prop.name, prop.state)} overlaps {listed(in_the_way)}",
+                    f"{world.name}: the prop {_at(prop.name, prop.state)} overlaps {name_list(overlapping)}",
                 )
 
-    def begin(self) -> None:
-        """A run begins with what is there."""
+    def start_run(self) -> None:
+        """Start a run with the present entities."""
         self.spawned = {name: replace(body, time=0.0) for name, body in self.spawned.items()}
 
     @property
     def bodies(self) -> Mapping[str, BodyModel]:
-        """Props and what was spawned, by name."""
+        """Props and spawned bodies by name."""
         return {**self._props, **{name: spawned.model for name, spawned in self.spawned.items()}}
 
-    def info(self, name: str) -> Info:
-        """What an entity is: what was said of it last, or what it is by itself."""
-        self._known(name)
-        if name in self._told:
-            return self._told[name]
+    def info(self, name: str) -> EntityInfo:
+        """Return the description and tags of an entity: those last set, or the initial ones."""
+        self._check_known(name)
+        if name in self._infos:
+            return self._infos[name]
         tags = self.spawned[name].tags if name in self.spawned else self._world.entity_tags.get(name, ())
-        return Info(self._category(name), self._description(name), tags)
+        return EntityInfo(self._category(name), self._description(name), tags)
 
-    def tell(self, name: str, info: Info) -> None:
-        """Say what an entity is, until it is deleted, or everything is reset."""
-        self._known(name)
-        self._told[name] = info
+    def set_info(self, name: str, info: EntityInfo) -> None:
+        """Set the description and tags of an entity, until it is deleted or everything is reset."""
+        self._check_known(name)
+        self._infos[name] = info
 
     def _category(self, name: str) -> Category:
         if name in self._robots:
@@ -127,8 +127,8 @@ class Entities(Stateful):
         return Category.STATIC_OBJECT if is_static else Category.DYNAMIC_OBJECT
 
     def bounds(self, name: str) -> BoundingBox | None:
-        """How far an entity reaches, in its own frame; None for what has no shape, such as a camera."""
-        self._known(name)
+        """Return the bounds of an entity in its own frame; None without a shape, as for a camera."""
+        self._check_known(name)
         if name in self.cameras.free:
             return None
         if name in self._robots:
@@ -150,94 +150,90 @@ class Entities(Stateful):
         return f"spawned at {self.spawned[name].time:.3f} s"
 
     def names(self) -> tuple[str, ...]:
-        """Names of all entities, sorted."""
-        return tuple(sorted(self._of_the_world | self.cameras.free | self.spawned.keys()))
+        """Return the names of all entities, sorted."""
+        return tuple(sorted(self._of_world | self.cameras.free | self.spawned.keys()))
 
     def movable(self) -> dict[str, float]:
-        """The bodies that something may push or carry, with the times at which they came into the world [s]."""
+        """Return the movable bodies, with the times at which they were spawned [s]; 0 for props."""
         props = {name: 0.0 for name, model in self._props.items() if not model.static}
         return props | {name: body.time for name, body in self.spawned.items() if not body.model.static}
 
-    def is_loose(self, name: str) -> bool:
-        """Whether it is a body that something may push or carry."""
+    def is_movable(self, name: str) -> bool:
+        """Whether an entity is a movable body."""
         return name in self.movable()
 
     def matching(self, pattern: str) -> tuple[str, ...]:
-        """Names that match a regular expression as a whole, sorted; all names do if it is empty.
+        """Return the names that fully match a regular expression, sorted; all names if it is empty.
 
         Raises:
-            RequestRefused: It is no regular expression.
+            RequestRefused: The expression is invalid.
         """
         if len(pattern) > 200:
-            raise RequestRefused(Result.OPERATION_FAILED, "the filter is longer than 200 characters")
+            raise operation_failed("the filter has more than 200 characters")
         try:
             expression = re.compile(pattern)
         except re.error as error:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"the filter {pattern!r} is no regular expression: {error}"
-            ) from error
+            raise operation_failed(f"invalid regular expression {pattern!r} as filter: {error}") from error
         return tuple(name for name in self.names() if not pattern or expression.fullmatch(name))
 
     def state(self, name: str) -> BodyState:
-        """The state of an entity; walls are at the origin."""
-        self._known(name)
+        """Return the state of an entity; walls are at the origin."""
+        self._check_known(name)
         if name in self.cameras.free:
             view = self.cameras.view(name)
             return BodyState(view.position, view.orientation)
         return BodyState((0.0, 0.0, 0.0)) if name in self._walls else self._engine.body_state(name)
 
-    def spawn(self, wish: Wish, time: float) -> str:
-        """Add a body; returns its name, which is another than the one asked for when that is taken and `rename`.
+    def spawn(self, request: SpawnRequest, time: float) -> str:
+        """Spawn a body; returns its name, which may differ from the requested one with `rename`.
 
         Raises:
-            RequestRefused: The name is taken or wrong, or there is something at that place.
+            RequestRefused: The name is in use or invalid, or the body would overlap something.
         """
-        [result] = self.spawn_all([wish], time)
+        [result] = self.spawn_all([request], time)
         if isinstance(result, RequestRefused):
             raise result
         return result
 
-    def spawn_all(self, wishes: Sequence[Wish], time: float) -> list[str | RequestRefused]:
-        """Add bodies, each as if those before it were there already; returns their names, or why there is none."""
+    def spawn_all(self, requests: Sequence[SpawnRequest], time: float) -> list[str | RequestRefused]:
+        """Spawn bodies in order, each as if the earlier ones existed; returns names or refusals."""
         results: list[str | RequestRefused] = []
-        for wish in wishes:
+        for request in requests:
             try:
-                results.append(self._accept(wish, time))
+                results.append(self._accept(request, time))
             except RequestRefused as refused:
                 results.append(refused)
         added = [
-            (name, wish.model, wish.state)
-            for name, wish in zip(results, wishes, strict=True)
+            (name, request.model, request.state)
+            for name, request in zip(results, requests, strict=True)
             if isinstance(name, str)
         ]
         if added:
             self._add(added)
-        self._take_back(results, wishes)
+        self._remove_overlapping(results, requests)
         return results
 
-    def _accept(self, wish: Wish, time: float) -> str:
-        """Take a body down, as far as it can be told without the engine."""
-        name = self._free_name(wish.name, wish.rename)
+    def _accept(self, request: SpawnRequest, time: float) -> str:
+        """Check and register a body without the engine; returns its name."""
+        name = self._free_name(request.name, request.rename)
         if len(self.spawned) >= MAX_SPAWNED:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"there are {MAX_SPAWNED} spawned entities already: delete some"
-            )
-        _check_floor(name, wish.model, wish.state)
-        self.spawned[name] = Spawned(wish.model, time, wish.tags)
+            raise operation_failed(f"too many spawned entities: {MAX_SPAWNED} at most; delete some")
+        _check_floor(name, request.model, request.state)
+        self.spawned[name] = Spawned(request.model, time, request.tags)
         return name
 
-    def _take_back(self, results: list[str | RequestRefused], wishes: Sequence[Wish]) -> None:
-        """Remove bodies that overlap something that was there before them."""
+    def _remove_overlapping(self, results: list[str | RequestRefused], requests: Sequence[SpawnRequest]) -> None:
+        """Remove bodies that overlap entities or earlier bodies."""
         later = {name for name in results if isinstance(name, str)}
         refused: list[str] = []
-        for index, (name, wish) in enumerate(zip(results, wishes, strict=True)):
+        for index, (name, request) in enumerate(zip(results, requests, strict=True)):
             if not isinstance(name, str):
                 continue
-            in_the_way = set(self._engine.overlaps(name)) - later - set(refused)
+            overlapping = set(self._engine.overlaps(name)) - later - set(refused)
             later.discard(name)
-            if in_the_way:
+            if overlapping:
                 results[index] = RequestRefused(
-                    SpawnResult.INVALID_POSE, f"{_at(name, wish.state)} would overlap {listed(in_the_way)}"
+                    SpawnResult.INVALID_POSE, f"{_at(name, request.state)} would overlap {name_list(overlapping)}"
                 )
                 refused.append(name)
         self._remove(refused)
@@ -265,107 +261,99 @@ class Entities(Stateful):
                 self._engine.remove_body(name)
         for name in names:
             del self.spawned[name]
-            self._told.pop(name, None)
+            self._infos.pop(name, None)
 
     def spawn_camera(self, name: str, lens: Lens, place: BodyState) -> str:
-        """Add a free camera; returns its name.
+        """Spawn a free camera; returns its name.
 
         Raises:
-            RequestRefused: The name is taken or wrong, or there are too many.
+            RequestRefused: The name is in use or invalid, or there are too many cameras.
         """
         name = self._free_name(name, rename=False)
         self.cameras.add(name, lens, place)
         return name
 
     def follow(self, camera: str, entity: str, offset: Vector) -> None:
-        """Let a free camera go with a robot or a spawned body.
+        """Make a free camera follow a robot or a body.
 
         Raises:
-            RequestRefused: There is no such camera or entity, or it is one that never moves.
+            RequestRefused: The camera or entity is unknown, or the entity never moves.
         """
-        self._known(entity)
+        self._check_known(entity)
         if entity in self._walls | self.cameras.free:
-            raise RequestRefused(
-                Result.FEATURE_UNSUPPORTED,
-                f"cameras follow robots and what is spawned; {entity!r} is neither",
-            )
+            raise feature_unsupported(f"cameras follow robots and bodies; {entity!r} is neither")
         self.cameras.follow(camera, entity, offset)
 
     def _free_name(self, name: str, rename: bool) -> str:
         if not re.fullmatch(NAME, name) or name in RESERVED:
             raise RequestRefused(
                 SpawnResult.NAME_INVALID,
-                f"{name!r} cannot name an entity: use letters, digits, '_' and '-', a letter first, at most 64, "
-                f"and none of {listed(RESERVED)}",
+                f"invalid name {name!r}; expected letters, digits, '_' and '-', a letter first, at most 64, "
+                f"and not {name_list(RESERVED)}",
             )
-        taken = self.names()
-        if name not in taken:
+        used = self.names()
+        if name not in used:
             return name
         if not rename:
             raise RequestRefused(
-                SpawnResult.NAME_NOT_UNIQUE, f"there is an entity {name!r} already: taken are {listed(taken)}"
+                SpawnResult.NAME_NOT_UNIQUE, f"duplicate name {name!r} of an entity; in use: {name_list(used)}"
             )
-        return next(new for i in range(1, MAX_SPAWNED + 2) if (new := f"{name[:58]}_{i}") not in taken)
+        return next(new for i in range(1, MAX_SPAWNED + 2) if (new := f"{name[:58]}_{i}") not in used)
 
     def move(self, name: str, state: BodyState) -> None:
-        """Put a robot, a prop or a spawned body somewhere.
+        """Set the state of a robot, prop, spawned body or free camera.
 
         Raises:
-            RequestRefused: It is a wall, unknown, or there is something at that place.
+            RequestRefused: The entity is unknown or cannot move, or it would overlap something.
         """
-        self._known(name)
+        self._check_known(name)
         if name in self._walls:
-            raise RequestRefused(
-                Result.FEATURE_UNSUPPORTED, f"{name!r} belongs to the world: walls cannot be moved"
-            )
+            raise feature_unsupported(f"{name!r} cannot be moved: it is a wall of the world")
         if name in self._fixed:
-            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"{name!r} is fixed to the world: it cannot be moved")
+            raise feature_unsupported(f"{name!r} cannot be moved: it is fixed to the world")
         if name in self.cameras.free:
-            self.cameras.place(name, state)
+            self.cameras.set_pose(name, state)
             return
         if name in self.bodies:
             _check_floor(name, self.bodies[name], state)
         elif not is_within(state.position, self._world.extent):
-            raise RequestRefused(Result.OPERATION_FAILED, f"{_at(name, state)} would be outside of the world")
+            raise operation_failed(f"{_at(name, state)} would be outside of the world")
         before = self._engine.body_state(name)
         self._engine.set_body_state(name, state)
-        in_the_way = self._engine.overlaps(name)
-        if in_the_way and state.position != before.position:
+        overlapping = self._engine.overlaps(name)
+        if overlapping and state.position != before.position:
             self._engine.set_body_state(name, before)
-            raise RequestRefused(Result.OPERATION_FAILED, f"{_at(name, state)} would overlap {listed(in_the_way)}")
+            raise operation_failed(f"{_at(name, state)} would overlap {name_list(overlapping)}")
 
     def delete(self, name: str) -> None:
-        """Remove a spawned body.
+        """Delete a spawned entity.
 
         Raises:
-            RequestRefused: It was not spawned.
+            RequestRefused: The entity was not spawned.
         """
-        self._known(name)
+        self._check_known(name)
         if name in self.cameras.free:
             self.cameras.remove(name)
-            self._told.pop(name, None)
+            self._infos.pop(name, None)
             return
         if name not in self.spawned:
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"{name!r} belongs to the world: what was spawned can be deleted, which is {listed(self.spawned)}",
+            raise operation_failed(
+                f"{name!r} belongs to the world; only spawned entities can be deleted: {name_list(self.spawned)}"
             )
-        self.cameras.forget(name)
+        self.cameras.unfollow(name)
         self._remove([name])
 
     def delete_all(self) -> None:
-        """Remove all that was spawned."""
+        """Delete all spawned entities."""
         for name in self.spawned:
-            self.cameras.forget(name)
+            self.cameras.unfollow(name)
         self._remove(tuple(self.spawned))
         self.cameras.remove_spawned()
-        self._told = {name: info for name, info in self._told.items() if name in self.names()}
+        self._infos = {name: info for name, info in self._infos.items() if name in self.names()}
 
-    def _known(self, name: str) -> None:
+    def _check_known(self, name: str) -> None:
         if name not in self.names():
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no entity {name!r}: known are {listed(self.names())}"
-            )
+            raise unknown(f"entity {name!r}", "entities", self.names())
 
 
 def _at(name: str, state: BodyState) -> str:
@@ -379,5 +367,5 @@ def _check_floor(name: str, model: BodyModel, state: BodyState) -> None:
         needed = state.position[2] - lowest
         raise RequestRefused(
             SpawnResult.INVALID_POSE,
-            f"{_at(name, state)} would be {-lowest:.3f} m inside the floor: z has to be {needed:.3f} m or more",
+            f"{_at(name, state)} would be {-lowest:.3f} m below the floor; expected z of {needed:.3f} m or more",
         )

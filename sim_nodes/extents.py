@@ -1,23 +1,25 @@
-"""How far bodies reach: what they cover of the floor, seen from above, and how low they come."""
+"""Extents of bodies: outlines on the floor, seen from above, and lowest points."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
 
-from sim_nodes.geometry import Array, rotation_matrix
-from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.geometry import Array, conjugate, multiply, rotated, rotation_matrix, vector
+from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, PlacedRobot, Shape, Sphere
+from sim_nodes.robots.urdf_check import link_parts
 
-ROUND = 48  # corners of what is round
-DIGITS = 9  # of coordinates [m]: corners that differ by less are one
-FLOOR_TOLERANCE = 1e-3  # [m] that a body may begin below the floor
+ROUND = 48  # corners of a round outline
+DIGITS = 9  # of coordinates [m]; closer corners are merged
+FLOOR_TOLERANCE = 1e-3  # [m] that a body may start below the floor
 
 
 def outline(part: Part, state: BodyState) -> Array:
-    """The convex outline of a part of a body in a state, counterclockwise, shape (n, 2) [m]."""
+    """Return the convex outline of a part of a body in a state, counterclockwise, shape (n, 2) [m]."""
     body = rotation_matrix(state.orientation)
     corners = np.array(list(_corners(part))) @ rotation_matrix(part.orientation).T + part.position
     seen: Array = (corners @ body.T + state.position)[:, :2]
@@ -42,7 +44,7 @@ def _corners(part: Part) -> Iterable[tuple[float, float, float]]:
 
 
 def _hull(points: Array) -> Array:
-    """The convex hull of points in the plane, by their monotone chain [Andrew 1979]."""
+    """Return the convex hull of points in the plane by monotone chains [Andrew 1979]."""
     ordered = sorted(map(tuple, points.tolist()))
     lower, upper = _chain(ordered), _chain(ordered[::-1])
     return np.array(lower[:-1] + upper[:-1])
@@ -61,12 +63,12 @@ def _chain(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def lowest_point(model: BodyModel, state: BodyState) -> float:
-    """Height of the lowest point of a body in a state [m]."""
+    """Return the height of the lowest point of a body in a state [m]."""
     return min(lowest_of(part, state) for part in model.parts)
 
 
 def lowest_of(part: Part, state: BodyState) -> float:
-    """Height of the lowest point of a part of a body in a state [m]."""
+    """Return the height of the lowest point of a part of a body in a state [m]."""
     body = rotation_matrix(state.orientation)
     centre = float((body @ part.position)[2]) + state.position[2]
     up = (body @ rotation_matrix(part.orientation))[2]  # the world's z axis in the part's frame
@@ -74,7 +76,7 @@ def lowest_of(part: Part, state: BodyState) -> float:
 
 
 def reach(shape: Shape, direction: Array) -> float:
-    """How far a shape reaches from its centre along a direction in its frame, a unit vector of shape (3,) [m]."""
+    """Return the extent of a shape from its centre along a unit vector in its frame, shape (3,) [m]."""
     match shape:
         case Box(size=size):
             return float(np.abs(direction) @ size) / 2
@@ -85,3 +87,40 @@ def reach(shape: Shape, direction: Array) -> float:
             return radius
         case _:
             assert_never(shape)
+
+
+@dataclass(frozen=True)
+class BoundingBox:
+    """An axis-aligned box in a frame, by two corners of shape (3,) [m]."""
+
+    lower: Array
+    upper: Array
+
+
+def bounding_box(parts: Iterable[Part]) -> BoundingBox | None:
+    """Return the smallest box around all parts, in their frame; None without parts."""
+    boxes = [_box(part) for part in parts]
+    if not boxes:
+        return None
+    lower = np.min([box.lower for box in boxes], axis=0)
+    return BoundingBox(lower, np.max([box.upper for box in boxes], axis=0))
+
+
+def _box(part: Part) -> BoundingBox:
+    # The rows of the rotation are the axes of the body in the frame of the part.
+    half = np.array([reach(part.shape, axis) for axis in rotation_matrix(part.orientation)])
+    return BoundingBox(np.array(part.position) - half, np.array(part.position) + half)
+
+
+def parts_of_robot(engine: Engine, robot: PlacedRobot, base: BodyState) -> Iterator[Part]:
+    """Yield the collision shapes of a robot in its present posture, in the frame of its base."""
+    back = conjugate(base.orientation)
+    for link, parts in link_parts(robot.declaration).items():
+        if not parts:
+            continue
+        position, orientation = engine.link_pose(robot.name, link)
+        x, y, z = rotated(back, vector(np.subtract(position, base.position)))
+        turn = multiply(back, orientation)
+        for part in parts:
+            dx, dy, dz = rotated(turn, part.position)
+            yield Part(part.shape, (x + dx, y + dy, z + dz), multiply(turn, part.orientation))

@@ -1,8 +1,72 @@
-"""World files and files that they name, such as models, floor plans and declarations of robots."""
+"""World files, the files that they name, and folders of them that requests name."""
 
-from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
+from __future__ import annotations
 
-__all__ = ["NAME", "FileError", "Lines", "problems", "read_text", "read_yaml"]
+from collections.abc import Container, Iterable, Sequence
+from importlib import resources
+from itertools import chain, islice
+from pathlib import Path
+from typing import TypeVar
+from urllib.parse import unquote
+
+from pydantic import BaseModel, ValidationError
+
+from seoro.bridges.models import files_in
+from seoro.files.inputs import resolved
+from seoro.files.yaml_lines import FileError, Lines, describe_errors
 
 NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
-"""What names entities and the parts of robots that are asked for by name."""
+"""Pattern of names of entities and parts of robots."""
+FILE = "file://"
+MAX_FILES = 1000  # examined for one list
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def resolve_folders(sources: Sequence[str]) -> tuple[list[Path], list[str]]:
+    """Resolve folders given as absolute paths or `file://PATH`; returns them, and messages on invalid ones."""
+    folders = {source: Path(unquote(source.removeprefix(FILE))) for source in sources}
+    unknown = [source for source, folder in folders.items() if not (folder.is_absolute() and folder.is_dir())]
+    known = [resolved(folder) for source, folder in folders.items() if source not in unknown]
+    return known, [f"folder not found: {source!r}" for source in unknown]
+
+
+def list_files(
+    own: Iterable[tuple[str, Path]], sources: Sequence[str], suffixes: Container[str], prefix: str = ""
+) -> tuple[list[tuple[str, Path]], str]:
+    """List own files and those in given folders.
+
+    Args:
+        own: Names and paths of own files.
+        sources: See `resolve_folders`.
+        suffixes: Suffixes of the files in folders.
+        prefix: Prefix of the paths that name files in folders.
+
+    Returns:
+        Names and paths of the first `MAX_FILES` files, and descriptions of problems, one sentence each.
+    """
+    folders, problems = resolve_folders(sources)
+    given = ((f"{prefix}{path.as_posix()}", path) for folder in folders for path in files_in(folder, suffixes))
+    files = chain(own, given)
+    found = dict(islice(files, MAX_FILES))
+    if next(files, None) is not None:
+        problems.append(f"ignored further files after the first {MAX_FILES}")
+    return list(found.items()), "; ".join(problems)
+
+
+def bundled_names(package: str) -> tuple[str, ...]:
+    """Return the names of the YAML files of a package, without suffix, sorted."""
+    files = resources.files(package).iterdir()
+    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
+
+
+def validate(model: type[M], content: object, lines: Lines) -> M:
+    """Validate the content of a file.
+
+    Raises:
+        FileError: The content is invalid; the message lists all errors with their lines.
+    """
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        raise FileError(describe_errors(error, lines, model)) from error

@@ -1,25 +1,24 @@
-"""Frames by name, and where they are in the map: of robots, truly and as they believe, and of bodies."""
+"""Frames and their poses in `map`: those of robots, by truth and by localisation, and bodies."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused, listed
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Engine
+from sim_nodes.refusals import unknown
 from sim_nodes.robots.robot import Robot
 
 
 class Frames:
-    """The frames of a world; those without a robot's name are the first robot's that drives.
+    """The frames of a world. Frames without the name of a robot belong to the first wheeled robot.
 
     Args:
-        engine: Knows where robots and bodies are.
-        robots: By name.
-        entities: Bodies are frames by their names.
+        engine: Engine with the poses of robots and bodies.
+        robots: Robots by name.
+        entities: Entities, whose bodies are frames.
     """
 
     def __init__(self, engine: Engine, robots: Mapping[str, Robot], entities: Entities) -> None:
@@ -39,30 +38,30 @@ class Frames:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all frames but bodies."""
+        """Names of all frames except bodies."""
         return tuple(self._poses)
 
     def of(self, robot: Robot) -> tuple[str, ...]:
-        """Names of the frames of a robot: `map`, its own, and those without a name for the first that drives."""
+        """Return a robot's frames: `map`, its own, and, of the first wheeled robot, the unprefixed ones."""
         common = ("map", "odom", "base_link") if robot.name == self._first else ("map",)
         own = (f"{robot.name}/odom", f"{robot.name}/base_link") if robot.drives else ()
         return (*common, *own, robot.truth_frame)
 
     def pose(self, frame: str) -> Pose2 | None:
-        """The pose of a frame or a body in the map; None when it has none."""
+        """Return the pose of a frame or body in `map`; None if it is unknown yet."""
         if frame in self._poses:
             return self._poses[frame]()
         return self.true_pose(frame) if frame in self._entities.bodies else None
 
     def true_pose(self, name: str) -> Pose2:
-        """Where a robot or a body really is."""
+        """Return the true pose of a robot or body."""
         return self._engine.body_state(name).planar
 
     def own(self, name: str, robot: str) -> str:
-        """The frame that a robot means by a name: its own, if each robot has such a frame.
+        """Resolve a frame name for a robot: its own frame, if each robot has one of that name.
 
         Raises:
-            RequestRefused: There is none.
+            RequestRefused: The frame is unknown.
         """
         own = f"{robot}/{name}"
         if own in self._poses:
@@ -71,9 +70,7 @@ class Frames:
         return name
 
     def check(self, name: str) -> None:
-        """Refuse what names neither a frame nor a body."""
+        """Refuse unknown frames."""
         known = [*self._poses, *self._entities.bodies]
         if name not in known:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no frame or body {name!r}: known are {listed(known)}"
-            )
+            raise unknown(f"frame {name!r}", "frames", known)

@@ -1,13 +1,13 @@
 """Poses in the plane and in space.
 
-Angles are radians. Orientations in space are unit quaternions (w, x, y, z), and at the edges roll, pitch, yaw
-after ISO 8855: rotation about z first, then about the new y, then about the new x.
+Angles are in radians. Orientations in space are unit quaternions (w, x, y, z). Roll, pitch and yaw follow ISO
+8855: rotation about z first, then about the new y, then about the new x.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,24 +15,31 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Angle = TypeVar("Angle", float, Array)
 
-LOCKED = 1e-12  # short of 1, the sine of a pitch at which roll and yaw are about the same axis
+LOCKED = 1e-12  # distance of the sine of a pitch from 1 at which roll and yaw have the same axis
 
 
-def wrap(angle: float) -> float:
-    """The same angle in [-pi, pi)."""
+def wrap(angle: Angle) -> Angle:
+    """Normalize an angle, or an array of angles, to [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
+def vector(values: Array) -> Vector:
+    """Return an array of shape (3,) as a tuple."""
+    x, y, z = values.tolist()
+    return x, y, z
+
+
 class Pose2(NamedTuple):
-    """A pose in the plane, or the transform from the frame that it is the pose of to the frame it is given in."""
+    """A pose in the plane, or the transform from its frame to the parent frame."""
 
     x: float  # [m]
     y: float  # [m]
     yaw: float  # [rad]
 
     def compose(self, inner: Pose2) -> Pose2:
-        """The pose `inner`, given in this frame, in this frame's parent."""
+        """Return the pose `inner`, given in this frame, in the parent of this frame."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(
             self.x + cos * inner.x - sin * inner.y,
@@ -41,17 +48,17 @@ class Pose2(NamedTuple):
         )
 
     def inverse(self) -> Pose2:
-        """The pose of the parent in this frame."""
+        """Return the pose of the parent in this frame."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 
     def distance(self, x: float, y: float) -> float:
-        """Distance of the origin of this pose to a point in the same frame [m]."""
+        """Return the distance of the origin of this pose to a point of the same frame [m]."""
         return math.hypot(self.x - x, self.y - y)
 
 
 def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """The orientation with these angles."""
+    """Return the orientation with these angles."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
@@ -64,7 +71,7 @@ def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def roll_pitch_yaw(orientation: Quaternion) -> Vector:
-    """The angles of an orientation; pitch in [-pi/2, pi/2], and at its ends, where it takes only two, no yaw."""
+    """Return the angles of an orientation; pitch is in [-pi/2, pi/2], and at both ends yaw is 0."""
     w, x, y, z = orientation
     sine = 2 * (w * y - z * x)
     if abs(sine) > 1.0 - LOCKED:
@@ -74,13 +81,13 @@ def roll_pitch_yaw(orientation: Quaternion) -> Vector:
 
 
 def yaw_of(orientation: Quaternion) -> float:
-    """The yaw of an orientation."""
+    """Return the yaw of an orientation."""
     w, x, y, z = orientation
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def multiply(first: Quaternion, second: Quaternion) -> Quaternion:
-    """The orientation `second`, given in a frame of orientation `first`, in that frame's parent."""
+    """Return the orientation `second`, given in a frame of orientation `first`, in the parent of that frame."""
     a, b, c, d = first
     e, f, g, h = second
     return (
@@ -92,13 +99,13 @@ def multiply(first: Quaternion, second: Quaternion) -> Quaternion:
 
 
 def conjugate(orientation: Quaternion) -> Quaternion:
-    """The orientation of the parent in a frame of this orientation."""
+    """Return the inverse orientation: that of the parent in the rotated frame."""
     w, x, y, z = orientation
     return w, -x, -y, -z
 
 
 def rotated(orientation: Quaternion, vector: Vector) -> Vector:
-    """A vector of the rotated frame, in its parent."""
+    """Rotate a vector from the rotated frame to its parent."""
     w, x, y, z = orientation
     a, b, c = vector
     # v + 2 w (q x v) + 2 q x (q x v), q the vector part
@@ -107,7 +114,7 @@ def rotated(orientation: Quaternion, vector: Vector) -> Vector:
 
 
 def rotation_matrix(orientation: Quaternion) -> Array:
-    """The (3, 3) matrix that takes vectors of the rotated frame to its parent."""
+    """Return the (3, 3) matrix that rotates vectors from the rotated frame to its parent."""
     w, x, y, z = orientation
     return np.array(
         [
@@ -119,7 +126,7 @@ def rotation_matrix(orientation: Quaternion) -> Array:
 
 
 def quaternion_of(matrix: Array) -> Quaternion:
-    """The orientation of a (3, 3) rotation matrix, by the largest of its components [Shepperd 1978]."""
+    """Return the orientation of a (3, 3) rotation matrix, by its largest component [Shepperd 1978]."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.tolist()
     # Each row is the quaternion times four of its components, in the order w, x, y, z.
     rows = (

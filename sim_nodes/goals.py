@@ -1,4 +1,4 @@
-"""What comes of goals: every goal that a robot has taken up ends once."""
+"""Results of goals: each accepted goal ends once."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from seoro.bridges.wire import Outcome
 
-NOBODY = ""  # the id of a goal that nobody waits for any more; no client can give it
+NO_CLIENT = ""  # id of a goal whose client is gone; clients cannot use it
 
 
 @dataclass(frozen=True)
-class Ended:
-    """How a goal ended, by the id that its client gave it; `interrupted` as in `Occurrence`."""
+class GoalResult:
+    """Result of a goal, with the id given by its client; `interrupted` as in `Occurrence`."""
 
     id: str
     outcome: Outcome

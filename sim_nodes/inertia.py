@@ -1,4 +1,4 @@
-"""How mass is spread in bodies: evenly in each part, and among parts as they say, or by their volume."""
+"""Mass distribution of bodies: uniform in each part; parts have given masses, or shares by volume."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import assert_never
 
 import numpy as np
 
-from sim_nodes.geometry import Array, Quaternion, Vector, quaternion_of, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, quaternion_of, rotation_matrix, vector
 from sim_nodes.physics import IDENTITY, BodyModel, Box, Cylinder, Shape, Sphere
 
-SYMMETRIC = 1e-12  # products of inertia, as part of the largest moment, that are rounding
+SYMMETRIC = 1e-12  # products of inertia below this share of the largest moment are rounding errors
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """Centre of mass in the body's frame [m], principal moments [kg m^2], and the frame of their axes in it."""
+    """Centre of mass in the body's frame [m], principal moments [kg m^2], and orientation of their axes."""
 
     centre: Vector
     moments: Vector
@@ -24,7 +24,7 @@ class Inertia:
 
 
 def part_masses(model: BodyModel) -> tuple[float, ...]:
-    """The masses of a body's parts [kg]."""
+    """Return the masses of a body's parts [kg]."""
     own = [part.mass for part in model.parts if part.mass is not None]
     if own:
         return tuple(own)
@@ -33,7 +33,7 @@ def part_masses(model: BodyModel) -> tuple[float, ...]:
 
 
 def inertia(model: BodyModel) -> Inertia:
-    """The inertia of a body."""
+    """Compute the inertia of a body."""
     masses = part_masses(model)
     positions = np.array([part.position for part in model.parts])
     centre = np.average(positions, axis=0, weights=masses)
@@ -44,22 +44,22 @@ def inertia(model: BodyModel) -> Inertia:
         # The second term is the parallel axis theorem.
         tensor += turn @ np.diag(_moments(part.shape, mass)) @ turn.T
         tensor += mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return Inertia(_vector(centre), *_principal(tensor))
+    return Inertia(vector(centre), *_principal(tensor))
 
 
 def _principal(tensor: Array) -> tuple[Vector, Quaternion]:
-    """Moments and axes; those of the body itself where they are principal ones."""
+    """Return principal moments and axes; the body's own axes if they are principal."""
     diagonal = np.diag(tensor)
     if np.abs(tensor - np.diag(diagonal)).max() <= SYMMETRIC * diagonal.max():
-        return _vector(diagonal), IDENTITY
+        return vector(diagonal), IDENTITY
     moments, axes = np.linalg.eigh(tensor)
     if np.linalg.det(axes) < 0:
         axes[:, 0] *= -1.0
-    return _vector(moments), quaternion_of(axes)
+    return vector(moments), quaternion_of(axes)
 
 
 def volume(shape: Shape) -> float:
-    """Volume of a shape [m^3]."""
+    """Return the volume of a shape [m^3]."""
     match shape:
         case Box(size=(x, y, z)):
             return x * y * z
@@ -72,7 +72,7 @@ def volume(shape: Shape) -> float:
 
 
 def _moments(shape: Shape, mass: float) -> Vector:
-    """Moments of inertia about the centre of a shape [kg m^2]."""
+    """Return the moments of inertia about the centre of a shape [kg m^2]."""
     match shape:
         case Box(size=(x, y, z)):
             return mass * (y * y + z * z) / 12, mass * (x * x + z * z) / 12, mass * (x * x + y * y) / 12
@@ -84,8 +84,3 @@ def _moments(shape: Shape, mass: float) -> Vector:
             return moment, moment, moment
         case _:
             assert_never(shape)
-
-
-def _vector(values: Array) -> Vector:
-    x, y, z = values.tolist()
-    return (x, y, z)

@@ -1,9 +1,9 @@
-"""Between what is said on the wire and what the simulation computes with."""
+"""Conversions between messages of the wire and types of the simulation."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 from seoro.bridges import wire
@@ -11,32 +11,37 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
 from sim_nodes.navigation.navigator import Feedback
 from sim_nodes.physics import BodyState
-from sim_nodes.strikes import Pair, Strike
+from sim_nodes.sensors.bumper import Bumps
+from sim_nodes.sensors.imu import Inertial
+from sim_nodes.sensors.lidar import Scan
+from sim_nodes.sensors.odometry import Odometer
+from sim_nodes.sensors.sensor import Sample
+from sim_nodes.strikes import JudgedContact, Pair
 
 FARTHEST = 1000.0  # [m]
 
 
-def planar(pose: wire.Pose) -> Pose2:
-    """The pose seen from above.
+def planar(pose: wire.Pose3D) -> Pose2:
+    """Project a pose onto the floor.
 
     Raises:
-        RequestRefused: It is no place.
+        RequestRefused: The pose is invalid.
     """
     check_pose(pose, wire.Result.OPERATION_FAILED)
     return Pose2(pose.position.x, pose.position.y, pose.orientation.yaw)
 
 
-def check_pose(pose: wire.Pose, code: int) -> None:
-    """Refuse poses that have parts which are no numbers, or are far off."""
+def check_pose(pose: wire.Pose3D, code: int) -> None:
+    """Refuse poses that are not finite or too far away."""
     position, orientation = pose.position, pose.orientation
     place = (position.x, position.y, position.z)
     angles = (orientation.roll, orientation.pitch, orientation.yaw)
     if not all(math.isfinite(value) for value in place + angles) or max(abs(value) for value in place) > FARTHEST:
-        raise RequestRefused(code, f"the pose {place}, {angles} is no place within {FARTHEST:.0f} m")
+        raise RequestRefused(code, f"invalid pose {place}, {angles}; expected numbers within {FARTHEST:.0f} m")
 
 
-def body_state(pose: wire.Pose, twist: wire.Twist | None = None) -> BodyState:
-    """The state of a body at a pose, at rest without a twist."""
+def body_state(pose: wire.Pose3D, twist: wire.Twist | None = None) -> BodyState:
+    """Return the state of a body at a pose; at rest without a twist."""
     p, o = pose.position, pose.orientation
     moving = twist or wire.Twist()
     v, w = moving.linear, moving.angular
@@ -44,52 +49,81 @@ def body_state(pose: wire.Pose, twist: wire.Twist | None = None) -> BodyState:
 
 
 def entity_state(state: BodyState) -> wire.EntityState:
-    """The state of a body as it is said."""
+    """Convert the state of a body to a message."""
     return wire.EntityState(pose=pose_of(state), twist=twist_of(state))
 
 
-def pose_of(state: BodyState) -> wire.Pose:
-    """The pose of a body as it is said."""
-    x, y, z = state.position
+def pose_of(state: BodyState) -> wire.Pose3D:
+    """Convert the pose of a body to a message."""
     roll, pitch, yaw = roll_pitch_yaw(state.orientation)
-    return wire.Pose(
-        position=wire.Vector3(x=x, y=y, z=z), orientation=wire.Orientation(roll=roll, pitch=pitch, yaw=yaw)
-    )
+    return wire.Pose3D(wire.Position3D(*state.position), wire.Orientation3D(roll, pitch, yaw))
+
+
+def vector3(values: Sequence[float]) -> wire.Vector3:
+    """Convert a vector to a message."""
+    x, y, z = values
+    return wire.Vector3(x=x, y=y, z=z)
 
 
 def twist_of(state: BodyState) -> wire.Twist:
-    """The twist of a body as it is said."""
-    vx, vy, vz = state.linear
-    wx, wy, wz = state.angular
-    return wire.Twist(linear=wire.Vector3(x=vx, y=vy, z=vz), angular=wire.Vector3(x=wx, y=wy, z=wz))
+    """Convert the twist of a body to a message."""
+    return wire.Twist(linear=vector3(state.linear), angular=vector3(state.angular))
 
 
 def bounds_of(*corners: Sequence[float]) -> wire.Bounds:
-    """A box by its lower and its upper corner, as it is said."""
-    lower, upper = (wire.Vector3(x=x, y=y, z=z) for x, y, z in corners)
+    """Convert the lower and upper corner of a box to a message."""
+    lower, upper = (wire.Position3D(*corner) for corner in corners)
     return wire.Bounds(lower=lower, upper=upper)
 
 
-def flat_pose(pose: Pose2) -> wire.Pose:
-    """A pose in the plane as it is said."""
-    return wire.Pose(position=wire.Vector3(x=pose.x, y=pose.y), orientation=wire.Orientation(yaw=pose.yaw))
+def flat_pose(pose: Pose2) -> wire.Pose3D:
+    """Convert a pose in the plane to a message."""
+    return wire.Pose3D(wire.Position3D(pose.x, pose.y), wire.Orientation3D(yaw=pose.yaw))
 
 
-def contact_message(time: float, pair: Pair, strike: Strike, *, pushes: bool = False) -> wire.Contact:
-    """A contact of two entities at a time [s]."""
+def contact_message(time: float, pair: Pair, strike: JudgedContact, *, pushes: bool = False) -> wire.Contact:
+    """Return the message of a contact between two entities at a time [s]."""
     first, second = pair
-    where = strike.position
     return wire.Contact(
         time=time,
         first=first,
         second=second,
         strikers=strike.strikers,
-        position=None if where is None else wire.Vector3(x=where[0], y=where[1], z=where[2]),
+        position=None if strike.position is None else wire.Position3D(*strike.position),
         held=dict(strike.held),
         pushes=pushes,
     )
 
 
 def feedback_message(robot: str, time: float, feedback: Feedback) -> wire.NavigationFeedback:
-    """How far a robot is at a time [s], as it is said."""
+    """Return the message of a robot's navigation feedback at a time [s]."""
     return wire.NavigationFeedback(robot=robot, time=time, **asdict(feedback))
+
+
+def sample_message(sample: Sample[object], time_of_tick: Callable[[int], float]) -> wire.SensorSample:
+    """Convert a sample to a message.
+
+    Args:
+        sample: The sample.
+        time_of_tick: Returns the time of a tick [s].
+    """
+    time = time_of_tick(sample.tick)
+    match sample.data:
+        case Scan(ranges=ranges, angles=angles):
+            scan = wire.LaserScan(ranges=tuple(ranges.tolist()), bearings=tuple(angles.tolist()))
+            return wire.SensorSample(time=time, lidar=scan)
+        case Odometer(pose=pose, travelled=travelled, velocity=velocity):
+            odometry = wire.OdometrySample(
+                pose=flat_pose(pose), travelled=travelled, linear=velocity.linear, angular=velocity.angular
+            )
+            return wire.SensorSample(time=time, odometry=odometry)
+        case Inertial(acceleration=acceleration, angular_rate=rate):
+            imu = wire.ImuSample(acceleration=vector3(acceleration.tolist()), angular_rate=vector3(rate.tolist()))
+            return wire.SensorSample(time=time, imu=imu)
+        case Bumps(bumps=bumps):
+            pressed = (
+                wire.Bump(zone=bump.zone, entity=bump.entity, since=time_of_tick(bump.since)) for bump in bumps
+            )
+            return wire.SensorSample(time=time, bumper=wire.BumperSample(bumps=tuple(pressed)))
+        case _:
+            raise AssertionError(f"unsupported sample {type(sample.data).__name__}")

@@ -1,8 +1,7 @@
-"""The process: a simulator served over Zenoh, one request at a time, in the order of arrival.
+"""Serves a simulator over Zenoh; requests are handled one at a time, in order of arrival.
 
-Requests arrive in a queue from Zenoh's threads; a thread opens sessions, and everything else happens on the main
-one. A request that cannot be carried out, also because of a fault in here, is answered with a refusal, and the
-node lives on.
+Zenoh's threads put requests into a queue; one thread opens sessions. Everything else happens on the main thread.
+If a request fails, also through a defect of the node, the client gets a refusal and the node keeps running.
 """
 
 from __future__ import annotations
@@ -17,8 +16,9 @@ import sys
 import threading
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from enum import Enum, auto
 from functools import partial
 from pathlib import Path
 from types import FrameType
@@ -26,59 +26,38 @@ from typing import assert_never
 
 from anyio.from_thread import start_blocking_portal
 
-from seoro.bridges.door import Door, node_door
-from seoro.bridges.serving.emergency import StopLine, hearing_stops, stop_line
-from seoro.bridges.serving.gate import NodeGate, opened_gate
-from seoro.bridges.serving.intake import CountedIntake
+from seoro.bridges import wire
+from seoro.bridges.serving.admission import AdmissionLimits
+from seoro.bridges.serving.emergency import StopThread, stop_thread, subscribing_to_stops
 from seoro.bridges.session import (
     AsyncSession,
-    Publisher,
     Request,
-    Session,
-    SessionError,
     declare_publisher,
 )
-from seoro.bridges.wire import (
-    BRIDGE_VERBS,
-    CHALLENGE,
-    HOLD_ROBOTS,
-    LAB_VERBS,
-    VERBS,
-    LabResult,
-    Refusal,
-    Result,
-    SimulationState,
-    WireError,
-    encode,
-    holder_tokens,
-    node_command,
-    node_stream,
-    node_token,
-)
-from seoro.bridges.wire.holding import sender_of
+from seoro.bridges.wire import Empty
+from seoro.bridges.wire.holds import decode_sender
 from seoro.bridges.wire.keys import NAMESPACE, verb_of
-from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused, read_request
+from seoro.security.network.authorizer import NodeAuthorizer, open_authorizer
+from seoro.security.network.listener import Listener, node_listener
+from sim_nodes.emergency_stop import EmergencyStops
 from sim_nodes.leasing import Leasing
+from sim_nodes.long_polling import LongPolls
 from sim_nodes.simulator import Simulator
-from sim_nodes.stopping import Stops
 from sim_nodes.verbs import handle
-from sim_nodes.waiting import VERBS as LASTING
-from sim_nodes.waiting import WaitingRequests
 
-# Zenoh's threads and the main one take turns; with the default of 5 ms a wake-up can cost as much.
+# Zenoh's threads and the main thread alternate; with the default of 5 ms, a wake-up can take as long.
 SWITCH_INTERVAL = 5e-4  # [s]
-
-ALL_VERBS = (*VERBS, *BRIDGE_VERBS, *LAB_VERBS, CHALLENGE)
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class NodeSettings:
-    """Where a node is reached and under which name; exactly one of `listen` and `connect` is given.
+    """Name and endpoint of a node; exactly one of `listen` and `connect` is given.
 
     Args:
-        stop_file: Where it keeps an emergency stop, so that it outlasts the process; None for nowhere.
+        stop_file: File that keeps an emergency stop across restarts; None to keep none.
     """
 
     node: str
@@ -86,156 +65,124 @@ class NodeSettings:
     listen: str | None = None
     connect: str | None = None
     stop_file: Path | None = None
-    log: Path | None = None  # of what is asked of a node with keys
+    log: Path | None = None  # audit log of a node with keys
 
 
 @dataclass(frozen=True)
 class TokenChanged:
-    """A liveliness token of somebody who holds robots has appeared, or is gone."""
+    """The liveliness token of a client that holds robots appeared or disappeared."""
 
     token: str
     is_alive: bool
 
 
-@dataclass(frozen=True)
-class Urgent:
-    """There is an emergency stop."""
+class Wake(Enum):
+    """Events that wake the main thread."""
+
+    STOP_REQUESTED = auto()
+    SESSION_OPENED = auto()  # tokens are reported anew
+    SIGNAL_RECEIVED = auto()  # the main thread handles it when it next waits
 
 
-@dataclass(frozen=True)
-class Opened:
-    """A session was opened, by which tokens have to be seen."""
-
-
-@dataclass(frozen=True)
-class Outlet:
-    """Where a stream goes to, until its session is closed; those who take it have to ask anew then."""
-
-    publisher: Publisher
-
-    def put(self, payload: bytes) -> None:
-        """Publish, without waiting for anybody."""
-        with suppress(SessionError):
-            self.publisher.put(payload)
-
-    @property
-    def is_taken(self) -> bool:
-        """Whether somebody subscribes."""
-        return self.publisher.is_taken
-
-    def close(self) -> None:
-        """Publish nothing any more."""
-        self.publisher.close()
-
-
-@dataclass(frozen=True)
-class Signalled:
-    """A signal has come, which the main thread sees to as soon as it does not wait."""
-
-
-Arrived = Request | TokenChanged | Urgent | Opened | Signalled
-"""What comes from Zenoh's threads to the main one."""
+InboxItem = Request | TokenChanged | Wake
+"""Item of the queue from Zenoh's threads to the main thread."""
 
 
 def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable[[Simulator], None]) -> None:
-    """Serve a simulator until the process is told to end.
+    """Serve a simulator until the process is stopped.
 
     Args:
-        settings: Where and under which name.
-        make: Makes the simulator.
-        ready: Called once requests are taken.
+        settings: Name and endpoint.
+        make: Factory of the simulator.
+        ready: Called once requests are accepted.
 
     Raises:
-        InvalidUse: Its keys are missing, or of no use there; or there is another node of the name.
-        SessionError: The endpoint does not work.
+        UsageError: Its keys are missing or unusable, or the name is in use by another node.
+        SessionError: The endpoint is unusable.
         RequestRefused: The world cannot be loaded.
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
-    door = node_door(settings.listen, settings.connect, settings.node, settings.namespace)
-    with opened_gate(door, settings.log) as gate, start_blocking_portal() as portal:
-        simulator, inbox = make(), queue.SimpleQueue[Arrived]()
-        _wake_on_signals(partial(inbox.put, Signalled()))
-        serving = Serving(simulator, gate, settings.stop_file)
-        stops = Stops(simulator, serving.leasing, partial(inbox.put, Urgent()))
-        with stop_line(gate.lock, stops.stop, serving.leasing.latch.keep, settings.namespace) as line:
-            reached = partial(_reached, settings, simulator, door, gate, line, inbox, secrets.token_hex(8))
-            portal.start_task(door.attend, reached)
+    listener = node_listener(settings.listen, settings.connect, settings.node, settings.namespace)
+    with open_authorizer(listener, settings.log) as authorizer, start_blocking_portal() as portal:
+        simulator, inbox = make(), queue.SimpleQueue[InboxItem]()
+        _wake_on_signals(partial(inbox.put, Wake.SIGNAL_RECEIVED))
+        serving = RequestLoop(simulator, authorizer, settings.stop_file)
+        stops = EmergencyStops(simulator, serving.leasing, partial(inbox.put, Wake.STOP_REQUESTED))
+        with stop_thread(authorizer.identity, stops.stop, serving.leasing.latch.save, settings.namespace) as line:
+            serve = partial(
+                _serve_session, settings, simulator, listener, authorizer, line, inbox, secrets.token_hex(8)
+            )
+            portal.start_task(listener.serve, serve)
             ready(simulator)
             while True:
-                serving.turn(inbox, stops)
+                serving.run_once(inbox, stops)
 
 
 @asynccontextmanager
-async def _reached(
+async def _serve_session(
     settings: NodeSettings,
     simulator: Simulator,
-    door: Door,
-    gate: NodeGate,
-    stops: StopLine,
-    inbox: queue.SimpleQueue[Arrived],
+    listener: Listener,
+    authorizer: NodeAuthorizer,
+    stops: StopThread,
+    inbox: queue.SimpleQueue[InboxItem],
     boot: str,
     session: AsyncSession,
 ) -> AsyncIterator[None]:
-    """Be the node at a session; `boot` tells this start of it from the next."""
+    """Serve on a session; `boot` distinguishes this start of the node from later ones."""
     opened = session.blocking
-    busy = Refusal(code=LabResult.UNAVAILABLE, message="the node has too many requests waiting: ask again later")
-    inbox.put(Opened())
-    intake = CountedIntake(ALL_VERBS, "node", stop=stops.take)
-    async with hearing_stops(stops, door, session):
-        key = node_command(settings.namespace, settings.node, "*")
-        opened.serve(key, encode(busy), inbox, intake, gate.attestor)
-        blind = _watch_holders(opened, settings.namespace, inbox)
-        simulator.streams.connect(partial(_declare_stream, opened, settings))
-        opened.declare_token(node_token(settings.namespace, settings.node, boot))
+    busy = wire.Refusal(
+        code=wire.LabResult.UNAVAILABLE, message="too many requests are waiting in the node; retry later"
+    )
+    inbox.put(Wake.SESSION_OPENED)
+    intake = AdmissionLimits(wire.NODE_VERBS.values(), "node", stop=stops.on_request)
+    async with subscribing_to_stops(stops, listener, session):
+        key = wire.node_command(settings.namespace, settings.node, "*")
+        opened.serve(key, wire.encode(busy), inbox, intake, authorizer.attestor)
+        stop_watching = opened.watch_tokens(
+            wire.holder_tokens(settings.namespace),
+            lambda token, is_alive: inbox.put(TokenChanged(token, is_alive)),
+        )
+        simulator.streams.connect(
+            lambda name: declare_publisher(opened, wire.node_stream(settings.namespace, settings.node, name))
+        )
+        opened.declare_token(wire.node_token(settings.namespace, settings.node, boot))
         try:
             yield
         finally:
-            blind()  # that tokens go with the session says nothing of their holders
+            stop_watching()  # the tokens disappear with the session; their owners may be alive
 
 
-def _watch_holders(session: Session, namespace: str, inbox: queue.SimpleQueue[Arrived]) -> Callable[[], None]:
-    """Watch the tokens of those who hold robots; returns what ends it."""
-
-    def changed(token: str, is_alive: bool) -> None:
-        inbox.put(TokenChanged(token, is_alive))
-
-    return session.watch_tokens(holder_tokens(namespace), changed)
-
-
-def _declare_stream(session: Session, settings: NodeSettings, name: str) -> Outlet:
-    return Outlet(declare_publisher(session, node_stream(settings.namespace, settings.node, name)))
-
-
-class Serving:
-    """Carries out what arrives, one after another.
+class RequestLoop:
+    """Handles queued items, one after another.
 
     Args:
-        simulator: The simulator.
-        gate: Lets requests in.
+        simulator: Simulator to serve.
+        authorizer: Authorizer of requests.
         stop_file: See `NodeSettings`.
 
     Attributes:
-        leasing: Who has which robots.
+        leasing: Leases of the robots.
     """
 
-    def __init__(self, simulator: Simulator, gate: NodeGate, stop_file: Path | None = None) -> None:
+    def __init__(self, simulator: Simulator, authorizer: NodeAuthorizer, stop_file: Path | None = None) -> None:
         self._simulator = simulator
-        self._gate = gate
+        self._authorizer = authorizer
         self.leasing = Leasing(simulator, stop_file)
-        self._waiting = WaitingRequests(simulator.log)
+        self._waiting = LongPolls(simulator.log)
 
-    def turn(self, inbox: queue.SimpleQueue[Arrived], stops: Stops) -> None:
-        """Keep pace while playing, and see to what has come, is due, or comes next; to emergency stops first."""
-        if stops.settle():
-            for request in self._waiting.all():
+    def run_once(self, inbox: queue.SimpleQueue[InboxItem], stops: EmergencyStops) -> None:
+        """Handle emergency stops, keep pace while playing, then handle due requests and the next item."""
+        if stops.apply_pending():
+            for request in self._waiting.pop_all():
                 self.answer(request)
         clock = time.monotonic()
         delay = keep_pace(self._simulator, clock)
-        if inbox.empty():  # else a sign of life may have come that nobody has had the time to see
+        if inbox.empty():  # otherwise a sign of life may be waiting in the queue
             self.leasing.stop_overdue()
-        for request in self._waiting.due(clock):
+        for request in self._waiting.pop_due(clock):
             self.answer(request)
-        times = (delay, self._waiting.within(clock), self.leasing.within())
+        times = (delay, self._waiting.time_to_next(clock), self.leasing.time_to_next())
         timeout = min((each for each in times if each is not None), default=None)
         try:
             arrived = inbox.get(block=timeout != 0.0, timeout=timeout)
@@ -244,52 +191,52 @@ class Serving:
         match arrived:
             case TokenChanged():
                 self.leasing.token_changed(arrived.token, is_alive=arrived.is_alive)
-            case Opened():
-                self.leasing.lose_sight()
+            case Wake.SESSION_OPENED:
+                self.leasing.on_reconnect()
             case Request():
                 self._receive(arrived)
-            case Urgent() | Signalled():  # which the next turn begins with
+            case Wake.STOP_REQUESTED | Wake.SIGNAL_RECEIVED:  # handled at the start of the next call
                 pass
             case _:
                 assert_never(arrived)
 
     def _receive(self, request: Request) -> None:
-        """Answer a request, or let it wait for something to happen."""
+        """Answer a request, or defer it until an event occurs."""
         try:
-            waits = self._put_aside(request)
+            waits = self._defer(request)
         except RequestRefused as refused:
             _refuse(request, refused.code, refused.message)
             return
         if not waits:
             self.answer(request)
 
-    def _put_aside(self, request: Request) -> bool:
-        """Let a request wait if its verb does; it is authenticated when it arrives, and gives a sign of life.
+    def _defer(self, request: Request) -> bool:
+        """Defer a request if its verb waits for events. Authenticates it and records a sign of life first.
 
         Raises:
-            RequestRefused: It is not authentic, or the client holds nothing.
+            RequestRefused: The request is not authentic, or the client holds no robots.
         """
         verb = verb_of(request.key)
-        if verb not in LASTING:
+        if verb not in wire.NODE_VERBS or not wire.NODE_VERBS[verb].waits:
             return False
-        sender = self._gate.authenticate(request, self.leasing.key_of) or sender_of(request.attachment)
-        if verb == HOLD_ROBOTS.name:
+        sender = self._authorizer.authenticate(request, self.leasing.key_of) or decode_sender(request.attachment)
+        if verb == wire.HOLD_ROBOTS.name:
             try:
-                asked = HOLD_ROBOTS.read(request.payload)
-            except WireError:
-                return False  # which the answer says
-            self._gate.check_holder(verb, sender, asked)
-            self.leasing.note_life(asked.holder)
-        return self._waiting.put_aside(request, time.monotonic())
+                asked = wire.HOLD_ROBOTS.read(request.payload)
+            except wire.WireError:
+                return False  # the refusal is in the answer
+            self._authorizer.check_holder(wire.HOLD_ROBOTS, sender, asked)
+            self.leasing.keep_alive(asked.holder)
+        return self._waiting.defer(request, time.monotonic())
 
     def answer(self, request: Request) -> None:
-        """Carry out a request and answer it, whatever happens."""
+        """Handle a request and answer it, also after errors."""
         verb = verb_of(request.key)
         try:
-            if verb == CHALLENGE.name:
-                request.reply(encode(self._gate.prove(request.payload)))
+            if verb == wire.CHALLENGE.name:
+                request.reply(wire.encode(self._authorizer.prove(request.payload)))
                 return
-            with self._gate.admitted(request, self.leasing.key_of) as sender:
+            with self._authorizer.admitted(request, self.leasing.key_of) as sender:
                 answer = self._carry_out(sender, verb, request.payload)
             request.reply(answer)
         except RequestRefused as refused:
@@ -297,58 +244,54 @@ class Serving:
         except Exception as error:
             log.exception("fault in %s", verb)
             why = f"fault in the simulator node: {type(error).__name__}: {error}"
-            _refuse(request, LabResult.FAULT, why)
+            _refuse(request, wire.LabResult.FAULT, why)
 
-    def _carry_out(self, sender: str, verb: str, payload: bytes) -> bytes:
-        own = self.leasing.verbs.get(verb)
-        if own is None:
-            return handle(self._simulator, verb, payload, partial(self.leasing.permit, sender))
-        known, carry = own
-        try:
-            asked = known.read(payload)
-        except WireError as error:
-            raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-        self._gate.check_holder(verb, sender, asked)
-        self._simulator.stay()
-        return encode(carry(asked))
+    def _carry_out(self, sender: str, name: str, payload: bytes) -> bytes:
+        handler = getattr(self.leasing, name, None) if name in wire.NODE_VERBS else None
+        if handler is None:
+            return handle(self._simulator, name, payload, partial(self.leasing.authorize, sender))
+        request = read_request(verb := wire.NODE_VERBS[name], payload)
+        self._authorizer.check_holder(verb, sender, request)
+        self._simulator.discard_checkpoint()
+        return wire.encode(handler(request) or Empty())
 
 
 def keep_pace(simulator: Simulator, clock: float) -> float | None:
-    """As `Simulator.keep_pace`; a fault pauses the simulation instead of ending the node."""
+    """Call `Simulator.keep_pace`; an error pauses the simulation and the node keeps running."""
     try:
         return simulator.keep_pace(clock)
     except Exception:
         log.exception("fault while playing, paused")
-        simulator.set_state(SimulationState.PAUSED)
+        simulator.set_state(wire.SimulationState.PAUSED)
         return None
 
 
 def _refuse(request: Request, code: int, message: str) -> None:
     try:
-        request.refuse(encode(Refusal(code=code, message=message)))
-    except Exception:  # whoever asked is gone, or was answered in part
+        request.refuse(wire.encode(wire.Refusal(code=code, message=message)))
+    except Exception:  # the client is gone, or was answered in part
         log.exception("cannot refuse a request")
 
 
 def end_on_signals() -> None:
-    """Let SIGTERM end the process as Ctrl-C does: by an exception on the main thread, the session closes."""
+    """Make SIGTERM raise KeyboardInterrupt on the main thread, as Ctrl-C does, so that the session closes."""
     signal.signal(signal.SIGTERM, _end)
 
 
 def _wake_on_signals(wake: Callable[[], None]) -> None:
-    """Have something called, on a thread, when a signal has come.
+    """Call `wake` on a thread after each signal.
 
-    By itself, one that comes just before the main thread begins to wait does not wake it.
+    A signal that arrives just before the main thread waits would not wake it.
     """
-    come, told = os.pipe()
-    os.set_blocking(told, False)
-    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
 
-    def work() -> None:
-        while os.read(come, 1):
+    def forward() -> None:
+        while os.read(reader, 1):
             wake()
 
-    threading.Thread(target=work, daemon=True, name="signals").start()
+    threading.Thread(target=forward, daemon=True, name="signals").start()
 
 
 def _end(_number: int, _frame: FrameType | None) -> None:
@@ -356,11 +299,11 @@ def _end(_number: int, _frame: FrameType | None) -> None:
 
 
 def die_with_parent(folder: str | None) -> None:
-    """End the process when stdin ends, also in the middle of a request; leave Ctrl-C to the parent.
+    """End the process when stdin closes, also during a request; ignore Ctrl-C.
 
     Args:
-        folder: The parent's folder for their socket. A parent that writes anything before it closes stdin removes
-            that itself; one that does not has died.
+        folder: The parent's folder for its socket. A parent that writes to stdin before closing it deletes the
+            folder itself; otherwise the parent was killed.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_wait_for_parent, args=(folder,), daemon=True, name="parent").start()
@@ -372,5 +315,5 @@ def _wait_for_parent(folder: str | None) -> None:
         has_died = False
     if has_died and folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
-    # The main thread may be deep in a grant, and nobody is left to be told anything.
+    # The main thread may be in a long grant, and the parent is gone.
     os._exit(0)

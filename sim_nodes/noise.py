@@ -1,8 +1,8 @@
-"""Random numbers by what they are for and when, not by who asked before.
+"""Random numbers addressed by purpose and tick, independent of the order of draws.
 
-A generator that everybody draws from makes each number depend on all draws before it, so that one more listener
-changes the run. Here each draw has its own generator: Philox (Salmon et al., SC 2011) is a function of a key
-and a counter, the key is made of the seed and the purpose, the counter of the tick.
+With a shared generator, each number would depend on all draws before it, so that one more sensor would change the
+run. Here each draw has its own generator: Philox (Salmon et al., SC 2011) is a function of a key and a counter.
+The key is made of seed and purpose, the counter of the tick.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import numpy as np
 
 
 class Noise:
-    """The source of random numbers of one purpose.
+    """The source of random numbers for one purpose.
 
     Args:
         seed: Seed of the simulation.
-        purpose: What the numbers are for, such as `turtlebot4/odometry`.
+        purpose: Unique name, such as `turtlebot4/odometry`.
     """
 
     def __init__(self, seed: int, purpose: str) -> None:
@@ -25,5 +25,5 @@ class Noise:
         self._key = np.frombuffer(digest, dtype=np.uint64)
 
     def at(self, tick: int) -> np.random.Generator:
-        """The generator of a tick; asked twice it gives the same numbers twice."""
+        """Return the generator of a tick; every call returns the same numbers."""
         return np.random.Generator(np.random.Philox(key=self._key, counter=[0, 0, tick, 0]))

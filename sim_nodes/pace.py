@@ -1,41 +1,41 @@
-"""How fast time passes while a simulation plays: as the machine's clock, slower, faster, or as fast as it can."""
+"""Pace of a playing simulation relative to the wall clock."""
 
 from __future__ import annotations
 
 import math
 
-SLICE = 0.02  # [s] simulated between two looks at the inbox, at rates up to 1
-LONGEST_SLICE = 0.2  # [s] at higher ones: the looks would take a part of the time
-FULL_SPEED_SLICES = (1 / 32, 1.0)  # [s] at least and at most, as fast as it can, by how long they take
-LOOK = 0.01  # [s] of the machine's clock between two looks then, or half or twice of it
-LAG = 0.5  # [s] of the machine's clock that playing may be behind; what is beyond is not made up for
+SLICE = 0.02  # [s] simulated between two checks of the inbox, at rates up to 1
+LONGEST_SLICE = 0.2  # [s] at higher rates, where frequent checks would cost time
+FULL_SPEED_SLICES = (1 / 32, 1.0)  # [s] minimum and maximum at full speed, adapted to the wall time they take
+LOOK = 0.01  # [s] target wall time between two checks at full speed, within a factor of 2
+LAG = 0.5  # [s] wall time that playing may lag behind; more lag is dropped
 ROUNDING = 1e-9  # of a slice
 SLOWEST = 1e-3  # simulated seconds per second
 
 
 class Pace:
-    """The pace of a simulation that plays.
+    """The pace of a playing simulation.
 
     Args:
-        rate: Simulated seconds per second of the machine's clock; infinite for as fast as possible.
+        rate: Simulated seconds per second of wall time; infinite for as fast as possible.
     """
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._slice = FULL_SPEED_SLICES[0] if math.isinf(rate) else min(SLICE * max(1.0, rate), LONGEST_SLICE)
-        self._looked: float | None = None  # when the last slice at full speed began [s]
+        self._looked: float | None = None  # start of the last slice at full speed [s]
         self._anchor: tuple[float, float] | None = None
 
     def start_over(self) -> None:
-        """Count from the present: the simulation's clock has been set."""
+        """Restart from the present, after a change of the simulation time."""
         self._anchor = None
 
     def until(self, clock: float, now: float) -> float:
-        """The time to simulate to now, which is not after the present if that is ahead [s].
+        """Return the time to simulate to [s]; not after `now` if the simulation is ahead.
 
         Args:
-            clock: The machine's monotonic clock [s].
-            now: The simulation's clock [s].
+            clock: Monotonic clock [s].
+            now: Simulation time [s].
         """
         if math.isinf(self._rate):
             return self._end_of_slice(clock, now)
@@ -44,9 +44,9 @@ class Pace:
         return min(self._due(self._anchor, clock), now + self._slice)
 
     def _end_of_slice(self, clock: float, now: float) -> float:
-        """The end of a slice at full speed, whose length is as long as is good for looking at the inbox.
+        """Return the end of a slice at full speed; its length adapts to the wall time between checks of the inbox.
 
-        Slices end at multiples of their length, as what robots do has its times: none is cut in two for nothing.
+        Slices end at multiples of their length, which coincide with the periods of robots.
         """
         if self._looked is not None:
             took, (least, most) = clock - self._looked, FULL_SPEED_SLICES
@@ -58,7 +58,7 @@ class Pace:
         return (math.floor(now / self._slice + ROUNDING) + 1.0) * self._slice
 
     def wait(self, clock: float, now: float) -> float:
-        """How long there is nothing to do [s], after what `until` said was simulated to `now`."""
+        """Return the idle time [s] after the simulation has reached the result of `until`."""
         if self._anchor is None:
             return 0.0
         ahead = now - self._due(self._anchor, clock)

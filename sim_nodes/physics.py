@@ -1,12 +1,12 @@
-"""What an engine must offer, and the data that it is given and gives back.
+"""The contract of a physics engine, and the data that it takes and returns.
 
-The core in `simulation.py` knows an engine by the `Engine` protocol only; `check` measures whether one keeps it.
-Poses and velocities are in the world's frame `map`, SI units, orientations as quaternions (w, x, y, z).
+`simulation.py` uses engines through the `Engine` protocol only; `check` tests whether one conforms. Units are SI.
+Poses and velocities are in the world frame `map`, orientations are quaternions (w, x, y, z).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -17,8 +17,8 @@ from sim_nodes.views import Picture, View
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 FLOOR = "floor"
-DROP = 0.001  # [m] above the floor at which robots start, so that they do not start inside it
-OVERLAP = 1e-3  # [m] of interpenetration that contacts at rest may have
+START_CLEARANCE = 0.001  # [m] above the floor at which robots start, so that they start outside of it
+MAX_OVERLAP = 1e-3  # [m] of penetration that is not an overlap: contacts at rest have some
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder along z [m]."""
+    """A cylinder along its z axis [m]."""
 
     radius: float
     length: float
@@ -48,7 +48,7 @@ Shape = Box | Cylinder | Sphere
 
 @dataclass(frozen=True)
 class Part:
-    """A shape at a place in its body; without a mass [kg] of its own, it has its part of the body's by volume."""
+    """A shape at a pose in its body's frame; without `mass` [kg], it has a share of the body's mass by volume."""
 
     shape: Shape
     position: Vector = (0.0, 0.0, 0.0)
@@ -58,22 +58,21 @@ class Part:
 
 @dataclass(frozen=True)
 class BodyModel:
-    """A rigid body: its parts, its mass [kg] and the sliding friction of its surface.
+    """A rigid body: parts, mass [kg], and coefficient of sliding friction of its surface.
 
-    All of its parts have masses of their own, or none. What friction two surfaces have with one another is the
-    engine's.
+    All parts have a `mass`, or none has. Each engine combines the friction of two surfaces in its own way.
     """
 
     parts: tuple[Part, ...]
     mass: float = 1.0
     friction: float = 1.0
-    static: bool = False  # immovable by forces; it may still be put elsewhere
-    colour: Colour | None = None  # in pictures; None for one that follows from its name
+    static: bool = False  # not moved by forces; `set_body_state` still moves it
+    colour: Colour | None = None  # in rendered pictures; None to derive it from the name
 
 
 @dataclass(frozen=True)
 class BodyState:
-    """Where a body is and how it moves: linear [m/s] and angular [rad/s] velocity of its origin."""
+    """Pose in `map` [m], and linear [m/s] and angular [rad/s] velocity of the origin, in the axes of `map`."""
 
     position: Vector
     orientation: Quaternion = IDENTITY
@@ -82,13 +81,13 @@ class BodyState:
 
     @property
     def planar(self) -> Pose2:
-        """The pose seen from above."""
+        """The pose projected onto the floor."""
         return Pose2(self.position[0], self.position[1], yaw_of(self.orientation))
 
 
 @dataclass(frozen=True)
 class Wall:
-    """A standing box of the world; walls of the same name are one entity."""
+    """A box that stands on the floor; walls of the same name are one entity."""
 
     name: str
     x: float  # centre [m]
@@ -100,14 +99,14 @@ class Wall:
 
     @property
     def part(self) -> Part:
-        """It as a part of a body at the origin of the map."""
+        """The wall as a part of a body at the origin of `map`."""
         size = (self.length, self.thickness, self.height)
         return Part(Box(size), (self.x, self.y, self.height / 2), quaternion(0.0, 0.0, self.yaw))
 
 
 @dataclass(frozen=True)
 class PlacedRobot:
-    """A robot of the world and where it starts, or, if it is fixed, stays."""
+    """A robot and its initial pose, which a fixed robot keeps."""
 
     name: str
     declaration: RobotDeclaration
@@ -116,14 +115,14 @@ class PlacedRobot:
 
     @property
     def state(self) -> BodyState:
-        """That of its base at the start."""
-        lift = self.height if self.declaration.fixed else self.height + DROP
+        """Initial state of the base."""
+        lift = self.height if self.declaration.fixed else self.height + START_CLEARANCE
         return BodyState((self.pose.x, self.pose.y, lift), quaternion(0.0, 0.0, self.pose.yaw))
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What an engine builds: a floor at z = 0, walls and robots."""
+    """The static scene of an engine: a floor at z = 0, walls and robots."""
 
     walls: tuple[Wall, ...]
     robots: tuple[PlacedRobot, ...]
@@ -132,7 +131,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class JointStates:
-    """Of the joints of an arm, and of the two fingers of its gripper after them, each of shape (n + 2,)."""
+    """States of the joints of an arm followed by its two fingers, arrays of shape (n + 2,)."""
 
     positions: Array  # [rad], [m]
     velocities: Array  # [rad/s], [m/s]
@@ -140,8 +139,8 @@ class JointStates:
 
 
 @dataclass(frozen=True)
-class Carried:
-    """A body that is taken to be somewhere else than it is, because an arm would carry it there."""
+class CarriedBody:
+    """A body at a hypothetical pose: where the arm would carry it."""
 
     name: str
     state: BodyState
@@ -149,22 +148,22 @@ class Carried:
 
 @dataclass(frozen=True)
 class Overlap:
-    """A link of an arm, or the body that it carries, inside something else by a depth [m]."""
+    """A penetration by `depth` [m] of a link of an arm, or of the body that it carries, into `other`."""
 
     link: str
-    other: str  # an entity, also the floor, or a link of the same arm
+    other: str  # an entity, the floor, or a link of the same arm
     depth: float
 
 
 @dataclass(frozen=True)
-class TouchPoint:
-    """A point in which an entity touches another, in the map.
+class ContactPoint:
+    """A point of contact between two entities, in `map`.
 
     Attributes:
         entity: The other entity.
-        position: Of the point [m].
-        normal: Unit vector from the entity that was asked for to the other.
-        link: The link of an arm that touches; empty for everything else.
+        position: Point [m].
+        normal: Unit vector from the queried entity towards the other one.
+        link: Link of an arm that touches; empty otherwise.
     """
 
     entity: str
@@ -173,144 +172,167 @@ class TouchPoint:
     link: str = ""
 
 
+def entity_pairs(
+    contacts: Iterable[Iterable[int]], owners: Mapping[int, str] | Sequence[str]
+) -> frozenset[tuple[str, str]]:
+    """Return the pairs of different entities in contact, each sorted by name, without the floor.
+
+    Args:
+        contacts: Pairs of numbers of shapes or bodies.
+        owners: Entity of each number.
+    """
+    pairs = set()
+    for first, second in contacts:
+        a, b = owners[first], owners[second]
+        if a != b and FLOOR not in (a, b):
+            pairs.add((min(a, b), max(a, b)))
+    return frozenset(pairs)
+
+
 class UnstablePhysics(Exception):
-    """The equations of motion had no usable solution; the simulation has to be reset."""
+    """The physics has diverged; the simulation must be reset."""
 
 
 class UnsavableState(Exception):
-    """A state that cannot be saved, or one that was saved and cannot be restored here; the message says why."""
+    """A state cannot be saved, or a saved state cannot be restored here; the message gives the reason."""
 
 
 class Engine(Protocol):
-    """A physics engine with one scene in it. All calls come from one thread."""
+    """A physics engine with one scene. All calls come from one thread.
+
+    Attributes:
+        name: Name of the engine.
+        version: Version of the engine.
+        steps_per_second: Physics steps per simulated second; a tick of 20 ms is a whole number of steps.
+    """
 
     name: str
     version: str
     steps_per_second: int
 
     def build(self, scene: Scene) -> None:
-        """Replace everything by a scene in its initial state."""
+        """Replace the scene; afterwards, everything is in its initial state."""
 
     def reset(self) -> None:
-        """Put every body back to where it was built or added, at rest."""
+        """Return every body to the state in which it was built or added; robots are at rest, without commands."""
 
     def step(self, count: int = 1) -> int:
-        """Make up to `count` physics steps, to the end of the first after which other pairs of entities touch.
+        """Make up to `count` physics steps; stop after a step in which the pairs in contact change.
 
-        How many are asked for at once changes nothing: states are the same, bit for bit.
+        Batches do not affect results: the states are bit-identical to those of single steps.
 
         Returns:
-            How many were made, at least one.
+            Number of steps made, at least one.
 
         Raises:
-            UnstablePhysics: The engine could not, and the world is lost.
+            UnstablePhysics: The physics has diverged.
         """
 
     def touching(self) -> frozenset[tuple[str, str]]:
-        """The pairs of entities, names in order, in contact in the last step; the floor is left out.
+        """Return the pairs of entities in contact in the last step, each pair sorted by name; without the floor.
 
-        In the steps of one call of `step` before its last they are those of before the call.
+        In the earlier steps of one call of `step`, the pairs are those before the call.
         """
 
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
-        """The points in which a robot or an added body touched others in the last step, without the floor.
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
+        """Return the contact points of a robot or an added body in the last step; without the floor.
 
-        Of added bodies they need not be known in a state that was brought back, before the next step.
+        After a state is restored, those of added bodies may be missing until the next step.
         """
 
     def overlaps(self, name: str) -> tuple[str, ...]:
-        """The entities other than the floor that an entity interpenetrates now, sorted."""
+        """Return the entities that an entity now penetrates, sorted; without the floor."""
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
-        """Add a body that moves as its state says; everything else stays bit for bit as it is."""
+        """Add a body in a state, also a moving one; all other states stay bit-identical."""
 
     def remove_body(self, name: str) -> None:
         """Remove an added body."""
 
     def body_state(self, name: str) -> BodyState:
-        """The state of a robot's base or of an added body."""
+        """Return the state of a robot's base or of an added body."""
 
     def set_body_state(self, name: str, state: BodyState) -> None:
-        """Put a robot that is not fixed, or an added body, somewhere; a robot's wheels come to rest."""
+        """Set the state of an added body or of a robot that is not fixed; the robot's wheels come to rest."""
 
     def wheel_angles(self, robot: str) -> tuple[float, float]:
-        """Angles that the left and right wheel of a robot have turned [rad]."""
+        """Return the angles that the left and right wheel have turned since the start [rad]."""
 
     def command_wheels(self, robot: str, left: float, right: float) -> None:
-        """Set the speeds that the wheels of a robot are to turn at [rad/s]."""
+        """Set the target speeds of the wheels [rad/s], which hold until the next command."""
 
     def power_wheels(self, robot: str, on: bool) -> None:
-        """Cut off the motors of a robot's wheels, which roll freely then, or let them obey their last command.
+        """Switch the power of the wheel motors. Without it, wheels roll freely; with it, the last command holds.
 
-        After `build` and `reset` they have power.
+        `build` and `reset` switch it on.
         """
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
-        """Distances along rays from a robot's lidar to what they hit first, the robot itself left out.
+        """Return the distances along rays from a robot's lidar to the first hit, ignoring the robot itself.
 
         Args:
             robot: Name of the robot.
-            directions: Unit vectors in the lidar's frame, shape (n, 3).
-            limit: Distance beyond which nothing is seen [m].
+            directions: Unit vectors in the frame of the lidar, shape (n, 3).
+            limit: Maximum range [m].
 
         Returns:
-            Distances [m], shape (n,), infinite where nothing is hit.
+            Distances [m], shape (n,); infinite without a hit.
         """
 
     def joint_states(self, robot: str) -> JointStates:
-        """The joints of a robot's arm and gripper."""
+        """Return the states of the joints of a robot's arm and gripper."""
 
     def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
-        """Have the motors of an arm pull its joints to positions that move at velocities, until the next command.
+        """Set the targets of an arm's motors: positions that move at the velocities until the next command.
 
-        After `build` and `reset` they pull to the home positions.
+        `build` and `reset` set the home positions.
 
         Args:
             robot: Name of the robot.
-            positions: Of the arm's joints, shape (n,) [rad].
-            velocities: Of the same [rad/s].
+            positions: Target positions, shape (n,) [rad].
+            velocities: Velocities of the targets, shape (n,) [rad/s].
         """
 
     def command_fingers(self, robot: str, position: float, force: float) -> None:
-        """Have both fingers of a gripper pull to a position [m] with a force [N] at most, until the next command.
+        """Set the target position [m] of both fingers and the maximum force of each [N], until the next command.
 
-        After `build` and `reset` the gripper is open.
+        `build` and `reset` open the gripper.
         """
 
     def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
-        """What the links of an arm touched in the last step: pairs of link and entity, also the floor."""
+        """Return the pairs of link and entity (or `floor`) that touched in the last step."""
 
     def arm_overlaps(
-        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
-        """What the links of an arm would be inside of if its joints were at positions; nothing changes.
+        """Return the overlaps that the links of an arm would have at joint positions; the state stays unchanged.
 
-        A base that is fixed is left out, and stands in whatever it stands in.
+        The base of a fixed robot is ignored.
 
         Args:
             robot: Name of the robot.
-            positions: Of the arm's joints, shape (n,) [rad]; the fingers are taken as they are.
-            own: Pairs of links of the robot that are looked at; others may be inside each other.
-            carried: A body that is taken to be elsewhere; what it would be inside of is told, too.
+            positions: Positions of the arm's joints, shape (n,) [rad]; the fingers stay where they are.
+            own: Pairs of links of the robot to check; others may overlap.
+            carried: A body that is checked at another pose than its own.
         """
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
-        """Where a link of a robot is now: position [m] and orientation of its frame."""
+        """Return the pose of a link's frame in `map`: position [m] and orientation."""
 
     def render(self, view: View) -> Picture:
-        """What is seen from a view now; the state stays bit for bit as it is.
+        """Render a view of the present state; the state stays bit-identical.
 
         Raises:
-            NoRendering: This engine draws nothing here.
+            NoRendering: The engine cannot render here.
         """
 
 
 @runtime_checkable
 class ManyBodies(Protocol):
-    """What an engine may offer beyond `Engine`, if bodies by the hundred cost it less than the sum of each."""
+    """Optional: adds and removes many bodies at a lower cost than one by one."""
 
     def add_bodies(self, bodies: Sequence[tuple[str, BodyModel, BodyState]]) -> None:
-        """Add bodies, as `Engine.add_body` adds each."""
+        """Add bodies; each as by `Engine.add_body`."""
 
     def remove_bodies(self, names: Sequence[str]) -> None:
         """Remove added bodies."""
@@ -318,41 +340,45 @@ class ManyBodies(Protocol):
 
 @runtime_checkable
 class SavesState(Protocol):
-    """What an engine may offer beyond `Engine`: its state can be saved, and brought back."""
+    """Optional: saves and restores states."""
 
     def save(self) -> Mapping[str, Any]:
-        """All that the future follows from but the scene: values that `sim_nodes.codec` takes.
+        """Return all that later states depend on, except the scene, as values that `sim_nodes.codec` accepts.
 
         Raises:
-            UnsavableState: There is too much of it.
+            UnsavableState: The state is too large.
         """
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on, bit for bit, as the engine that was saved did, also in another process.
+        """Continue from a saved state, bit-identically, also in another process.
 
-        What has been added and moved since the scene was built is forgotten.
+        Replaces all bodies that were added and all states that were set since the scene was built.
 
         Args:
-            saved: What `save` returned in an engine of the same version with the same scene.
+            saved: Result of `save` in an engine of the same version with the same scene.
 
         Raises:
-            UnsavableState: It is of another scene or version.
+            UnsavableState: The state belongs to another scene or version.
         """
 
 
 @runtime_checkable
 class Rewinds(Protocol):
-    """What an engine may offer beyond `Engine`: to go back a little, at a small part of the cost of going ahead.
+    """Optional: goes back a little, at a small part of the cost of going ahead.
 
-    Nodes of such engines simulate ahead of what is granted to them, where that is expected.
+    Nodes of such engines simulate ahead of grants when the client announces more.
     """
 
     def checkpoint(self) -> Any:
-        """What the future follows from, but the scene and the bodies in it; later steps leave it as it is.
+        """Return what later states depend on, except the scene and its bodies; later steps do not change it.
 
         Returns:
-            None where there is no way back from now on. To go back to others than the last may take long.
+            None if it is impossible to go back to this state. Going back to older checkpoints than the last may be
+            slow.
         """
 
     def rewind(self, checkpoint: Any) -> None:
-        """Go on, bit for bit, as from a checkpoint, since which no body was added, removed or put elsewhere."""
+        """Continue from a checkpoint, bit-identically.
+
+        Since then, no body was added, removed or moved by `set_body_state`.
+        """

@@ -1,8 +1,7 @@
-"""One simulated world: time, entities, goals, watches and contacts. It knows neither an engine nor Zenoh.
+"""One simulated world: time, entities, goals, watches and contacts; independent of engines and Zenoh.
 
-Time is counted in physics steps. Everything besides physics happens in ticks of 20 ms: robots sense and act,
-watches are checked. Contacts are noticed in the step in which they begin. What happens is held until it is
-collected.
+Time is counted in physics steps. Everything else happens in ticks of 20 ms: robots sense and act, watches are
+checked. Contacts are detected in the step in which they begin. Events are pending until they are collected.
 """
 
 from __future__ import annotations
@@ -13,40 +12,31 @@ from dataclasses import replace
 from threading import Event
 from typing import Any
 
-from seoro.bridges.wire import (
-    Fault,
-    Measurements,
-    NavigationFeedback,
-    Occurrence,
-    Outcome,
-    ResetScope,
-    Result,
-    steps_until,
-)
-from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bridges import wire
+from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes.batches import Batches
-from sim_nodes.contacts import Contacts
 from sim_nodes.departures import Departures, check_state
 from sim_nodes.entities import Entities
-from sim_nodes.faults.board import FaultBoard
+from sim_nodes.event_log import CollectedEvents, EventLog, PendingEvents, WorldEvent
 from sim_nodes.faults.cameras import FreeCameras
-from sim_nodes.films import Films
+from sim_nodes.faults.registry import FaultRegistry
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import NOBODY, Ended
-from sim_nodes.happenings import Happened, Log, Pending, What
+from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.messages import contact_message, feedback_message
 from sim_nodes.navigation.mapping import build_map
 from sim_nodes.navigation.navigator import Goal
-from sim_nodes.notes import Notes
 from sim_nodes.physics import BodyState, Engine
+from sim_nodes.recording import Recording
+from sim_nodes.refusals import operation_failed, unknown
 from sim_nodes.robots.diff_drive import Velocity
-from sim_nodes.robots.robot import Knowledge, Robot
-from sim_nodes.sensors.feed import Feed
+from sim_nodes.robots.robot import Robot, WorldContext
+from sim_nodes.run_data import RunData
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.streams import Streams
-from sim_nodes.strikes import Strikes
+from sim_nodes.strikes import Contacts, Strikes
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import Watch, Watches
 from sim_nodes.worlds.loader import World
@@ -56,9 +46,9 @@ class Simulation(Stateful):
     """A world in an engine.
 
     Args:
-        engine: The engine; whatever is in it is replaced.
+        engine: The engine; its scene is replaced.
         world: The world.
-        seed: All randomness follows from it.
+        seed: Seed of all randomness.
     """
 
     STATE = (
@@ -71,11 +61,11 @@ class Simulation(Stateful):
         "entities",
         "camera_faults",
         "robots",
-        "notes",
+        "run_data",
         "_pending",
     )
 
-    DERIVED = ("streams", "log", "halted", "_batches")  # the simulator's, and the machine's
+    DERIVED = ("streams", "log", "halted", "_batches")  # of the simulator and the machine
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self.engine = engine
@@ -83,9 +73,9 @@ class Simulation(Stateful):
         self.seed = seed
         self.known = build_map(world.extent, world.walls, world.outlines)
         self._tick_steps = round(TICK * engine.steps_per_second)
-        self.films = Films(engine, world, lambda: self.entities)
+        self.recording = Recording(engine, world, lambda: self.entities)
         self.streams = Streams()
-        self.log = Log()
+        self.log = EventLog()
         self.halted = Event()
         self._batches = Batches()
         self._start_over()
@@ -98,51 +88,51 @@ class Simulation(Stateful):
         self._touched = Contacts(self.engine.steps_per_second)
         self.entities = Entities(self.engine, self.world, self.seed)
         self._make_robots()
-        self._pending = Pending()
+        self._pending = PendingEvents()
 
     def _make_robots(self) -> None:
         placed = self.world.robots
         cameras = self.entities.cameras
-        self.camera_faults = FaultBoard("", FreeCameras(cameras))
-        about = Knowledge(self.known, self.entities.is_loose, cameras)
-        self.robots = {robot.name: Robot(robot, self.engine, about, self.seed) for robot in placed}
+        self.camera_faults = FaultRegistry("", FreeCameras(cameras))
+        context = WorldContext(self.known, self.entities.is_movable, cameras)
+        self.robots = {robot.name: Robot(robot, self.engine, context, self.seed) for robot in placed}
         self.departures = Departures(self.world.extent)
         self.frames = Frames(self.engine, self.robots, self.entities)
         self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)
-        self.notes = self._new_notes({robot.name: robot.pose for robot in placed})
-        self.streams.use(self.robots)
+        self.run_data = self._new_run_data({robot.name: robot.pose for robot in placed})
+        self.streams.activate_sensors(self.robots)
 
-    def _new_notes(self, starts: Mapping[str, Pose2]) -> Notes:
-        return Notes(self.engine, self.world, self.entities, self.robots, self.frames, starts)
+    def _new_run_data(self, starts: Mapping[str, Pose2]) -> RunData:
+        return RunData(self.engine, self.world, self.entities, self.robots, self.frames, starts)
 
     def travelled(self, robot: str) -> float:
-        """What the odometry of a robot has counted [m]."""
+        """Return the distance travelled by a robot's odometry [m]."""
         return self.robot(robot).mobile.odometry.travelled
 
     def joint_position(self, robot: str, joint: str) -> float:
-        """Where a joint of a robot's arm or gripper is [rad, m]."""
+        """Return the position of a joint of a robot's arm or gripper [rad, m]."""
         return self.robot(robot).arm.position_of(joint)
 
-    def feed(self, robot: str, sensor: str) -> Feed[Any]:
-        """The way of the samples of a robot's sensor.
+    def pipeline(self, robot: str, sensor: str) -> SensorPipeline[Any]:
+        """Return the pipeline of a robot's sensor.
 
         Raises:
-            RequestRefused: There is no such robot, or it has no such sensor.
+            RequestRefused: The robot or sensor is unknown.
         """
         sensors = self.robot(robot).sensors
         if sensor not in sensors:
-            raise RequestRefused(Result.NOT_FOUND, f"{robot} has no sensor {sensor!r}: it has {listed(sensors)}")
+            raise unknown(f"sensor {sensor!r} of {robot}", "sensors", sensors)
         return sensors[sensor]
 
     def true_pose(self, robot: str) -> Pose2:
-        """Where a robot really is."""
+        """Return the true pose of a robot."""
         return self.frames.true_pose(robot)
 
     # ------------------------------------------------------------ time
 
     @property
     def time(self) -> float:
-        """The clock [s]; a multiple of the step's length."""
+        """Simulation time [s]; a multiple of the step's length."""
         return (self._steps - self._epoch) / self.engine.steps_per_second
 
     @property
@@ -151,246 +141,244 @@ class Simulation(Stateful):
         return self._steps // self._tick_steps
 
     def time_of_tick(self, tick: int) -> float:
-        """The time of a tick [s]."""
+        """Return the time of a tick [s]."""
         return (tick * self._tick_steps - self._epoch) / self.engine.steps_per_second
 
     @property
-    def draws(self) -> bool:
-        """Whether pictures are taken while time passes."""
-        return self.films.is_recording or self.entities.cameras.is_busy
+    def is_rendering(self) -> bool:
+        """Whether images are rendered while time passes."""
+        return self.recording.is_recording or self.entities.cameras.is_busy
 
     @property
-    def has_to_tell(self) -> bool:
-        """Whether something has happened that was not collected yet."""
+    def has_pending_events(self) -> bool:
+        """Whether there are uncollected events."""
         return bool(self._pending)
 
     def advance(self, until: float) -> None:
-        """Simulate to the first step at or after a time, or to the end of the step in which something happened.
+        """Simulate to the first step at or after a time, or to the end of the step with an event.
 
-        An emergency stop, which another thread hears of, ends it, too.
+        An emergency stop, from another thread, also ends it.
         """
-        while not self.has_to_tell and self.time < until and not self.halted.is_set():
-            self._pass(until)
+        while not self.has_pending_events and self.time < until and not self.halted.is_set():
+            self._advance_to(until)
         self._check_states()
 
     def _check_states(self) -> None:
-        """Check that the physics has kept the robots near the floor, at finite states."""
+        """Check that the robots are near the floor, in finite states."""
         for name in self.robots:
             check_state(name, self.engine.body_state(name), self.time)
 
     def run(self, until: float) -> None:
-        """Simulate to the first step at or after a time, whatever happens but an emergency stop."""
+        """Simulate to the first step at or after a time, regardless of events except an emergency stop."""
         while self.time < until and not self.halted.is_set():
-            self._pass(until)
+            self._advance_to(until)
 
     def step(self, count: int) -> None:
-        """Make physics steps, whatever happens but an emergency stop."""
+        """Make physics steps, regardless of events except an emergency stop."""
         end = self._steps + count
         while self._steps < end and not self.halted.is_set():
-            self._make(min(end - self._steps, self._steps_to_tick(1)))
+            self._step_to_tick(min(end - self._steps, self._steps_to_tick(1)))
 
-    def _pass(self, until: float) -> None:
-        """Make the steps to a time that has not come, or to the next tick in which something is due, if before."""
-        shown = self.draws or self.streams.are_open
+    def _advance_to(self, until: float) -> None:
+        """Make the steps to a future time, or to the next tick with something due, if that is earlier."""
+        shown = self.is_rendering or self.streams.are_open
         watched = bool(self._watches) or bool(self.camera_faults.goals) or shown
-        idle = not watched and all(map(self._rests, self.robots.values()))
+        idle = not watched and all(map(self._is_at_rest, self.robots.values()))
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
-        # No step is made that begins at that time or after it.
+        # Steps that would begin at or after that time are not made.
         if (made + count - 1) / rate >= until:
-            count = steps_until(until, rate) - made
-        self._make(count)
+            count = wire.steps_until(until, rate) - made
+        self._step_to_tick(count)
 
-    def _rests(self, robot: Robot) -> bool:
-        """Whether a robot has nothing to do, and nothing pushes it about."""
+    def _is_at_rest(self, robot: Robot) -> bool:
+        """Whether a robot is idle and nothing touches it."""
         return robot.is_idle and not self._touched.touches(robot.name)
 
     def _steps_to_tick(self, every: int) -> int:
-        """Steps to the next tick of those that come once in `every`."""
+        """Return the number of steps to the next multiple of `every` ticks."""
         steps = every * self._tick_steps
         return steps - self._steps % steps
 
-    def _make(self, count: int) -> None:
-        """Make steps up to the next tick and that, or fewer, to a change of what touches or an emergency stop."""
+    def _step_to_tick(self, count: int) -> None:
+        """Make steps up to and including the next tick, or fewer on a change of contacts or an emergency stop."""
         self._steps += self._batches.make(self.engine, count, self.halted)
-        self._note_contacts()
+        self._report_contacts()
         for name in filter(self._touched.touches, self.robots):
-            self.robots[name].touch(math.ceil(self._steps / self._tick_steps))
+            self.robots[name].update_bumper(math.ceil(self._steps / self._tick_steps))
         if self._steps % self._tick_steps == 0:
             self._tick(self.tick)
 
-    def collect(self) -> Happened:
-        """What has happened since this was last asked."""
-        return self._pending.take()
+    def collect(self) -> CollectedEvents:
+        """Return the events since the last call."""
+        return self._pending.drain()
 
-    def _happen(self, what: What) -> None:
-        self._pending.add(what)
-        self.log.add(what)
+    def _emit(self, event: WorldEvent) -> None:
+        self._pending.add(event)
+        self.log.add(event)
 
     def _tick(self, tick: int) -> None:
         self.entities.cameras.tick(tick)
         self._report(self.camera_faults, self.camera_faults.tick(tick))
-        awake = [robot for robot in self.robots.values() if not tick % IDLE_TICKS or not self._rests(robot)]
-        self._note_motion([robot.name for robot in awake], tick)
+        awake = [robot for robot in self.robots.values() if not tick % IDLE_TICKS or not self._is_at_rest(robot)]
+        self._sample_motion([robot.name for robot in awake], tick)
         for robot in awake:
             self._report(robot, robot.tick(tick))
-            self.notes.passed(robot, self.time, tick)
-            self._note_departure(robot.name)
+            self.run_data.record_pose(robot, self.time, tick)
+            self._report_departure(robot.name)
             if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
-                self._happen(feedback_message(robot.name, self.time, feedback))
-        self.notes.note_places(tick)
+                self._emit(feedback_message(robot.name, self.time, feedback))
+        self.run_data.record_positions(tick)
         self._check_watches()
-        self.films.tick()
+        self.recording.tick()
         self.streams.tick(self)
 
-    def tell(self, streams: Streams, log: Log, halted: Event) -> None:
-        """Tell by these, which another simulation may have told by, and stop when it is halted."""
+    def connect_outputs(self, streams: Streams, log: EventLog, halted: Event) -> None:
+        """Connect streams, log and stop event, also those of an earlier simulation."""
         self.streams, self.log, self.halted = streams, log, halted
-        streams.use(self.robots)
+        streams.activate_sensors(self.robots)
 
-    def _note_contacts(self) -> None:
+    def _report_contacts(self) -> None:
         touching = self.engine.touching()
-        for first, second in self._touched.note(touching, self._steps):
-            strike = self.strikes.begins((first, second), self._steps, touching)
-            self._happen(contact_message(self.time, (first, second), strike))
-            self.notes.touched(first, second)
+        for first, second in self._touched.update(touching, self._steps):
+            strike = self.strikes.judge_contact((first, second), self._steps, touching)
+            self._emit(contact_message(self.time, (first, second), strike))
+            self.run_data.record_contact(first, second)
 
-    def _note_motion(self, robots: Sequence[str], tick: int) -> None:
-        """Note how things move, and which robots begin to push what they touch."""
+    def _sample_motion(self, robots: Sequence[str], tick: int) -> None:
+        """Sample motions, and emit contacts in which a robot begins to push."""
         for name in filter(self._touched.touches, robots):
-            for pair, strike in self.strikes.pushes(name, self._touched.touching, tick):
-                self._happen(contact_message(self.time, pair, strike, pushes=True))
+            for pair, strike in self.strikes.judge_push(name, self._touched.touching, tick):
+                self._emit(contact_message(self.time, pair, strike, pushes=True))
         if robots:
-            self.strikes.sample(robots, tick)
+            self.strikes.sample_motion(robots, tick)
 
-    def _note_departure(self, robot: str) -> None:
+    def _report_departure(self, robot: str) -> None:
         departure = self.departures.find(robot, self.engine.body_state(robot).position, self.time)
         if departure is not None:
-            self._happen(departure)
+            self._emit(departure)
 
     def move(self, entity: str, state: BodyState) -> None:
-        """Put an entity somewhere.
+        """Set the state of an entity.
 
         Raises:
             RequestRefused: See `Entities.move`.
         """
         self.entities.move(entity, state)
-        self.strikes.placed(entity, self._steps)
+        self.strikes.on_placed(entity, self._steps)
 
     # ------------------------------------------------------------ goals
 
     def robot(self, name: str) -> Robot:
-        """A robot by name.
+        """Return a robot by name.
 
         Raises:
-            RequestRefused: There is none.
+            RequestRefused: The robot is unknown.
         """
         if name not in self.robots:
-            raise RequestRefused(Result.NOT_FOUND, f"there is no robot {name!r}: known are {listed(self.robots)}")
+            raise unknown(f"robot {name!r}", "robots", self.robots)
         return self.robots[name]
 
     def set_initial_pose(self, robot: str, pose: Pose2) -> None:
-        """Tell the localisation of a robot where it is."""
+        """Set the initial pose of a robot's localisation."""
         self.robot(robot).mobile.set_initial_pose(pose, self.tick)
 
     def search_pose(self, robot: str) -> None:
-        """Have a robot forget where it is, and look for itself on the whole map."""
+        """Start a global search for a robot's pose."""
         self.robot(robot).mobile.search_pose(self.tick)
 
     def navigate(self, robot: str, goal: Goal) -> None:
-        """Send a robot to a goal; its end is reported."""
-        self._claim(goal.id)
+        """Start a navigation goal; its result is reported."""
+        self._check_unused(goal.id)
         self.robot(robot).mobile.navigate(goal)
-        self.strikes.commanded(robot)
-        self.notes.sent(robot, goal)
+        self.strikes.on_command(robot)
+        self.run_data.record_goal(robot, goal)
 
     def drive(self, robot: str, goal: str, velocity: Velocity, duration: float) -> None:
-        """Drive a robot with a velocity for a duration [s]; its end is reported."""
-        self._claim(goal)
+        """Drive a robot with a velocity for a duration [s]; the result is reported."""
+        self._check_unused(goal)
         end = self._steps + duration * self.engine.steps_per_second
         self.robot(robot).mobile.drive(goal, velocity, math.ceil(round(end) / self._tick_steps))
-        self.strikes.commanded(robot)
+        self.strikes.on_command(robot)
 
     def command_velocity(self, robot: str, velocity: Velocity) -> None:
-        """Command a robot's velocity; no name is the first robot that drives."""
+        """Command a robot's velocity; an empty name means the first wheeled robot."""
         name = robot or next((other.name for other in self.robots.values() if other.drives), robot)
         base = self.robot(name).mobile
-        if not any(base.wheels.told):  # else the command before goes on
-            self.strikes.commanded(name)
+        if not any(base.wheels.applied):  # otherwise the command before continues
+            self.strikes.on_command(name)
         base.command(velocity, self.tick)
 
-    def feedback(self, robot: str) -> NavigationFeedback:
-        """How far a robot is on its way."""
+    def feedback(self, robot: str) -> wire.NavigationFeedback:
+        """Return the navigation feedback of a robot."""
         return feedback_message(robot, self.time, self.robot(robot).mobile.feedback())
 
-    def arm_of(self, robot: str, goal: str) -> Arm:
-        """The arm of a robot, to be given a goal by an id that is not in use; its end is reported."""
-        self._claim(goal)
+    def arm_for_goal(self, robot: str, goal: str) -> Arm:
+        """Return the arm of a robot for a goal with an unused id; the result is reported."""
+        self._check_unused(goal)
         arm = self.robot(robot).arm
-        self.strikes.commanded(robot)
+        self.strikes.on_command(robot)
         return arm
 
     def hold_entity(self, robot: str, goal: str, entity: str, duration: float) -> None:
-        """Report whether a gripper holds an entity for a duration [s]; an empty name is what it holds."""
-        self.arm_of(robot, goal).hold(goal, entity, duration, self._steps // self._tick_steps)
+        """Report whether a gripper holds an entity for a duration [s]; an empty name means the held entity."""
+        self.arm_for_goal(robot, goal).hold(goal, entity, duration, self._steps // self._tick_steps)
 
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""
         active = self._active()
         if goal_id not in active:
             raise RequestRefused(
-                Result.NOT_FOUND, f"there is no active goal {goal_id!r}: active are {listed(active)}"
+                wire.Result.NOT_FOUND, f"no active goal {goal_id!r}; active goals: {name_list(active)}"
             )
         self._report(active[goal_id], active[goal_id].cancel(goal_id))
 
     @property
-    def in_use(self) -> frozenset[str]:
-        """Names of the robots that have a goal, or that something is watched of."""
+    def robots_in_use(self) -> frozenset[str]:
+        """Names of the robots with a goal or a watch."""
         return self._watches.robots.union(name for name, robot in self.robots.items() if robot.goals)
 
     def stop_robot(self, robot: str, reason: str = "") -> None:
-        """Stop a robot; the goals that it had end as canceled, or as interrupted for a reason."""
+        """Stop a robot; its goals end as canceled, or as interrupted for a reason."""
         ended = self.robot(robot).stop()
         if reason:
-            ended = (replace(end, outcome=Outcome.ABORTED, message=reason, interrupted=True) for end in ended)
+            ended = (replace(end, outcome=wire.Outcome.ABORTED, message=reason, interrupted=True) for end in ended)
         self._report(self.robot(robot), ended)
 
-    def inject_fault(self, identifier: str, robot: str, device: str, fault: Fault, limit: float) -> None:
-        """Inject a fault into a device; the end of its measurement, within a limit [s], is reported."""
-        self._claim(identifier)
+    def inject_fault(self, identifier: str, robot: str, device: str, fault: wire.Fault, limit: float) -> None:
+        """Inject a fault into a device; the result of its check, within a limit [s], is reported."""
+        self._check_unused(identifier)
         self.faults_of(robot).inject(identifier, device, fault, limit, self.tick)
 
-    def faults_of(self, robot: str) -> FaultBoard:
-        """The faults of a robot, or, without a name, of the free cameras."""
+    def faults_of(self, robot: str) -> FaultRegistry:
+        """Return the faults of a robot; an empty name means the free cameras."""
         return self.robot(robot).faults if robot else self.camera_faults
 
     @property
-    def _workers(self) -> tuple[Robot | FaultBoard, ...]:
-        """All that works on goals."""
+    def _goal_owners(self) -> tuple[Robot | FaultRegistry, ...]:
+        """Objects that have goals."""
         return (*self.robots.values(), self.camera_faults)
 
-    def _active(self) -> dict[str, Robot | FaultBoard]:
-        """Who works on which goal, by the goals' ids."""
-        return {goal: who for who in self._workers for goal in who.goals}
+    def _active(self) -> dict[str, Robot | FaultRegistry]:
+        """Owners of the active goals by id."""
+        return {goal: owner for owner in self._goal_owners for goal in owner.goals}
 
-    def _claim(self, identifier: str) -> None:
+    def _check_unused(self, identifier: str) -> None:
         """Refuse an id that is in use."""
         if identifier in self._active() or identifier in self._watches:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"the id {identifier!r} is in use: give each goal its own"
-            )
+            raise operation_failed(f"duplicate id {identifier!r}; expected an unused one")
 
-    def _report(self, who: Robot | FaultBoard, ended: Iterable[Ended]) -> None:
+    def _report(self, owner: Robot | FaultRegistry, ended: Iterable[GoalResult]) -> None:
         for end in ended:
-            if end.id == NOBODY:
+            if end.id == NO_CLIENT:
                 continue
-            if isinstance(who, Robot):
-                self.notes.ended(who.name, end)
-            self._tell_end(end)
+            if isinstance(owner, Robot):
+                self.run_data.record_result(owner.name, end)
+            self._emit_result(end)
 
-    def _tell_end(self, end: Ended) -> None:
-        self._happen(
-            Occurrence(
+    def _emit_result(self, end: GoalResult) -> None:
+        self._emit(
+            wire.Occurrence(
                 id=end.id,
                 time=self.time,
                 outcome=end.outcome,
@@ -399,87 +387,87 @@ class Simulation(Stateful):
             )
         )
 
-    def measurements(self) -> Measurements:
-        """What was measured of the robots that drive, since they were put there."""
-        return self.notes.measurements(self.seed, self.time)
+    def measurements(self) -> wire.Measurements:
+        """Return the measurements of wheeled robots since the start of the run."""
+        return self.run_data.measurements(self.seed, self.time)
 
     # ------------------------------------------------------------ watches
 
     def pose(self, frame: str) -> Pose2 | None:
-        """The pose of a frame or a body in the map; None when it has none."""
+        """Return the pose of a frame or body in `map`; None if it is unknown yet."""
         return self.frames.pose(frame)
 
     def cancel_watch(self, identifier: str) -> None:
-        """Forget a watch."""
+        """Cancel a watch by id."""
         self._watches.cancel(identifier)
 
     def forget_watches(self, prefix: str) -> None:
-        """Forget all watches whose ids begin so."""
-        self._watches.forget(prefix)
+        """Cancel all watches whose ids begin with a prefix."""
+        self._watches.cancel_by_prefix(prefix)
 
     def watch(self, identifier: str, watch: Watch) -> None:
-        """Report when a condition becomes true; at once if it is true already."""
-        self._claim(identifier)
+        """Report when a condition becomes true; immediately if it is true."""
+        self._check_unused(identifier)
         self._watches.add(identifier, watch)
         self._check_watches()
 
     def _check_watches(self) -> None:
-        for end in self._watches.take_true(self):
-            self._tell_end(end)
+        for end in self._watches.pop_true(self):
+            self._emit_result(end)
 
     # ------------------------------------------------------------ reset
 
-    def reset(self, scope: ResetScope) -> None:
-        """Reset what a scope covers; with everything, the run starts over and is the same again.
+    def reset(self, scope: wire.ResetScope) -> None:
+        """Reset the parts that a scope covers; after a full reset, the run repeats identically.
 
-        With `STATE` goals end as canceled, robots are unlocalised again and watches wait on; with everything,
-        goals, watches and what was pending are forgotten.
+        With `STATE`, goals end as canceled, robots lose their pose, and watches continue. With everything, goals,
+        watches and pending events are dropped.
         """
-        everything = ResetScope.TIME | ResetScope.STATE | ResetScope.SPAWNED
-        if scope == ResetScope.DEFAULT or scope & everything == everything:
+        everything = wire.ResetScope.TIME | wire.ResetScope.STATE | wire.ResetScope.SPAWNED
+        if scope == wire.ResetScope.DEFAULT or scope & everything == everything:
             self._start_over()
             return
-        if ResetScope.SPAWNED in scope:
+        if wire.ResetScope.SPAWNED in scope:
             self.entities.delete_all()
-        if ResetScope.STATE in scope:
+        if wire.ResetScope.STATE in scope:
             for robot in self.robots:
                 self.stop_robot(robot)
-                self._report(self.robots[robot], self.robots[robot].faults.abandon())
-            self._report(self.camera_faults, self.camera_faults.abandon())
+                self._report(self.robots[robot], self.robots[robot].faults.cancel_all())
+            self._report(self.camera_faults, self.camera_faults.cancel_all())
             self.engine.reset()
             self.entities.cameras.reset()
             self._touched = Contacts(self.engine.steps_per_second)
             self._make_robots()
             self._watches.carry_over(self)
-        if ResetScope.TIME in scope:
+        if wire.ResetScope.TIME in scope:
             self._epoch = self._steps
 
-    # ------------------------------------------------------------ after a snapshot was restored
+    # ------------------------------------------------------------ after restoring a snapshot
 
-    def begin(self) -> None:
-        """Be the beginning of a run: see `Purpose.BEGIN`."""
+    def start_run(self) -> None:
+        """Start a run in this state: see `Purpose.BEGIN`."""
         self._epoch = self._steps
-        self._disown_all_but(())
+        self._detach_goals_except(())
         self._watches = Watches()
-        self._pending = Pending()
-        self.notes = self._new_notes({name: self.true_pose(name) for name in self.robots})
-        self.entities.begin()
+        self._pending = PendingEvents()
+        self.run_data = self._new_run_data({name: self.true_pose(name) for name in self.robots})
+        self.entities.start_run()
 
-    def take_over(self, before: Simulation) -> None:
-        """Be what a run goes on in that has come to `before`: see `Purpose.REWIND`, and `ChangeWorld`."""
-        self.films = before.films
-        self.films.go_on_in(self.world, lambda: self.entities)
+    def continue_from(self, before: Simulation) -> None:
+        """Continue the run of `before` in this simulation: see `Purpose.REWIND` and `ChangeWorld`."""
+        self.recording = before.recording
+        self.recording.switch_to(self.world, lambda: self.entities)
         self._epoch = self._steps - (before._steps - before._epoch)
         self._pending = before._pending.without_feedback()
         active = before._active()
         kept = self._active().keys() & active.keys()
-        self._disown_all_but(kept)
-        for goal, who in active.items():
+        self._detach_goals_except(kept)
+        for goal, owner in active.items():
             if goal not in kept:
-                self._report(who, [Ended(goal, Outcome.CANCELED)])
-        self._watches.take_over(before._watches, before, self, self.robots)
+                self._report(owner, [GoalResult(goal, wire.Outcome.CANCELED)])
+        self._watches.adopt(before._watches, before, self, self.robots)
 
-    def _disown_all_but(self, kept: Container[str]) -> None:
-        gone = [goal for goal in self._active() if goal not in kept]
-        for who in self._workers:
-            who.disown(gone)
+    def _detach_goals_except(self, kept: Container[str]) -> None:
+        detached = [goal for goal in self._active() if goal not in kept]
+        for owner in self._goal_owners:
+            owner.detach_goals(detached)

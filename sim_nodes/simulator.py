@@ -1,8 +1,8 @@
-"""A simulator: an engine, the world that is loaded in it, and whether time passes.
+"""A simulator: an engine, its loaded world, and whether time passes.
 
-States are those of `simulation_interfaces`. Stopped is paused at the initial state. Stopped or paused, time
-passes in grants (`advance`) and steps only, which is deterministic. Playing, it follows the machine's clock
-between requests; grants and steps are refused then, and what happens is held until the first grant after pausing.
+States are those of `simulation_interfaces`. Stopped means paused at the initial state. When stopped or paused,
+time passes by grants (`advance`) and steps only, which is deterministic. When playing, time follows the wall clock
+between requests. Grants and steps are refused then, and events are pending until the first grant after pausing.
 """
 
 from __future__ import annotations
@@ -13,114 +13,104 @@ from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from threading import Event
 
+from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
-from seoro.bridges.wire import (
-    RESTORE_STATE,
-    REWIND,
-    SAVE_STATE,
-    VERBS,
-    Advanced,
-    Occurrence,
-    Outcome,
-    Purpose,
-    ResetScope,
-    Result,
-    RobotInfo,
-    SimulationState,
-    SimulatorFeatures,
-    Snapshot,
-    StateResult,
-    WorldResult,
-)
-from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes import snapshots
-from sim_nodes.ahead import Ahead, come_back, go_ahead
-from sim_nodes.happenings import Log
-from sim_nodes.lacking import WithoutArms
+from sim_nodes.event_log import EventLog
+from sim_nodes.lookahead import Lookahead, return_to, simulate_ahead
 from sim_nodes.models import FORMATS
 from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
+from sim_nodes.refusals import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.simulation import Simulation
 from sim_nodes.streams import Streams
-from sim_nodes.succession import check_successor, succeeded
+from sim_nodes.unsupported import WithoutArms
+from sim_nodes.world_change import check_world_change, enter_world
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
-NEEDS: Mapping[str, type] = {
-    SAVE_STATE.name: SavesState,
-    RESTORE_STATE.name: SavesState,
-    REWIND.name: Rewinds,
+REQUIRED_CAPABILITIES: Mapping[str, type] = {
+    wire.SAVE_STATE.name: SavesState,
+    wire.RESTORE_STATE.name: SavesState,
+    wire.REWIND.name: Rewinds,
 }
-"""What an engine has to offer beyond `Engine`, by verb."""
+"""Optional parts of an engine that verbs require."""
 OWN_MODELS = ModelPath()
-FORGOTTEN = "the simulation was started over"  # which goals do not outlast
+FORGOTTEN = "the simulation was started over"  # reason for the end of goals
 MAX_STEPS = 1_000_000  # of one request
 
 
 class Simulator:
-    """A simulator with a world in it.
+    """A simulator with a world.
 
     Args:
         engine: The engine.
-        beginning: Name or path of the first world, or a snapshot to go on from, with its world.
-        seed: Its seed, or that of all that is drawn from the snapshot on; None for 0, or what the snapshot had.
-        models: Where models are looked up that are asked for by their URIs.
+        start: Name or path of the first world, or a snapshot to continue from.
+        seed: Seed; None for 0, or for that of the snapshot.
+        models: Search path for model URIs.
 
     Raises:
-        RequestRefused: The world cannot be loaded, or the snapshot does not fit.
+        RequestRefused: The world cannot be loaded, or the snapshot does not match.
 
     Attributes:
-        streams: What is published while time passes.
-        log: What has happened.
+        streams: Data published while time passes.
+        log: Log of events.
     """
 
     def __init__(
-        self, engine: Engine, beginning: str | Snapshot, seed: int | None = None, models: ModelPath = OWN_MODELS
+        self,
+        engine: Engine,
+        start: str | wire.Snapshot,
+        seed: int | None = None,
+        models: ModelPath = OWN_MODELS,
     ) -> None:
         self._engine = engine
         self.models = models
         self._pace = Pace(1.0)
-        self._ahead: Ahead | None = None
+        self._ahead: Lookahead | None = None
         self.streams = Streams()
-        self.log = Log()
+        self.log = EventLog()
         self._halted = Event()
-        self._origin: str | World  # of the world that is loaded where none is named
-        self._source = ""  # of the one that is loaded
+        self._origin: str | World  # the world to load without a name
+        self._source = ""  # name or path of the loaded world
         self._simulation: Simulation | None = None
-        if isinstance(beginning, Snapshot):
-            contents = snapshots.check(beginning, engine, _version())
-            self._origin, self._state = contents.world, SimulationState.PAUSED
-            self._go_on(snapshots.resumed(contents, engine, seed))
+        if isinstance(start, wire.Snapshot):
+            contents = snapshots.check(start, engine, _version())
+            self._origin, self._state = contents.world, wire.SimulationState.PAUSED
+            self._activate(snapshots.resumed(contents, engine, seed))
         else:
-            self._origin, self._source, self._state = beginning, beginning, SimulationState.STOPPED
-            self._go_on(Simulation(engine, _read(beginning), seed or 0))
+            self._origin, self._source, self._state = start, start, wire.SimulationState.STOPPED
+            self._activate(Simulation(engine, _read(start), seed or 0))
 
     @property
     def simulation(self) -> Simulation:
-        """The world that is loaded.
+        """The loaded world.
 
         Raises:
-            RequestRefused: There is none.
+            RequestRefused: No world is loaded.
         """
         if self._simulation is None:
-            raise RequestRefused(WorldResult.NO_WORLD_LOADED, "no world is loaded: load one first")
+            raise RequestRefused(wire.WorldResult.NO_WORLD_LOADED, "no world is loaded; load one first")
         return self._simulation
 
-    def _go_on(self, simulation: Simulation) -> None:
-        """Go on with a simulation, and tell of it by the streams that there are."""
-        simulation.tell(self.streams, self.log, self._halted)
-        with self._telling_of_the_forgotten():
+    def _activate(self, simulation: Simulation) -> None:
+        """Make a simulation the present one, with the streams and the log."""
+        simulation.connect_outputs(self.streams, self.log, self._halted)
+        with self._reporting_dropped_goals():
             self._simulation = simulation
-        self.log.note_world(simulation.world)
+        self.log.record_world(simulation.world)
 
     @contextmanager
-    def _telling_of_the_forgotten(self) -> Iterator[None]:
-        """Tell those who follow of goals that there are no more after the block, unless it has done so."""
+    def _reporting_dropped_goals(self) -> Iterator[None]:
+        """Log results for goals that are gone after the block, unless the block does so."""
         before, number = self._goals(), self.log.number
         yield
-        told = {each.occurrence.id for each in self.log.after(number) if each.occurrence is not None}
-        for goal in sorted(before - self._goals() - told):
+        reported = {each.occurrence.id for each in self.log.after(number) if each.occurrence is not None}
+        for goal in sorted(before - self._goals() - reported):
             self.log.add(
-                Occurrence(id=goal, time=self.time, outcome=Outcome.ABORTED, message=FORGOTTEN, interrupted=True)
+                wire.Occurrence(
+                    id=goal, time=self.time, outcome=wire.Outcome.ABORTED, message=FORGOTTEN, interrupted=True
+                )
             )
 
     def _goals(self) -> set[str]:
@@ -128,94 +118,92 @@ class Simulator:
         return {goal for robot in robots.values() for goal in robot.goals}
 
     def unload(self) -> None:
-        """Be without a world, until one is loaded."""
+        """Unload the world."""
         extent = self.simulation.world.extent
         self._engine.build(Scene((), (), extent))
-        with self._telling_of_the_forgotten():
-            self._simulation, self._state = None, SimulationState.NO_WORLD
-        self.log.note_world(None)
+        with self._reporting_dropped_goals():
+            self._simulation, self._state = None, wire.SimulationState.NO_WORLD
+        self.log.record_world(None)
 
     def load(self, world: str, seed: int) -> None:
-        """Load a world and stop at time zero; when it cannot be loaded, everything stays as it is.
+        """Load a world and stop at time zero; after a refusal, everything is unchanged.
 
-        When things in it overlap, which only the engine can tell, the world before is started over.
+        If the engine finds overlaps in it, the world before is restarted.
 
         Args:
-            world: Name or path; empty for the one that is loaded already.
-            seed: All randomness follows from it.
+            world: Name or path; empty for the loaded one.
+            seed: Seed of all randomness.
         """
         origin = world or self._origin
         loaded = _read(origin)
-        self._check_offered(loaded)
+        self._check_supported(loaded)
         before = self._simulation
         try:
-            self._go_on(Simulation(self._engine, loaded, seed))
+            self._activate(Simulation(self._engine, loaded, seed))
         except RequestRefused:
             if before is not None:
-                self._state = SimulationState.STOPPED
-                with self._telling_of_the_forgotten():
-                    before.reset(ResetScope.ALL)
+                self._state = wire.SimulationState.STOPPED
+                with self._reporting_dropped_goals():
+                    before.reset(wire.ResetScope.ALL)
             raise
-        self._state = SimulationState.STOPPED
+        self._state = wire.SimulationState.STOPPED
         self._origin, self._source = origin, origin if isinstance(origin, str) else ""
 
     def change(self, world: str, robots: Mapping[str, str]) -> None:
-        """Go on in another world, at its initial state; when it is refused, everything stays as it is.
+        """Continue in another world, in its initial state; after a refusal, everything is unchanged.
 
-        What only the engine finds wrong costs one that cannot save its state the present one: the world that there
-        is starts over then, while the clock goes on.
+        If the engine refuses the world and cannot save its state, the present world restarts; the clock continues.
 
         Args:
-            world: Name or path; what `load` loads where no world is named stays as it is.
-            robots: Those that it has to have: by name, the kind of each.
+            world: Name or path; it does not change the world that `load` loads without a name.
+            robots: Kinds of required robots by name.
         """
         present, loaded = self.simulation, _read(world)
-        self._check_offered(loaded)
-        check_successor(present, loaded, robots)
-        self._hold_still("change_world")
-        self._exchange(lambda: succeeded(present, loaded))
+        self._check_supported(loaded)
+        check_world_change(present, loaded, robots)
+        self._check_paused("change_world")
+        self._replace(lambda: enter_world(present, loaded))
         self._source = world
 
-    def _exchange(self, make: Callable[[], Simulation]) -> None:
-        """Put another simulation into the engine, or, when that is refused, what was there."""
+    def _replace(self, make: Callable[[], Simulation]) -> None:
+        """Replace the simulation in the engine; if that is refused, restore the present one."""
         present, before = self.simulation, self._contents()
         try:
-            self._go_on(make())
+            self._activate(make())
         except RequestRefused:
             if before is None:
-                self._go_on(succeeded(present, present.world))
+                self._activate(enter_world(present, present.world))
             else:
-                self._go_on(snapshots.restored(before, present, Purpose.CONTINUE, None))
+                self._activate(snapshots.restored(before, present, wire.Purpose.CONTINUE, None))
             raise
 
-    def _check_offered(self, world: World) -> None:
+    def _check_supported(self, world: World) -> None:
         with_arms = [robot.name for robot in world.robots if robot.declaration.arm is not None]
         if with_arms and isinstance(self._engine, WithoutArms):
-            raise RequestRefused(
-                Result.FEATURE_UNSUPPORTED,
-                f"the engine {self._engine.name} has no arms, and the world {world.name} has {listed(with_arms)}",
+            raise feature_unsupported(
+                f"the engine {self._engine.name} lacks arms; the world {world.name} has {name_list(with_arms)}"
             )
 
-    def save(self) -> Snapshot:
-        """A snapshot of everything; the simulation goes on as without it."""
+    def save(self) -> wire.Snapshot:
+        """Return a snapshot of everything; the simulation is unchanged."""
         return snapshots.take(self.simulation, _version())
 
-    def restore(self, snapshot: Snapshot, purpose: Purpose, seed: int | None) -> None:
-        """Go on from a snapshot, of this simulator or another; when it is refused, everything stays as it is.
+    def restore(self, snapshot: wire.Snapshot, purpose: wire.Purpose, seed: int | None) -> None:
+        """Restore a snapshot, of this simulator or another; after a refusal, everything is unchanged.
 
         Args:
             snapshot: The snapshot.
-            purpose: What becomes of the clock, goals and watches.
-            seed: Of all that is drawn from there on; None for that of the snapshot.
+            purpose: Effect on the clock, goals and watches.
+            seed: Seed of later random numbers; None for that of the snapshot.
         """
         present = self.simulation
         contents = snapshots.check(snapshot, self._engine, _version())
-        self._hold_still("restore_state")
-        self._exchange(lambda: snapshots.restored(contents, present, purpose, seed))
+        self._check_paused("restore_state")
+        self._replace(lambda: snapshots.restored(contents, present, purpose, seed))
         self._source = ""
 
     def _contents(self) -> snapshots.Contents | None:
-        """What a snapshot of now would hold; None when physics are lost, which is a reason to go back."""
+        """Return the contents of a snapshot of the present; None if the physics has diverged."""
         try:
             return snapshots.check(self.save(), self._engine, _version())
         except RequestRefused:
@@ -223,21 +211,21 @@ class Simulator:
 
     @property
     def source(self) -> str:
-        """Name or path by which the world was asked for; empty for that of a snapshot."""
+        """Name or path of the world as requested; empty for that of a snapshot."""
         return self._source
 
     @property
-    def state(self) -> SimulationState:
-        """Whether time passes."""
+    def state(self) -> wire.SimulationState:
+        """Stopped, paused or playing."""
         return self._state
 
-    def features(self) -> SimulatorFeatures:
-        """What the simulator is and has."""
-        return SimulatorFeatures(
+    def features(self) -> wire.SimulatorFeatures:
+        """Return the features of the simulator."""
+        return wire.SimulatorFeatures(
             engine=self._engine.name,
             engine_version=self._engine.version,
             version=_version(),
-            features=tuple(verb.name for verb in VERBS if self._serves(verb.name)),
+            features=tuple(verb.name for verb in wire.VERBS if self._serves(verb.name)),
             spawn_formats=FORMATS,
             world="" if self._simulation is None else self._simulation.world.name,
             available_worlds=available_worlds(),
@@ -251,15 +239,15 @@ class Simulator:
 
     @property
     def time(self) -> float:
-        """The clock [s]; zero without a world."""
+        """Simulation time [s]; zero without a world."""
         return 0.0 if self._simulation is None else self._simulation.time
 
-    def _robots(self) -> Iterator[RobotInfo]:
+    def _robots(self) -> Iterator[wire.RobotInfo]:
         simulation = self._simulation
         if simulation is None:
             return
         for robot in simulation.robots.values():
-            yield RobotInfo(
+            yield wire.RobotInfo(
                 name=robot.name,
                 kinds=robot.declaration.kinds,
                 frames=simulation.frames.of(robot),
@@ -268,38 +256,36 @@ class Simulator:
             )
 
     def _serves(self, verb: str) -> bool:
-        return isinstance(self._engine, NEEDS.get(verb, object))
+        return isinstance(self._engine, REQUIRED_CAPABILITIES.get(verb, object))
 
     # ------------------------------------------------------------ time
 
     def halt(self) -> None:
-        """End the grant that is being carried out, if there is one; from any thread."""
+        """End the present grant; from any thread."""
         self._halted.set()
 
-    def go_on(self) -> None:
-        """Carry out grants again."""
+    def resume(self) -> None:
+        """Accept grants again."""
         self._halted.clear()
 
-    def advance(self, until: float, horizon: float | None) -> Advanced:
-        """Carry out a grant of time.
+    def advance(self, until: float, horizon: float | None) -> wire.Advanced:
+        """Execute a grant of time.
 
         Args:
-            until: Where it ends [s].
-            horizon: Up to where the simulation may go ahead, if nothing happens [s].
+            until: End of the grant [s].
+            horizon: Time up to which the simulation may go ahead without events [s].
         """
         end = until if horizon is None else horizon
         if not math.isfinite(until) or not math.isfinite(end):
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"time can be granted up to a finite time, not {until} and {end}"
-            )
+            raise operation_failed(f"invalid grant to {until} with horizon {end}; expected finite times")
         simulation = self.simulation
-        self._hold_still("advance")
+        self._check_paused("advance")
         simulation.advance(until)
-        if horizon is not None and simulation.time >= until and not simulation.has_to_tell:
-            self._ahead = go_ahead(simulation, horizon)
+        if horizon is not None and simulation.time >= until and not simulation.has_pending_events:
+            self._ahead = simulate_ahead(simulation, horizon)
         happened = simulation.collect()
-        film, film_error = simulation.films.take()
-        return Advanced(
+        film, film_error = simulation.recording.drain()
+        return wire.Advanced(
             time=simulation.time,
             occurrences=happened.occurrences,
             contacts=happened.contacts,
@@ -310,89 +296,81 @@ class Simulator:
         )
 
     def rewind(self, time: float) -> float:
-        """Be at a time again [s] that was gone ahead of since the last request; returns the time after that."""
+        """Return to a time [s] that was passed ahead of the last grant; returns the time after that."""
         ahead, self._ahead = self._ahead, None
         if ahead is not None and ahead.time <= time < self.simulation.time:
-            come_back(self.simulation, ahead, time)
+            return_to(self.simulation, ahead, time)
         return self.time
 
-    def stay(self) -> None:
-        """Stay where the simulation has gone ahead to: something else is asked for."""
+    def discard_checkpoint(self) -> None:
+        """Keep the state after simulating ahead, before another request."""
         self._ahead = None
 
     def step(self, steps: int) -> float:
-        """Make physics steps, whatever happens; returns the time [s]."""
+        """Make physics steps, regardless of events; returns the time [s]."""
         if not 1 <= steps <= MAX_STEPS:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"{steps} steps were asked for: ask for 1 to {MAX_STEPS}"
-            )
+            raise operation_failed(f"invalid number of steps: {steps}; expected 1 to {MAX_STEPS}")
         simulation = self.simulation
-        self._hold_still("step_simulation")
+        self._check_paused("step_simulation")
         simulation.step(steps)
-        self._let_go()
+        self._drop_pending()
         return simulation.time
 
-    def _let_go(self) -> None:
-        """Hold nothing for the next grant of what has happened while none was given, if somebody follows it."""
+    def _drop_pending(self) -> None:
+        """Drop pending events from the time without grants, if a client follows the log."""
         if self.log.is_followed:
             self.simulation.collect()
 
-    def _hold_still(self, verb: str) -> None:
-        if self._state is SimulationState.PLAYING:
-            raise RequestRefused(
-                Result.INCORRECT_STATE,
-                f"{verb} needs a paused simulation, and this one is playing: pause it first",
-            )
-        self._state = SimulationState.PAUSED
+    def _check_paused(self, verb: str) -> None:
+        if self._state is wire.SimulationState.PLAYING:
+            raise incorrect_state(f"{verb} needs a paused simulation; pause it first")
+        self._state = wire.SimulationState.PAUSED
 
-    def set_state(self, state: SimulationState, rate: float = 1.0) -> None:
-        """Go to a state; stopping resets everything.
+    def set_state(self, state: wire.SimulationState, rate: float = 1.0) -> None:
+        """Change the state; stopping resets everything.
 
         Args:
             state: The state.
-            rate: How fast to play, in simulated seconds per second; infinite for as fast as possible.
+            rate: Simulated seconds per second of wall time; infinite for as fast as possible.
         """
         if not rate >= SLOWEST:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"the rate is {rate}: it has to be {SLOWEST:g} or more, or infinite"
-            )
-        if state is SimulationState.NO_WORLD:
-            raise RequestRefused(StateResult.INCORRECT_TRANSITION, "unload the world for that")
+            raise operation_failed(f"invalid rate {rate}; expected {SLOWEST:g} or more, or infinite")
+        if state is wire.SimulationState.NO_WORLD:
+            raise RequestRefused(wire.StateResult.INCORRECT_TRANSITION, "invalid state; unload the world instead")
         world = self.simulation
         if state is self._state:
-            raise RequestRefused(StateResult.ALREADY_IN_TARGET_STATE, f"the simulation is {state} already")
-        if state is SimulationState.STOPPED:
-            with self._telling_of_the_forgotten():
-                world.reset(ResetScope.ALL)
+            raise RequestRefused(wire.StateResult.ALREADY_IN_TARGET_STATE, f"the simulation is already {state}")
+        if state is wire.SimulationState.STOPPED:
+            with self._reporting_dropped_goals():
+                world.reset(wire.ResetScope.ALL)
         self._state = state
         self._pace = Pace(rate)
 
     def reset(self, scope: int) -> None:
-        """Reset what a scope covers."""
-        known = ResetScope.TIME | ResetScope.STATE | ResetScope.SPAWNED
-        if (scope not in (ResetScope.DEFAULT, ResetScope.ALL) and scope & ~known) or scope < 0:
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"the reset scope {scope} is not known: it is 0 or 255 for everything, or a sum of "
-                "1 (time), 2 (state) and 4 (spawned)",
+        """Reset the parts that a scope covers."""
+        known = wire.ResetScope.TIME | wire.ResetScope.STATE | wire.ResetScope.SPAWNED
+        if (scope not in (wire.ResetScope.DEFAULT, wire.ResetScope.ALL) and scope & ~known) or scope < 0:
+            raise operation_failed(
+                f"unknown reset scope {scope}; expected 0 or 255 for everything, or a sum of "
+                "1 (time), 2 (state) and 4 (spawned)"
             )
-        with self._telling_of_the_forgotten():
-            self.simulation.reset(ResetScope(scope))
+        with self._reporting_dropped_goals():
+            self.simulation.reset(wire.ResetScope(scope))
         self._pace.start_over()
 
     def keep_pace(self, clock: float) -> float | None:
-        """While playing, simulate as far as is due by a monotonic clock.
+        """Simulate as far as is due by a monotonic clock, while playing.
 
         Args:
-            clock: The machine's monotonic clock [s].
+            clock: Monotonic clock [s].
 
         Returns:
-            Seconds until there is more to do; None when not playing.
+            Time until more is due [s]; None when not playing.
         """
-        if self._state is not SimulationState.PLAYING:
+        if self._state is not wire.SimulationState.PLAYING:
             return None
         self.simulation.run(self._pace.until(clock, self.simulation.time))
-        self._let_go()
+        self._drop_pending()
         return self._pace.wait(clock, self.simulation.time)
 
 
@@ -402,12 +380,12 @@ def _read(world: str | World) -> World:
     try:
         return load_world(world)
     except WorldError as error:
-        code = WorldResult.NO_RESOURCE if error.missing else WorldResult.RESOURCE_PARSE_ERROR
+        code = wire.WorldResult.NO_RESOURCE if error.missing else wire.WorldResult.RESOURCE_PARSE_ERROR
         raise RequestRefused(code, str(error)) from error
 
 
 def _version() -> str:
     try:
         return version("seoro")
-    except PackageNotFoundError:  # run from a source tree that is not installed
+    except PackageNotFoundError:  # run from a source tree without installation
         return "0+unknown"

@@ -1,7 +1,7 @@
-"""Snapshots: the state of a simulation as a message, and a simulation made from one.
+"""Snapshots: the state of a simulation as a message, and its restoration.
 
-The world comes with it, so that a node that knows no such world can go on from it. A state is for the engine, its
-version and the version of seoro by which it was made: what follows from it in others would not be the same.
+A snapshot includes the world, so that nodes without its files can continue. A state is valid only for the same
+engine, its version, and the same version of seoro.
 """
 
 from __future__ import annotations
@@ -16,20 +16,21 @@ from typing import Any
 
 from seoro.bridges.wire import BYTES, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.input_files import Kind, read_input
+from seoro.files.inputs import Kind, read_input
 from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.physics import Engine, SavesState, UnsavableState
+from sim_nodes.refusals import feature_unsupported, operation_failed
 from sim_nodes.simulation import Simulation
 from sim_nodes.stateful import State
 from sim_nodes.worlds.loader import World
 
-MAX_STATE = 256 * 1024 * 1024  # [bytes] unpacked
-COMPRESSION = 1  # zlib's fastest: maps with few obstacles shrink to a few percent by it
+MAX_STATE = 256 * 1024 * 1024  # [bytes] uncompressed
+COMPRESSION = 1  # zlib's fastest level shrinks maps with few obstacles to a few percent
 
 
 @dataclass(frozen=True)
 class Contents:
-    """What is in a snapshot."""
+    """Contents of a snapshot."""
 
     world: World
     seed: int
@@ -38,24 +39,22 @@ class Contents:
 
 
 def take(simulation: Simulation, version: str) -> Snapshot:
-    """A snapshot of a simulation.
+    """Take a snapshot of a simulation.
 
     Args:
-        simulation: The simulation; it stays as it is.
-        version: Of seoro.
+        simulation: The simulation; it is unchanged.
+        version: Version of seoro.
 
     Raises:
-        RequestRefused: Its engine does not save states, or there is too much to save.
+        RequestRefused: The engine does not save states, or the state is too large.
     """
     engine = _saving(simulation.engine)
     try:
         packed = pack(Contents(simulation.world, simulation.seed, dict(engine.save()), simulation.save()))
     except (UnsavableState, CodecError) as error:
-        raise RequestRefused(Result.OPERATION_FAILED, f"the state cannot be saved: {error}") from error
+        raise operation_failed(f"cannot save the state: {error}") from error
     if len(packed) > MAX_STATE:
-        raise RequestRefused(
-            Result.OPERATION_FAILED, f"the state has {len(packed)} bytes: snapshots have {MAX_STATE} at most"
-        )
+        raise operation_failed(f"the state has {len(packed)} bytes; expected at most {MAX_STATE}")
     state = zlib.compress(packed, COMPRESSION)
     return Snapshot(
         format=SNAPSHOT_FORMAT,
@@ -71,75 +70,72 @@ def take(simulation: Simulation, version: str) -> Snapshot:
 
 
 def read(path: Path) -> Snapshot:
-    """The snapshot in a file.
+    """Read a snapshot from a file.
 
     Raises:
-        RequestRefused: The file cannot be read, or holds no snapshot.
+        RequestRefused: The file is unreadable or invalid.
     """
     try:
         return decode(Snapshot, read_input(path, Kind.SNAPSHOT), BYTES)
     except OSError as error:
-        raise RequestRefused(Result.NOT_FOUND, f"{path} cannot be read: {error.strerror}") from error
+        raise RequestRefused(Result.NOT_FOUND, f"cannot read {path}: {error.strerror}") from error
     except WireError as error:
-        raise RequestRefused(Result.OPERATION_FAILED, f"{path} holds no snapshot") from error
+        raise operation_failed(f"invalid snapshot: {path}") from error
 
 
 def check(snapshot: Snapshot, engine: Engine, version: str) -> Contents:
-    """What is in a snapshot, if an engine can go on from it; nothing has changed yet.
+    """Return the contents of a snapshot that matches an engine; changes nothing.
 
     Raises:
-        RequestRefused: It is of another engine or version, or damaged.
+        RequestRefused: The snapshot is of another engine or version, or damaged.
     """
     _saving(engine)
-    for what, made, here in (
+    for item, needed, present in (
         ("format", snapshot.format, SNAPSHOT_FORMAT),
         ("engine", snapshot.engine, engine.name),
         (f"version of {engine.name}", snapshot.engine_version, engine.version),
         ("version of seoro", snapshot.version, version),
     ):
-        if made != here:
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"the snapshot was made with the {what} {made}, and here is {here}, where it means nothing",
-            )
+        if needed != present:
+            raise operation_failed(f"the snapshot requires the {item} {needed}; found {present}")
     if _digest(snapshot.state) != snapshot.digest:
-        raise RequestRefused(Result.OPERATION_FAILED, "the snapshot is damaged: its state is not what was saved")
+        raise operation_failed("the snapshot is damaged: the digest of its state differs")
     try:
         contents = unpack(_decompressed(snapshot.state))
     except (CodecError, zlib.error) as error:
-        raise RequestRefused(Result.OPERATION_FAILED, f"the snapshot cannot be read: {error}") from error
+        raise operation_failed(f"cannot read the snapshot: {error}") from error
     if not isinstance(contents, Contents) or not isinstance(contents.world, World):
-        raise RequestRefused(Result.OPERATION_FAILED, "the snapshot cannot be read: it holds no simulation")
+        raise operation_failed("cannot read the snapshot: it has no simulation")
     return contents
 
 
 def restored(contents: Contents, before: Simulation, purpose: Purpose, seed: int | None) -> Simulation:
-    """The simulation of a snapshot, in the engine of another, which it takes the place of.
+    """Restore a simulation from a snapshot, in the engine of another one, which it replaces.
 
     Args:
-        contents: What `check` returned.
-        before: The simulation that has been in the engine.
-        purpose: What it is restored for.
-        seed: Of what is drawn from there on; None for that of the snapshot.
+        contents: Result of `check`.
+        before: The simulation in the engine.
+        purpose: Purpose of the restoration.
+        seed: Seed of later random numbers; None for that of the snapshot.
 
     Raises:
-        RequestRefused: The snapshot does not fit; the engine has no usable state then.
+        RequestRefused: The snapshot does not match; the engine has no usable state afterwards.
     """
     simulation = resumed(contents, before.engine, seed)
-    with _refusing_what_does_not_fit():
+    with _refusing_mismatches():
         match purpose:
             case Purpose.CONTINUE:
                 pass
             case Purpose.BEGIN:
-                simulation.begin()
+                simulation.start_run()
             case Purpose.REWIND:
-                simulation.take_over(before)
+                simulation.continue_from(before)
     return simulation
 
 
 def resumed(contents: Contents, engine: Engine, seed: int | None) -> Simulation:
-    """The simulation of a snapshot, which goes on as if nothing had been between; see `restored`."""
-    with _refusing_what_does_not_fit():
+    """Restore a simulation from a snapshot, which continues as if uninterrupted; see `restored`."""
+    with _refusing_mismatches():
         simulation = Simulation(engine, contents.world, contents.seed if seed is None else seed)
         _saving(engine).restore(contents.engine)
         simulation.restore(contents.simulation)
@@ -147,18 +143,16 @@ def resumed(contents: Contents, engine: Engine, seed: int | None) -> Simulation:
 
 
 @contextmanager
-def _refusing_what_does_not_fit() -> Iterator[None]:
+def _refusing_mismatches() -> Iterator[None]:
     try:
         yield
-    except Exception as error:  # what somebody has made up can be wrong in any way
-        raise RequestRefused(Result.OPERATION_FAILED, f"the snapshot cannot be restored: {error}") from error
+    except Exception as error:  # invalid data can fail in any way
+        raise operation_failed(f"cannot restore the snapshot: {error}") from error
 
 
 def _saving(engine: Engine) -> SavesState:
     if not isinstance(engine, SavesState):
-        raise RequestRefused(
-            Result.FEATURE_UNSUPPORTED, f"the engine {engine.name} cannot save its state: it has no snapshots"
-        )
+        raise feature_unsupported(f"the engine {engine.name} does not support snapshots")
     return engine
 
 
@@ -170,5 +164,5 @@ def _decompressed(state: bytes) -> bytes:
     decompressor = zlib.decompressobj()
     unpacked = decompressor.decompress(state, MAX_STATE)
     if not decompressor.eof:
-        raise CodecError(f"it has more than {MAX_STATE} bytes, or less than it should")
+        raise CodecError(f"it has more than {MAX_STATE} bytes, or is truncated")
     return unpacked

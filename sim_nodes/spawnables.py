@@ -1,29 +1,27 @@
-"""Models that a node finds by itself: along its model path, among the props of the world, and in given folders."""
+"""Models that can be spawned: models on the model path and in given folders, and props of the world."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain, islice
 from pathlib import Path
 
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.wire import SpawnResult
-from seoro.bridges.wire.refusal import RequestRefused, listed
-from seoro.input_files import Kind, read_input_text
-from sim_nodes.bounds import BoundingBox, bounding_box
+from seoro.bridges.wire.refusal import RequestRefused, name_list
+from seoro.files.inputs import Kind, read_input_text
+from sim_nodes.extents import BoundingBox, bounding_box
+from sim_nodes.files import FILE, list_files
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel
-from sim_nodes.sources import FILE, files_of, folders_of
 from sim_nodes.worlds.loader import World
 
-MAX_FILES = 1000  # that are looked at for one list
 SUFFIXES = frozenset({".sdf", ".urdf", ".xml", ".mjcf"})
 PROP = "prop://"
 
 
 @dataclass(frozen=True)
-class Found:
+class SpawnableModel:
     """A model that can be spawned."""
 
     uri: str
@@ -32,17 +30,17 @@ class Found:
 
 
 def model_of(uri: str, models: ModelPath, world: World) -> BodyModel:
-    """The model of a URI: of a prop of the world, or in a file.
+    """Return the model of a URI: a prop of the world, or a file.
 
     Raises:
-        RequestRefused: There is none, or it cannot be simulated.
+        RequestRefused: The model is unknown, or cannot be simulated.
     """
     if uri.startswith(PROP):
         props = {prop.name: prop.model for prop in world.props}
         name = uri.removeprefix(PROP)
         if name not in props:
             raise RequestRefused(
-                SpawnResult.NO_RESOURCE, f"the world has no prop {name!r}: it has {listed(props)}"
+                SpawnResult.NO_RESOURCE, f"unknown prop {name!r} of the world; props: {name_list(props)}"
             )
         return props[name]
     try:
@@ -52,32 +50,27 @@ def model_of(uri: str, models: ModelPath, world: World) -> BodyModel:
     return parse_model(text)
 
 
-def find_spawnables(models: ModelPath, world: World, sources: Sequence[str]) -> tuple[list[Found], str]:
-    """All models that can be simulated, and what was not looked at, in sentences, if there is anything."""
-    folders, problems = folders_of(sources)
-    given = ((f"{FILE}{path.as_posix()}", path) for path in files_of(folders, SUFFIXES))
-    files = chain(models.files(SUFFIXES), given)
-    found = [*_props(world), *_simulable(dict(islice(files, MAX_FILES)))]
-    if next(files, None) is not None:
-        problems.append(f"after {MAX_FILES} files no more were looked at")
-    return found, "; ".join(problems)
+def find_spawnables(models: ModelPath, world: World, sources: Sequence[str]) -> tuple[list[SpawnableModel], str]:
+    """List all models that can be simulated, and describe problems, one sentence each."""
+    files, problems = list_files(models.files(SUFFIXES), sources, SUFFIXES, FILE)
+    return [*_props(world), *_simulable(files)], problems
 
 
-def _props(world: World) -> Iterator[Found]:
+def _props(world: World) -> Iterator[SpawnableModel]:
     for prop in world.props:
-        yield _found(f"{PROP}{prop.name}", f"as the prop {prop.name} of the world", prop.model)
+        yield _found(f"{PROP}{prop.name}", f"prop {prop.name} of the world", prop.model)
 
 
-def _simulable(files: Mapping[str, Path]) -> Iterator[Found]:
-    for uri, path in files.items():
+def _simulable(files: Iterable[tuple[str, Path]]) -> Iterator[SpawnableModel]:
+    for uri, path in files:
         try:
             model = parse_model(read_input_text(path, Kind.MODEL))
-        except (RequestRefused, OSError, UnicodeDecodeError):  # it could not be spawned
+        except (RequestRefused, OSError, UnicodeDecodeError):  # it cannot be spawned
             continue
         yield _found(uri, path.name, model)
 
 
-def _found(uri: str, what: str, model: BodyModel) -> Found:
+def _found(uri: str, what: str, model: BodyModel) -> SpawnableModel:
     bounds = bounding_box(model.parts)
     assert bounds is not None, "models have parts"
-    return Found(uri, f"{what}, {'fixed' if model.static else f'{model.mass:g} kg'}", bounds)
+    return SpawnableModel(uri, f"{what}, {'fixed' if model.static else f'{model.mass:g} kg'}", bounds)

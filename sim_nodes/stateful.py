@@ -1,14 +1,14 @@
-"""What changes while time passes, and how it is saved and brought back.
+"""State of objects that change over time: saving and restoring.
 
-A class whose objects change names what has to be kept, and that is all:
+A class names the attributes to keep:
 
     class Thermometer(Stateful):
         STATE = ("_last", "_filter")
 
-Such an attribute is data that `codec` takes, or `Stateful` itself, or a dictionary or a sequence of such parts.
-Parts are made with the object that has them, and are restored where they are. What follows from the declaration of
-a robot or a world is no state: it is made again. What changes and is computed again when it is missing is named in
-`DERIVED`. A test walks over everything that a running simulation consists of, and finds what was forgotten.
+Such an attribute is data that `codec` accepts, a `Stateful`, or a dictionary or sequence of such parts. Parts are
+made with their owner and restored in place. What follows from the declaration of a robot or a world is not state:
+it is made again. Attributes that change but are computed from others are named in `DERIVED`. A test walks over all
+objects of a running simulation and finds attributes that are missing.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from typing import Any, ClassVar
 
 
 class StateMismatch(Exception):
-    """A state that is not of this object: one of them has parts that the other has not."""
+    """A state belongs to another object: one of them has parts that the other lacks."""
 
 
 @dataclass(frozen=True)
 class State:
-    """The state of an object: the name of its class, and its attributes that there were."""
+    """State of an object: name of its class, and its attributes."""
 
     of: str
     values: dict[str, Any]
 
 
 class Stateful:
-    """Base of everything that a snapshot has to hold.
+    """Base class of everything that a snapshot must hold.
 
     Attributes:
-        STATE: Names of the attributes that the future follows from.
+        STATE: Names of the attributes that later states depend on.
         DERIVED: Names of attributes that change, too, but follow from the others.
     """
 
@@ -41,19 +41,19 @@ class Stateful:
     DERIVED: ClassVar[tuple[str, ...]] = ()
 
     def save(self) -> State:
-        """What has to be kept. It is encoded before anything changes, and so may refer to what is in use."""
+        """Return the state. It shares objects with the running simulation; encode it before anything changes."""
         present = vars(self)
         return State(type(self).__name__, {name: _saved(present[name]) for name in self.STATE if name in present})
 
     def restore(self, state: State) -> None:
-        """Go back to a state that this object had, or one that was made like it.
+        """Restore a state of this object or of an equally made one.
 
         Raises:
-            StateMismatch: It is not of such an object.
+            StateMismatch: The state belongs to another kind of object.
         """
         name = type(self).__name__
         if not isinstance(state, State) or state.of != name or not state.values.keys() <= set(self.STATE):
-            raise StateMismatch(f"there is a {name} where the snapshot has something else")
+            raise StateMismatch(f"found a {name}; the snapshot has another class")
         present = vars(self)
         for attribute in self.STATE:
             if attribute in state.values:
@@ -65,7 +65,7 @@ class Stateful:
 
 
 def _saved(value: Any) -> Any:
-    """What is kept of an attribute."""
+    """Return the saved form of an attribute."""
     match value:
         case Stateful():
             return value.save()
@@ -78,7 +78,7 @@ def _saved(value: Any) -> Any:
 
 
 def _restored(present: Any, saved: Any, where: str) -> Any:
-    """What an attribute holds then: its parts stay the objects that they are, data are taken."""
+    """Return the restored form of an attribute: parts are restored in place, data are replaced."""
     match present:
         case Stateful():
             present.restore(saved)
@@ -93,7 +93,7 @@ def _restored(present: Any, saved: Any, where: str) -> Any:
             for part, one in zip(present, saved, strict=True):
                 part.restore(one)
         case _ if _has_states(saved):
-            raise StateMismatch(f"the snapshot has parts of {where} that were not made here")
+            raise StateMismatch(f"the snapshot has parts of {where} that are missing here")
         case _:
             return saved
     return present
@@ -104,7 +104,7 @@ def _are_parts(values: Any) -> bool:
 
 
 def _has_states(saved: Any) -> bool:
-    """Whether these are the states of parts, which are no data."""
+    """Whether the values are states of parts rather than data."""
     match saved:
         case State():
             return True

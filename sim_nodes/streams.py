@@ -1,130 +1,112 @@
-"""What a simulator publishes by itself while time passes: see `seoro.bridges.wire.streams`.
+"""Data that a simulator publishes while time passes: see `seoro.bridges.wire.streams`.
 
-Streams belong to the simulator and outlast its worlds; what a world does not have is not published. They change
-nothing of what is simulated, and without any, a tick is as fast as ever.
+Streams belong to the simulator and outlast its worlds; data that a world lacks are omitted. They do not affect the
+simulation, and cost nothing while none is open.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bridges.session import SessionError
 from sim_nodes.geometry import Array
-from sim_nodes.messages import flat_pose
+from sim_nodes.messages import flat_pose, sample_message
+from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
 from sim_nodes.robots.robot import Robot
-from sim_nodes.samples import sample_message
-from sim_nodes.sensors.feed import Feed
+from sim_nodes.watches import Watched
 
 MAX_STREAMS = 16
-BATTERY_TICKS = 50  # between two charges of a battery
-POSE_TICKS = 5  # between two poses of a robot, as often as its lidar turns
-LOOK_TICKS = 50  # between two looks at whether a stream is taken
+BATTERY_TICKS = 50  # between two battery states
+POSE_TICKS = 5  # between two poses of a robot, at the rate of its lidar
+SUBSCRIBER_CHECK_TICKS = 50  # between two checks for subscribers
 
 
-class Outlet(Protocol):
-    """Where a stream goes to."""
+class StreamPublisher(Protocol):
+    """Publisher of a stream."""
 
     def put(self, payload: bytes) -> None:
-        """Publish, without waiting for anybody."""
-        ...
+        """Publish without blocking."""
 
     @property
-    def is_taken(self) -> bool:
-        """Whether somebody subscribes."""
-        ...
+    def has_subscribers(self) -> bool:
+        """Whether the stream has subscribers."""
 
     def close(self) -> None:
-        """Publish nothing any more."""
-        ...
+        """Stop publishing."""
 
 
-Connect = Callable[[str], Outlet]
-"""Makes the outlet of a stream by its name.
+ConnectStream = Callable[[str], StreamPublisher]
+"""Returns the publisher of a stream by name.
 
 Raises:
-    ValueError: Streams cannot be called that.
+    ValueError: The name is invalid.
 """
 
 
-class Told(Protocol):
-    """What streams see of a simulation."""
-
-    @property
-    def tick(self) -> int:
-        """The last tick."""
-        ...
+class StreamSource(Watched, Protocol):
+    """The simulation as seen by streams."""
 
     @property
     def robots(self) -> Mapping[str, Robot]:
-        """The robots by their names."""
-        ...
+        """Robots by name."""
 
     def robot(self, name: str) -> Robot:
-        """A robot by name.
+        """Return a robot by name.
 
         Raises:
-            RequestRefused: There is none.
+            RequestRefused: The robot is unknown.
         """
-        ...
-
-    def feed(self, robot: str, sensor: str) -> Feed[Any]:
-        """The way of the samples of a robot's sensor.
-
-        Raises:
-            RequestRefused: There is no such robot or sensor.
-        """
-        ...
 
     def time_of_tick(self, tick: int) -> float:
-        """The time of a tick [s]."""
-        ...
+        """Return the time of a tick [s]."""
 
 
 @dataclass
 class _Stream:
-    wanted: wire.OpenStream
-    outlet: Outlet
+    request: wire.OpenStream
+    publisher: StreamPublisher
     number: int = 0
-    was_taken: bool = False
+    had_subscribers: bool = False
 
     @property
     def is_over(self) -> bool:
-        """Whether those who took it have gone."""
-        return self.was_taken and not self.outlet.is_taken
+        """Whether all subscribers have gone."""
+        return self.had_subscribers and not self.publisher.has_subscribers
 
-    def publish(self, simulation: Told) -> None:
+    def publish(self, simulation: StreamSource) -> None:
         self.number += 1
-        if self.outlet.is_taken:
-            self.was_taken = True
-            self.outlet.put(wire.encode(self._told(simulation)))
+        if self.publisher.has_subscribers:
+            self.had_subscribers = True
+            with suppress(SessionError):  # subscribers open the stream again on the next session
+                self.publisher.put(wire.encode(self._update(simulation)))
 
-    def _told(self, simulation: Told) -> wire.Streamed:
+    def _update(self, simulation: StreamSource) -> wire.StreamUpdate:
         robots, tick = simulation.robots, simulation.tick
-        return wire.Streamed(
+        return wire.StreamUpdate(
             number=self.number,
             time=simulation.time_of_tick(tick),
             samples=tuple(self._samples(simulation)),
             poses=tuple(self._poses(robots)) if tick % POSE_TICKS == 0 else (),
-            joints=tuple(_joints(robots[name]) for name in self.wanted.joints if name in robots),
+            joints=tuple(_joints(robots[name]) for name in self.request.joints if name in robots),
             batteries=tuple(self._batteries(robots)) if tick % BATTERY_TICKS == 0 else (),
         )
 
-    def _samples(self, simulation: Told) -> Iterator[wire.StreamedSample]:
+    def _samples(self, simulation: StreamSource) -> Iterator[wire.StreamedSample]:
         robots = simulation.robots
-        for each in self.wanted.sensors:
-            feed = robots[each.robot].sensors.get(each.sensor) if each.robot in robots else None
-            if feed is not None and feed.arrived is not None:
-                sample = sample_message(feed.arrived, simulation.time_of_tick)
+        for each in self.request.sensors:
+            pipeline = robots[each.robot].sensors.get(each.sensor) if each.robot in robots else None
+            if pipeline is not None and pipeline.arrived is not None:
+                sample = sample_message(pipeline.arrived, simulation.time_of_tick)
                 yield wire.StreamedSample(robot=each.robot, sensor=each.sensor, sample=sample)
 
     def _poses(self, robots: Mapping[str, Robot]) -> Iterator[wire.StreamedPose]:
-        for name in self.wanted.poses:
+        for name in self.request.poses:
             if name not in robots or not robots[name].drives:
                 continue
             mobile = robots[name].mobile
@@ -135,7 +117,7 @@ class _Stream:
                 )
 
     def _batteries(self, robots: Mapping[str, Robot]) -> Iterator[wire.StreamedBattery]:
-        for name in self.wanted.batteries:
+        for name in self.request.batteries:
             charge = robots[name].mobile.charge if name in robots and robots[name].drives else None
             if charge is not None:
                 yield wire.StreamedBattery(robot=name, charge=charge)
@@ -145,64 +127,62 @@ class Streams:
     """The streams of a simulator."""
 
     def __init__(self) -> None:
-        self._connect: Connect | None = None
+        self._connect: ConnectStream | None = None
         self._streams: dict[str, _Stream] = {}
 
-    def connect(self, connect: Connect) -> None:
-        """Say how outlets are made; before that, streams are refused."""
+    def connect(self, connect: ConnectStream) -> None:
+        """Set the factory of publishers; before that, streams are refused."""
         self._connect = connect
 
     @property
     def are_open(self) -> bool:
-        """Whether there are any, which need every tick."""
+        """Whether there are any; they need every tick."""
         return bool(self._streams)
 
-    def open(self, request: wire.OpenStream, simulation: Told) -> None:
+    def open(self, request: wire.OpenStream, simulation: StreamSource) -> None:
         """Open a stream.
 
         Raises:
-            RequestRefused: The name is taken or cannot be used, or there are no such robots or sensors.
+            RequestRefused: The name is invalid or in use, or a robot or sensor is unknown.
         """
         if self._connect is None:
-            raise RequestRefused(Result.FEATURE_UNSUPPORTED, "this simulator publishes nothing")
+            raise feature_unsupported("this simulator does not publish streams")
         if request.id in self._streams:
-            raise RequestRefused(Result.OPERATION_FAILED, f"there is a stream {request.id!r} already")
+            raise operation_failed(f"duplicate stream {request.id!r}")
         if len(self._streams) >= MAX_STREAMS:
-            raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_STREAMS} streams already: close some")
+            raise operation_failed(f"too many streams: {MAX_STREAMS} at most; close some")
         for each in request.sensors:
-            simulation.feed(each.robot, each.sensor)
+            simulation.pipeline(each.robot, each.sensor)
         for name in (*request.poses, *request.joints, *request.batteries):
             simulation.robot(name)
         try:
-            outlet = self._connect(request.id)
+            publisher = self._connect(request.id)
         except ValueError as error:
-            raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-        self._streams[request.id] = _Stream(request, outlet)
-        self.use(simulation.robots)
+            raise operation_failed(str(error)) from error
+        self._streams[request.id] = _Stream(request, publisher)
+        self.activate_sensors(simulation.robots)
 
     def close(self, name: str) -> None:
         """Close a stream.
 
         Raises:
-            RequestRefused: There is none of that name.
+            RequestRefused: The stream is unknown.
         """
         if name not in self._streams:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no stream {name!r}: open are {listed(self._streams)}"
-            )
-        self._streams.pop(name).outlet.close()
+            raise unknown(f"stream {name!r}", "open streams", self._streams)
+        self._streams.pop(name).publisher.close()
 
-    def use(self, robots: Mapping[str, Robot]) -> None:
-        """Have the robots sense what is to be published."""
+    def activate_sensors(self, robots: Mapping[str, Robot]) -> None:
+        """Activate the sensors of open streams."""
         for stream in self._streams.values():
-            for each in stream.wanted.sensors:
-                feed = robots[each.robot].sensors.get(each.sensor) if each.robot in robots else None
-                if feed is not None:
-                    feed.in_use = True
+            for each in stream.request.sensors:
+                pipeline = robots[each.robot].sensors.get(each.sensor) if each.robot in robots else None
+                if pipeline is not None:
+                    pipeline.in_use = True
 
-    def tick(self, simulation: Told) -> None:
-        """Publish what there is in a tick."""
-        if simulation.tick % LOOK_TICKS == 0:
+    def tick(self, simulation: StreamSource) -> None:
+        """Publish the data of a tick."""
+        if simulation.tick % SUBSCRIBER_CHECK_TICKS == 0:
             for name in [name for name, stream in self._streams.items() if stream.is_over]:
                 self.close(name)
         for stream in self._streams.values():
@@ -210,7 +190,7 @@ class Streams:
 
 
 def _joints(robot: Robot) -> wire.StreamedJoints:
-    """The joints of a robot's arm and gripper, and its wheels."""
+    """Return the joints of a robot's arm, gripper and wheels."""
     names: list[str] = []
     columns: list[Array] = [np.zeros((3, 0))]
     if robot.declaration.arm is not None:

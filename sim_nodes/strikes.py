@@ -1,20 +1,20 @@
-"""Blame for contacts: the one that moves into the other is to blame, by velocities at the point of contact.
+"""Contacts: when they begin, and the entities that caused them (strikers), by velocities at the contact points.
 
-Engines take away the speed of an impact within the step in which it is found. So velocities are those of the last
-tick before the contact, which is at most 20 ms older, or the present ones of what was not looked at then, because
-it was at rest. A contact has strikers by the first of these rules that fits:
+Engines resolve the speed of an impact within the step in which it is detected. So velocities are those of the last
+tick before the contact, at most 20 ms earlier; for entities at rest, which are not sampled, the present ones. The
+first rule that applies gives the strikers:
 
-1. What was put somewhere within the last tick is the striker; a robot that was put somewhere is not to blame.
-2. What a gripper holds belongs to the arm: the two never strike each other, and what the held body strikes, the
-   arm strikes. It may be set down: a contact below it, whose normal is within 45 degrees of vertical, is free.
-3. Who approaches the other with more than 0.01 m/s along the normal of a point is a striker; that may be both.
-4. If nobody does, whoever moves at a point with more than 0.01 m/s in any direction is: it grazes the other.
+1. An entity that was placed within the last tick is the striker, except a robot.
+2. A held entity belongs to the arm: the two never strike each other, and what the held body strikes, the arm
+strikes. Setting it down is free: a contact below it, with a normal within 45 degrees of vertical.
+3. An entity that approaches the other one with more than 0.01 m/s along the normal is a striker; possibly both.
+4. Otherwise, an entity that moves at the contact with more than 0.01 m/s in any direction is: it grazes the other.
 
-A robot that is pushed by another striker into a third thing is not to blame for that contact.
+A robot that another striker pushes into a third entity is not a striker of that contact.
 
-A contact that lasts has a striker again when a robot pushes: when the velocity that its wheels are commanded,
-or that its joints have, leads into the other with more than 0.01 m/s. A robot that was struck has half a second to
-react before that counts.
+A lasting contact gets a new striker when a robot pushes. It pushes if the commanded velocity of its wheels, or the
+velocity of its joints, leads into the other entity with more than 0.01 m/s. A robot that was struck has half a
+second to react.
 """
 
 from __future__ import annotations
@@ -27,27 +27,63 @@ import numpy as np
 
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, Vector
-from sim_nodes.physics import Engine, TouchPoint
-from sim_nodes.robots.motion import Sample
-from sim_nodes.robots.robot import Robot
+from sim_nodes.physics import ContactPoint, Engine
+from sim_nodes.robots.robot import Robot, Sample
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
-MOVING = 0.01  # [m/s] from which something approaches another, or moves at all
-REACTION = 0.5  # [s] after which a robot that was struck pushes
-DOWNWARD = math.cos(math.pi / 4)  # part of a normal that is vertical, where something is set down
+MOVING = 0.01  # [m/s] minimum speed of an approach or motion
+REACTION = 0.5  # [s] after which a struck robot may count as pushing
+DOWNWARD = math.cos(math.pi / 4)  # vertical component of the normal from which an entity is set down
+RELEASE_TIME = 0.5  # [s] without touch after which a contact has ended
 
 Pair = tuple[str, str]
 
 
-@dataclass(frozen=True)
-class Strike:
-    """A contact that is judged: who moved into whom, and where.
+class Contacts(Stateful):
+    """Detects when contacts begin. A rattling contact begins once: it ends only after a time without touch.
+
+    Args:
+        steps_per_second: Physics steps per simulated second.
 
     Attributes:
-        strikers: Names of those who did; also robots whose grippers hold the entity that did.
-        position: Of a point of contact in the map [m]; None where the engine has none.
-        held: What of the two is held, and by which robot.
+        touching: Pairs in contact in the last step.
+    """
+
+    STATE = ("touching", "_released")
+
+    def __init__(self, steps_per_second: int) -> None:
+        self._release_steps = round(RELEASE_TIME * steps_per_second)
+        self.touching: frozenset[Pair] = frozenset()
+        self._released: dict[Pair, int] = {}  # pairs that separated, and the last step in which they touched
+
+    def touches(self, name: str) -> bool:
+        """Whether an entity was in contact in the last step."""
+        return any(name in pair for pair in self.touching)
+
+    def update(self, touching: frozenset[Pair], step: int) -> Iterator[Pair]:
+        """Update the pairs in contact after a step; yields the pairs whose contact begins, sorted."""
+        if touching == self.touching:
+            return
+        for pair in self.touching - touching:
+            self._released[pair] = step - 1
+        oldest = step - 1 - self._release_steps
+        self._released = {pair: last for pair, last in self._released.items() if last >= oldest}
+        begun = sorted(touching - self.touching)
+        self.touching = touching
+        for pair in begun:
+            if self._released.pop(pair, None) is None:
+                yield pair
+
+
+@dataclass(frozen=True)
+class JudgedContact:
+    """A contact with its strikers and position.
+
+    Attributes:
+        strikers: Names of strikers; also robots that hold one.
+        position: A contact point in `map` [m]; None if the engine has none.
+        held: Robot that holds it, for each of the two that is held.
     """
 
     strikers: tuple[str, ...]
@@ -56,13 +92,13 @@ class Strike:
 
 
 class Strikes(Stateful):
-    """Follows how robots and bodies move, and judges contacts by it.
+    """Tracks the motion of robots and bodies, and attributes contacts.
 
     Args:
-        engine: Has them.
-        entities: What is in the world besides robots.
-        robots: The robots, by name.
-        tick_steps: Physics steps of a tick.
+        engine: Engine with the present states.
+        entities: Entities of the world besides robots.
+        robots: Robots by name.
+        tick_steps: Physics steps per tick.
     """
 
     STATE = ("_samples", "_placed", "_strikers", "_since")
@@ -71,66 +107,66 @@ class Strikes(Stateful):
         self._engine, self._entities, self._robots = engine, entities, robots
         self._tick_steps = tick_steps
         self._samples: dict[str, Sample] = {}
-        self._placed: dict[str, int] = {}  # step after which something was put somewhere
-        self._strikers: dict[Pair, tuple[str, ...]] = {}  # of contacts that last
+        self._placed: dict[str, int] = {}  # step after which an entity was placed
+        self._strikers: dict[Pair, tuple[str, ...]] = {}  # of lasting contacts
         self._since: dict[Pair, int] = {}  # ticks in which these began
 
-    def sample(self, robots: Iterable[str], tick: int) -> None:
-        """Note how robots move, and everything that can be pushed."""
+    def sample_motion(self, robots: Iterable[str], tick: int) -> None:
+        """Sample the motion of robots and movable bodies."""
         kept = {name: sample for name, sample in self._samples.items() if name in self._robots}
         self._samples = kept | {name: self._now(name, tick) for name in (*robots, *self._entities.movable())}
 
-    def placed(self, name: str, step: int) -> None:
-        """Note that something was put somewhere after a step, and that it has not moved there."""
+    def on_placed(self, name: str, step: int) -> None:
+        """Record that an entity was placed, at rest, after a step."""
         self._samples.pop(name, None)
         recent = {other: when for other, when in self._placed.items() if step - when <= self._tick_steps}
         self._placed = recent | {name: step}
 
-    def commanded(self, robot: str) -> None:
-        """Note that a robot got a new command: what it pushes from now on, it strikes again."""
+    def on_command(self, robot: str) -> None:
+        """Record a new command of a robot: pushing from now on makes it a striker again."""
         self._strikers = {pair: _without(robot, strikers) for pair, strikers in self._strikers.items()}
 
-    def begins(self, pair: Pair, step: int, touching: frozenset[Pair]) -> Strike:
-        """Judge a contact that began in a step."""
+    def judge_contact(self, pair: Pair, step: int, touching: frozenset[Pair]) -> JudgedContact:
+        """Attribute a contact that began in a step."""
         held = self._held(pair)
         points = {name: self._points(name, pair) for name in pair}
         strikers, position = self._strikers_of(pair, points, step, held)
         strikers = tuple(name for name in strikers if not self._is_pushed(name, pair, touching))
-        self._keep(touching)
+        self._drop_ended(touching)
         self._strikers[pair], self._since[pair] = strikers, step // self._tick_steps
-        return Strike(strikers, position, held)
+        return JudgedContact(strikers, position, held)
 
-    def pushes(self, robot: str, touching: frozenset[Pair], tick: int) -> Iterator[tuple[Pair, Strike]]:
-        """Judge contacts of a robot that last: those in which it begins to push, sorted."""
-        self._keep(touching)
+    def judge_push(self, robot: str, touching: frozenset[Pair], tick: int) -> Iterator[tuple[Pair, JudgedContact]]:
+        """Attribute lasting contacts of a robot in which it begins to push, sorted."""
+        self._drop_ended(touching)
         pairs = [pair for pair in sorted(touching) if robot in pair and not self._holds(robot, pair)]
         if not pairs:
             return
-        points = self._engine.touch_points(robot)
-        told = self._robots[robot].told_motion(self._now(robot, tick))
+        points = self._engine.contact_points(robot)
+        commanded = self._robots[robot].commanded_motion(self._now(robot, tick))
         for pair in pairs:
             there = [point for point in points if point.entity == _other(pair, robot)]
-            pressed = [point for point in there if self._approach(robot, point, told) > MOVING]
+            pressed = [point for point in there if self._approach(robot, point, commanded) > MOVING]
             if not pressed:
                 self._strikers[pair] = _without(robot, self._strikers.get(pair, ()))
             elif self._may_push(robot, pair, tick):
                 self._strikers[pair] = (*self._strikers.get(pair, ()), robot)
-                yield pair, Strike((robot,), pressed[0].position, self._held(pair))
+                yield pair, JudgedContact((robot,), pressed[0].position, self._held(pair))
 
     def _may_push(self, robot: str, pair: Pair, tick: int) -> bool:
-        """Whether a robot would be to blame for pushing, and is not yet."""
+        """Whether pushing would make a robot a striker."""
         strikers = self._strikers.get(pair, ())
         reacts = bool(strikers) and (tick - self._since.get(pair, tick)) * TICK < REACTION
         return robot not in strikers and not reacts
 
     def _holds(self, robot: str, pair: Pair) -> bool:
-        """Whether a robot holds the other of two."""
+        """Whether a robot holds the other one of a pair."""
         return self._held(pair).get(_other(pair, robot)) == robot
 
-    # ------------------------------------------------------------ who
+    # ------------------------------------------------------------ strikers
 
     def _strikers_of(
-        self, pair: Pair, points: Mapping[str, Sequence[TouchPoint]], step: int, held: Mapping[str, str]
+        self, pair: Pair, points: Mapping[str, Sequence[ContactPoint]], step: int, held: Mapping[str, str]
     ) -> tuple[tuple[str, ...], Vector | None]:
         where = [point.position for name in pair for point in points[name]]
         position = where[0] if where else None
@@ -144,24 +180,24 @@ class Strikes(Stateful):
         found = [name for name in pair if self._fastest(name, points, moving, approaching=True) > MOVING]
         if not found:
             found = [name for name in pair if self._fastest(name, points, moving, approaching=False) > MOVING]
-        return tuple(self._answerable(found, points, held)), position
+        return tuple(self._responsible(found, points, held)), position
 
     def _fastest(
         self,
         name: str,
-        points: Mapping[str, Sequence[TouchPoint]],
+        points: Mapping[str, Sequence[ContactPoint]],
         moving: Mapping[str, Sample | None],
         *,
         approaching: bool,
     ) -> float:
-        """The greatest speed of something at the points of a contact, towards the other or in any direction."""
+        """Return the highest speed of an entity at the contact points, towards the other one or in total."""
         judge = self._approach if approaching else self._speed
         return max((judge(name, point, moving[name]) for point in points[name]), default=0.0)
 
-    def _answerable(
-        self, names: Sequence[str], points: Mapping[str, Sequence[TouchPoint]], held: Mapping[str, str]
+    def _responsible(
+        self, names: Sequence[str], points: Mapping[str, Sequence[ContactPoint]], held: Mapping[str, str]
     ) -> Iterator[str]:
-        """Yield those who answer for strikes: robots for what they hold, unless that is set down."""
+        """Yield the strikers: robots instead of the entities that they hold, unless those are set down."""
         for name in names:
             if name not in held:
                 yield name
@@ -169,39 +205,39 @@ class Strikes(Stateful):
                 yield held[name]
 
     def _is_pushed(self, name: str, pair: Pair, touching: frozenset[Pair]) -> bool:
-        """Whether a robot is in a contact in which only the other strikes: that one moves it."""
+        """Whether a robot is moved by a contact in which only the other one strikes."""
         return name in self._robots and any(
             name in other and self._strikers.get(other) == (_other(other, name),)
             for other in touching
             if other != pair
         )
 
-    def _keep(self, touching: frozenset[Pair]) -> None:
-        """Forget contacts that are over."""
+    def _drop_ended(self, touching: frozenset[Pair]) -> None:
+        """Drop contacts that have ended."""
         if not self._strikers.keys() <= touching:
-            self._strikers = {pair: who for pair, who in self._strikers.items() if pair in touching}
+            self._strikers = {pair: strikers for pair, strikers in self._strikers.items() if pair in touching}
             self._since = {pair: tick for pair, tick in self._since.items() if pair in touching}
 
     def _held(self, pair: Pair) -> dict[str, str]:
-        """Return which of two is held, and by which robot."""
+        """Return which of a pair is held, and by which robot."""
         holding = {robot.held: name for name, robot in self._robots.items() if robot.held}
         return {name: holding[name] for name in pair if name in holding}
 
     # ------------------------------------------------------------ velocities
 
-    def _points(self, name: str, pair: Pair) -> list[TouchPoint]:
-        """The points in which one of two touches the other; walls do not move, and have none."""
-        if name not in self._robots and not self._entities.is_loose(name):
+    def _points(self, name: str, pair: Pair) -> list[ContactPoint]:
+        """Return the contact points of one of a pair; static entities have none."""
+        if name not in self._robots and not self._entities.is_movable(name):
             return []
         other = _other(pair, name)
-        return [point for point in self._engine.touch_points(name) if point.entity == other]
+        return [point for point in self._engine.contact_points(name) if point.entity == other]
 
     def _recent(self, name: str, tick: int) -> Sample | None:
         """Return the motion in the last tick, or now, if it was not sampled then; None for static entities."""
         found = self._samples.get(name)
         if found is not None and tick - found.tick <= 1:
             return found
-        return self._now(name, tick) if name in self._robots or self._entities.is_loose(name) else None
+        return self._now(name, tick) if name in self._robots or self._entities.is_movable(name) else None
 
     def _now(self, name: str, tick: int) -> Sample:
         robot = self._robots.get(name)
@@ -209,20 +245,20 @@ class Strikes(Stateful):
             return Sample(tick, self._engine.body_state(name))
         return robot.motion(tick)
 
-    def _approach(self, name: str, point: TouchPoint, moving: Sample | None) -> float:
-        """Return the speed towards the other at a point [m/s]."""
+    def _approach(self, name: str, point: ContactPoint, moving: Sample | None) -> float:
+        """Return the speed towards the other one at a point [m/s]."""
         if moving is None:
             return 0.0
         return float(self._velocity(name, point, moving) @ point.normal)
 
-    def _speed(self, name: str, point: TouchPoint, moving: Sample | None) -> float:
+    def _speed(self, name: str, point: ContactPoint, moving: Sample | None) -> float:
         """Return the speed at a point [m/s]."""
         if moving is None:
             return 0.0
         return math.hypot(*self._velocity(name, point, moving).tolist())
 
-    def _velocity(self, name: str, point: TouchPoint, moving: Sample) -> Array:
-        """The velocity of something at a point [m/s]."""
+    def _velocity(self, name: str, point: ContactPoint, moving: Sample) -> Array:
+        """Return the velocity of an entity at a point in `map` [m/s]."""
         base = moving.base
         arm = np.subtract(point.position, base.position)
         velocity: Array = np.add(base.linear, np.cross(base.angular, arm))

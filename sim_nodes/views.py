@@ -1,6 +1,6 @@
-"""From where and how pictures are taken: lenses, views, and the geometry of looking at something.
+"""Views of cameras: lenses, poses, and the geometry of looking at a point.
 
-A camera's own frame has x ahead, y to the left and z up, as that of a robot's base (REP 103).
+A camera's frame has x forwards, y to the left and z up, as a robot's base (REP 103).
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_nodes.geometry import Array, Quaternion, Vector, quaternion, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, quaternion, rotation_matrix, vector
 
 Picture = NDArray[np.uint8]
 """Red, green, blue by row from the top and column from the left, shape (height, width, 3)."""
 
 MIN_FOV, MAX_FOV = math.radians(1.0), math.radians(150.0)  # [rad]
-MIN_SIZE, MAX_SIZE = 16, 2048  # [pixels] of an edge of a picture
-NEAR, FAR = 0.02, 200.0  # [m] before a camera, between which things are seen
+MIN_SIZE, MAX_SIZE = 16, 2048  # [pixels] of each dimension
+NEAR, FAR = 0.02, 200.0  # [m] from the camera, near and far clipping distance
 ELEVATION = math.radians(52.0)  # of the view of a whole world
 COSINE, SINE = math.cos(ELEVATION), math.sin(ELEVATION)
-MARGIN = 1.04  # of its distance
-STRAIGHT = 1e-9  # [m] of horizontal distance below which a camera looks straight up or down
+MARGIN = 1.04  # factor of its distance
+STRAIGHT = 1e-9  # [m] horizontal distance below which a camera looks straight up or down
 
 
 class NoRendering(Exception):
-    """Pictures cannot be drawn on this machine; the message says what is missing."""
+    """Images cannot be rendered on this machine; the message names the missing software."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Lens:
 
     @property
     def aspect(self) -> float:
-        """Width by height."""
+        """Ratio of width to height."""
         return self.width / self.height
 
 
@@ -50,7 +50,7 @@ DEFAULT_LENS = Lens()
 
 @dataclass(frozen=True)
 class View:
-    """A lens at a place in the map, looking along the x axis of its orientation."""
+    """A lens at a pose in `map`, looking along the x axis of its orientation."""
 
     position: Vector
     orientation: Quaternion
@@ -58,15 +58,15 @@ class View:
 
     @property
     def axes(self) -> tuple[Array, Array]:
-        """Unit vectors ahead and up, in the map."""
+        """Unit vectors forwards and up, in `map`."""
         matrix = rotation_matrix(self.orientation)
         return matrix[:, 0], matrix[:, 2]
 
 
 def looking_at(position: Vector, target: Vector) -> Quaternion:
-    """The orientation of an upright camera that has a point in the middle of its picture.
+    """Return the orientation of an upright camera that looks at a point.
 
-    Straight up or down, the top of the picture is towards +y.
+    Straight up or down, the top of the image is towards +y.
     """
     x, y, z = (target[i] - position[i] for i in range(3))
     ground = math.hypot(x, y)
@@ -77,13 +77,13 @@ def looking_at(position: Vector, target: Vector) -> Quaternion:
 def overview(
     extent: tuple[float, float, float, float], height: float, lens: Lens, others: Sequence[Vector] = ()
 ) -> View:
-    """A view from the south and above in which all of a world is seen.
+    """Return a view of a whole world from the south and above.
 
     Args:
-        extent: Of the world: lower x, lower y, upper x, upper y [m].
-        height: Of what stands in it [m].
+        extent: Lower x, lower y, upper x, upper y of the world [m].
+        height: Height of the world [m].
         lens: The lens.
-        others: Points that are to be seen, too [m].
+        others: Further points to include [m].
     """
     left, bottom, right, top = extent
     centre = np.array([(left + right) / 2, (bottom + top) / 2, height / 2])
@@ -91,11 +91,10 @@ def overview(
     corners = np.array([*itertools.product((left, right), (bottom, top), (0.0, height)), *others]) - centre
     nearer = corners @ back
     slope = math.tan(lens.fov / 2)
-    # How far back a camera on the axis has to be for all corners to be below, above, and between edges.
+    # Required distance of a camera on the axis, so that all corners are below, above, and between the edges.
     below = float((corners @ up / slope + nearer).max())
     above = float((-corners @ up / slope + nearer).max())
     between = float((np.abs(corners[:, 0]) / (slope * lens.aspect) + nearer).max())
     distance = MARGIN * max((below + above) / 2, between)
     place = centre + distance * back + (below - above) / 2 * slope * up
-    x, y, z = place.tolist()
-    return View((x, y, z), quaternion(0.0, ELEVATION, math.pi / 2), lens)
+    return View(vector(place), quaternion(0.0, ELEVATION, math.pi / 2), lens)

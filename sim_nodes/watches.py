@@ -1,6 +1,6 @@
-"""Conditions on robots and entities that are checked in every tick and reported once, when they become true.
+"""Conditions on robots and entities, checked in every tick and reported once, when they become true.
 
-They name what they are about, so that they can be saved, and go on in a world that is reset.
+They refer to objects by name, so that they can be saved, and continue after a reset.
 """
 
 from __future__ import annotations
@@ -10,34 +10,34 @@ from collections.abc import Container
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from seoro.bridges.wire import Outcome, Result
-from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import Ended
-from sim_nodes.sensors.feed import Feed
+from sim_nodes.goals import GoalResult
+from sim_nodes.refusals import operation_failed, unknown
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 
 MAX_WATCHES = 1000
 
 
 class Watched(Protocol):
-    """What watches look at."""
+    """The simulation as seen by watches."""
 
     @property
     def tick(self) -> int:
         """The last tick."""
 
-    def feed(self, robot: str, sensor: str) -> Feed[Any]:
-        """The way of a sensor's samples."""
+    def pipeline(self, robot: str, sensor: str) -> SensorPipeline[Any]:
+        """Return the pipeline of a sensor."""
 
     def pose(self, frame: str) -> Pose2 | None:
-        """The pose of a frame in the map, None when it has none."""
+        """Return the pose of a frame in `map`; None if it is unknown yet."""
 
     def travelled(self, robot: str) -> float:
-        """What the odometry of a robot has counted [m]."""
+        """Return the distance travelled by a robot's odometry [m]."""
 
     def joint_position(self, robot: str, joint: str) -> float:
-        """Where a joint of a robot's arm or gripper is [rad, m]."""
+        """Return the position of a joint of a robot's arm or gripper [rad, m]."""
 
 
 class Watch(ABC):
@@ -45,35 +45,35 @@ class Watch(ABC):
 
     @abstractmethod
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
+        """Whether the condition is true."""
 
     @property
-    def of_robot(self) -> str | None:
-        """The robot that it is about, if it is about one."""
+    def watched_robot(self) -> str | None:
+        """Robot of the condition, if there is one."""
         robot: str | None = getattr(self, "robot", None)
         return robot
 
-    def carried_over(self, before: Watched, now: Watched) -> Watch:
-        """The same condition in a world whose robots are others, or what they were at another time."""
+    def rebased(self, before: Watched, now: Watched) -> Watch:
+        """Return the condition for a world with other robots, or with robots in other states."""
         return self
 
     def result(self, world: Watched) -> tuple[Outcome, str]:
-        """What is told when it has become true."""
+        """Return the outcome and message to report when it has become true."""
         return Outcome.SUCCEEDED, ""
 
 
 @dataclass(frozen=True)
 class ProximityWatch(Watch):
-    """True when a frame is near a point that is given in another frame."""
+    """True when a frame is near a point given in another frame."""
 
     frame: str
     parent: str
-    x: float  # [m], in the parent
+    x: float  # [m], in the parent frame
     y: float
     threshold: float  # [m]
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
+        """Whether the condition is true."""
         frame, parent = world.pose(self.frame), world.pose(self.parent)
         if frame is None or parent is None:
             return False
@@ -83,53 +83,53 @@ class ProximityWatch(Watch):
 
 @dataclass(frozen=True)
 class DistanceWatch(Watch):
-    """True when the odometry of a robot has reached a count."""
+    """True when the odometry of a robot has reached a distance."""
 
     robot: str
     target: float  # [m]
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
+        """Whether the condition is true."""
         return world.travelled(self.robot) >= self.target
 
-    def carried_over(self, before: Watched, now: Watched) -> DistanceWatch:
-        """With as much left to go as there was."""
+    def rebased(self, before: Watched, now: Watched) -> DistanceWatch:
+        """Return the condition with the same remaining distance."""
         return replace(self, target=self.target - before.travelled(self.robot) + now.travelled(self.robot))
 
 
 @dataclass(frozen=True)
 class LocalisationWatch(Watch):
-    """True when a robot knows where it is."""
+    """True when a robot is localised."""
 
     robot: str
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
+        """Whether the condition is true."""
         return world.pose(f"{self.robot}/base_link") is not None
 
 
 @dataclass(frozen=True)
 class JointWatch(Watch):
-    """True when a joint is near a position, or has passed it, which a fast one does between two looks."""
+    """True when a joint is near a position or has passed it, as a fast one does between two ticks."""
 
     robot: str
     joint: str
     target: float  # [rad, m]
     tolerance: float  # [rad, m]
-    from_above: bool  # whether it comes from a position that is greater
+    from_above: bool  # whether it approaches from a greater position
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
+        """Whether the condition is true."""
         position = world.joint_position(self.robot, self.joint)
         return abs(position - self.target) <= self.tolerance or (position > self.target) != self.from_above
 
-    def carried_over(self, before: Watched, now: Watched) -> JointWatch:
-        """Coming from where the joint is now."""
+    def rebased(self, before: Watched, now: Watched) -> JointWatch:
+        """Return the condition for an approach from the present position."""
         return replace(self, from_above=now.joint_position(self.robot, self.joint) > self.target)
 
 
 class Watches(Stateful):
-    """The watches of a simulation, by the ids that clients gave them."""
+    """The watches of a simulation by client id."""
 
     STATE = ("_watches",)
 
@@ -144,55 +144,53 @@ class Watches(Stateful):
 
     @property
     def robots(self) -> frozenset[str]:
-        """The robots that something is watched of."""
-        return frozenset(robot for watch in self._watches.values() if (robot := watch.of_robot))
+        """Robots with a watch."""
+        return frozenset(robot for watch in self._watches.values() if (robot := watch.watched_robot))
 
     def add(self, identifier: str, watch: Watch) -> None:
-        """Have a watch, by an id that no other has.
+        """Add a watch with an unused id.
 
         Raises:
-            RequestRefused: There are too many.
+            RequestRefused: There are too many watches.
         """
         if len(self._watches) >= MAX_WATCHES:
-            raise RequestRefused(Result.OPERATION_FAILED, f"there are {MAX_WATCHES} watches already: cancel some")
+            raise operation_failed(f"too many watches: {MAX_WATCHES} at most; cancel some")
         self._watches[identifier] = watch
 
     def cancel(self, identifier: str) -> None:
-        """Forget a watch.
+        """Cancel a watch.
 
         Raises:
-            RequestRefused: There is none.
+            RequestRefused: The watch is unknown.
         """
         if identifier not in self._watches:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"there is no watch {identifier!r}: waiting are {listed(self._watches)}"
-            )
+            raise unknown(f"watch {identifier!r}", "active watches", self._watches)
         del self._watches[identifier]
 
-    def forget(self, prefix: str) -> None:
-        """Forget all whose ids begin so."""
+    def cancel_by_prefix(self, prefix: str) -> None:
+        """Cancel all watches whose ids begin with a prefix."""
         self._watches = {name: watch for name, watch in self._watches.items() if not name.startswith(prefix)}
 
-    def take_true(self, world: Watched) -> list[Ended]:
-        """Forget those that have become true, and say what is told of them."""
+    def pop_true(self, world: Watched) -> list[GoalResult]:
+        """Remove the watches that have become true, and return their results."""
         true = [identifier for identifier, watch in self._watches.items() if watch.holds(world)]
-        return [Ended(identifier, *self._watches.pop(identifier).result(world)) for identifier in true]
+        return [GoalResult(identifier, *self._watches.pop(identifier).result(world)) for identifier in true]
 
     def carry_over(self, world: Watched) -> None:
-        """Watch on in a world whose robots have been reset."""
-        self._watches = {name: watch.carried_over(world, world) for name, watch in self._watches.items()}
+        """Continue in a world whose robots have been reset."""
+        self._watches = {name: watch.rebased(world, world) for name, watch in self._watches.items()}
 
-    def take_over(self, watches: Watches, before: Watched, now: Watched, robots: Container[str]) -> None:
-        """Have those that there were in a world before, as they are saved here if they are.
+    def adopt(self, watches: Watches, before: Watched, now: Watched, robots: Container[str]) -> None:
+        """Adopt the watches of an earlier world, or their saved state here.
 
         Args:
-            watches: Those that there were.
-            before: The world before.
-            now: This one.
-            robots: The robots that are here.
+            watches: Watches of the earlier world.
+            before: The earlier world.
+            now: This world.
+            robots: Robots of this world.
         """
         saved, self._watches = self._watches, {}
         for identifier, watch in watches._watches.items():
-            is_here = watch.of_robot is None or watch.of_robot in robots
-            over = watch.carried_over(before, now) if is_here else watch
+            is_here = watch.watched_robot is None or watch.watched_robot in robots
+            over = watch.rebased(before, now) if is_here else watch
             self._watches[identifier] = saved.get(identifier) or over

@@ -1,4 +1,4 @@
-"""What all tests have in common."""
+"""Fixtures and settings of all tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 import z3  # noqa: F401
 from hypothesis import HealthCheck, settings
 
-# How long an example takes says how busy the machine is.
+# The duration of an example depends on the load of the machine.
 settings.register_profile("seoro", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("seoro")
 
@@ -30,7 +30,7 @@ def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[No
 def _no_warnings_of_a_busy_machine() -> Iterator[None]:
     """Steps of actions may take as long as they do on a machine that others keep busy."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("seoro.runtime.blocking.LIMIT", 30.0)
+        patch.setattr("seoro.runtime.execution.blocking.LIMIT", 30.0)
         yield
 
 

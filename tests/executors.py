@@ -57,19 +57,19 @@ def executor(
     before: str = "",
     prefix: Sequence[str] = (),
 ) -> Iterator[RunningExecutor]:
-    """An executor with its socket and its runs in a folder.
+    """Start an executor, with its socket and its runs in a folder.
 
     Args:
-        folder: That folder.
-        options: Of `seoro serve`.
+        folder: The folder.
+        options: Options of `seoro serve`.
         name: Its name.
-        connect: Where it is reached instead of at its socket: the endpoint of a router.
-        largest: How large its files may get [bytes].
-        before: Python that it runs before it starts.
+        connect: Endpoint of a router that replaces its socket.
+        largest: Size limit of its files [bytes].
+        before: Python code to run before the start.
         prefix: Command that runs it.
     """
     endpoint = connect or f"unixsock-stream/{folder}/hub"
-    (folder / "hub").unlink(missing_ok=True)  # of one that was killed
+    (folder / "hub").unlink(missing_ok=True)  # left by a killed executor
     main = f"import sys\n{before}\nfrom seoro.cli.main import main\nsys.exit(main(sys.argv[1:]))"
     command = [*prefix, sys.executable, "-c", main, "serve", "--name", name]
     command += ["--connect" if connect else "--listen", endpoint, "--folder", str(folder / "state"), *options]

@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from seoro.keys.authority import Authority, init_authority
-from seoro.keys.folder import KeyFolder
-from seoro.keys.roles import Role
+from seoro.security.keys.authority import Authority, init_authority
+from seoro.security.keys.folder import KeyFolder
+from seoro.security.keys.roles import Role
 
 NAME = "lab-a"
 HOLDERS = {
@@ -34,18 +34,18 @@ class KeyedLab:
     authority: Authority
 
     def keys(self, name: str) -> Path:
-        """The folder of a holder."""
+        """Return the key folder of a holder."""
         return self.path / name
 
-    def revoke(self, name: str, *told: str) -> None:
-        """Take an identity back, and tell some holders."""
+    def revoke(self, name: str, *informed: str) -> None:
+        """Revoke an identity, and give some holders the new list."""
         self.authority.revoke(name)
-        for each in told:
+        for each in informed:
             KeyFolder(self.keys(each)).revoked.write_bytes((self.path / "ca" / "revoked.crl").read_bytes())
 
 
 def make_lab(path: Path, lab: str = "demo") -> KeyedLab:
-    """A lab with somebody of each role."""
+    """Make a lab with a holder of each role."""
     authority = init_authority(path / "ca", lab)
     for name, role in HOLDERS.items():
         authority.add(name, role, path / name)
@@ -53,7 +53,7 @@ def make_lab(path: Path, lab: str = "demo") -> KeyedLab:
 
 
 def free_port() -> int:
-    """A port at which nobody listens."""
+    """Return an unused port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -61,7 +61,7 @@ def free_port() -> int:
 
 @dataclass(frozen=True)
 class RunningCommand:
-    """A command that listens."""
+    """A running command with an endpoint."""
 
     endpoint: str
     process: subprocess.Popen[bytes]

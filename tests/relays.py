@@ -1,4 +1,4 @@
-"""A router in wrong hands, for tests: it does to requests and answers what a test says."""
+"""A hostile router for tests, which changes requests and replies as a test demands."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import zenoh
 from anyio.abc import TaskGroup, TaskStatus
 from zenoh.handlers import Callback
 
-from seoro.background import background
 from seoro.bridges.session import Answer, AsyncSession, Bound, Mailbox, Request, Security, open_session
+from seoro.concurrency.background import background
 
 TIMEOUT = 20.0  # [s]
 KEYS = "seoro/1/default/*/*/cmd/*"
 
 Change = Callable[[str, list[Answer]], list[Answer]]
-"""Changes the answers to a request for a verb."""
+"""Condition the answers to a request for a verb."""
 
 
 @dataclass(frozen=True)
@@ -26,14 +26,14 @@ class Sent:
     """A request on its way.
 
     Attributes:
-        key: Key that it asks.
+        key: Its key expression.
         payload: The request.
-        beside: What travels beside it.
+        attachment: Its attachment.
     """
 
     key: str
     payload: bytes
-    beside: bytes
+    attachment: bytes
 
     @property
     def verb(self) -> str:
@@ -42,7 +42,7 @@ class Sent:
 
 
 Forge = Callable[[Sent], Sent]
-"""Changes a request."""
+"""Condition a request."""
 
 
 def honest(sent: Sent) -> Sent:
@@ -57,13 +57,13 @@ def unchanged(_verb: str, answers: list[Answer]) -> list[Answer]:
 
 @dataclass
 class Relay:
-    """What is between clients and the endpoint of an executor or a node. Made by `relaying`."""
+    """A relay between clients and the endpoint of an executor or a node. Made by `relaying`."""
 
     change: Change = unchanged
     forge: Forge = honest
 
     def replace(self, old: bytes, new: bytes, *verbs: str) -> None:
-        """Change what answers say, to some verbs or to all."""
+        """Change the content of replies to some verbs, or to all."""
 
         def change(verb: str, answers: list[Answer]) -> list[Answer]:
             if verbs and verb not in verbs:
@@ -86,19 +86,19 @@ class Relay:
         with request._query:
             for answer in self.change(request.key.rpartition("/")[2], answers):
                 if answer.is_ok:
-                    request._query.reply(request.key, answer.payload, attachment=answer.beside or None)
+                    request._query.reply(request.key, answer.payload, attachment=answer.attachment or None)
                 else:
                     request._query.reply_err(answer.payload)
 
 
 async def say(back: AsyncSession, sent: Sent) -> list[Answer]:
-    """All that is answered to a request, in parts and as a whole."""
+    """Return all replies to a request."""
     answers: Mailbox[Answer | None] = Mailbox(Bound(1 << 14))
 
     def take(reply: zenoh.Reply) -> None:
         if reply.ok is not None:
-            beside = reply.ok.attachment
-            said = Answer(True, reply.ok.payload.to_bytes(), b"" if beside is None else beside.to_bytes())
+            attachment = reply.ok.attachment
+            said = Answer(True, reply.ok.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
             answers.put(said, 1)
         elif reply.err is not None:
             answers.put(Answer(False, reply.err.payload.to_bytes()), 1)
@@ -106,9 +106,9 @@ async def say(back: AsyncSession, sent: Sent) -> list[Answer]:
     over = Answer(False, b"over")
     callback = Callback(take, drop=lambda: answers.put(over, 1) and None, indirect=False)
     consolidation = zenoh.ConsolidationMode.NONE
-    back.blocking.get(sent.key, sent.payload, TIMEOUT, callback, sent.beside or None, consolidation)
+    back.blocking.get(sent.key, sent.payload, TIMEOUT, callback, sent.attachment or None, consolidation)
     found: list[Answer] = []
-    while (answer := await answers.take()) is not None and answer is not over:
+    while (answer := await answers.get()) is not None and answer is not over:
         found.append(answer)
     return found
 
@@ -119,19 +119,19 @@ async def relaying(
     reached: str,
     keys: tuple[Security | None, Security | None] = (None, None),
 ) -> AsyncIterator[Relay]:
-    """Be between clients and an endpoint for as long as the block lasts.
+    """Relay between clients and an endpoint during the block.
 
     Args:
-        endpoint: Where clients connect to.
-        reached: What is behind it.
-        keys: Of the session at the former, and of that at the latter.
+        endpoint: Endpoint for clients.
+        reached: Endpoint of the executor or node.
+        keys: Keys of the sessions at the first and the second endpoint.
     """
     relay = Relay()
     async with (
         open_session(listen=endpoint, security=keys[0]) as front,
         open_session(connect=reached, security=keys[1]) as back,
         front.answering(KEYS, Bound(100), b"busy") as requests,
-        front.token_changes("seoro/1/default/alive/holder/*") as changes,
+        front.tokens("seoro/1/default/alive/holder/*") as changes,
         background() as tasks,
     ):
         for token in await back.list_tokens("seoro/1/default/alive/**", TIMEOUT):

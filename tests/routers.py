@@ -22,7 +22,7 @@ time.sleep(3600)
 
 
 def free_endpoint() -> str:
-    """An endpoint at which nobody listens."""
+    """Return an unused endpoint."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -30,7 +30,7 @@ def free_endpoint() -> str:
 
 @contextmanager
 def routing() -> Iterator[str]:
-    """The endpoint of a router, such as rmw_zenohd is one."""
+    """Start a router like rmw_zenohd, and yield its endpoint."""
     endpoint = free_endpoint()
     hub = Session(listen=endpoint)
     try:
@@ -46,9 +46,9 @@ def process(
     stderr: IO[bytes] | None = None,
     environment: Mapping[str, str] | None = None,
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """A process of Python that is ready, which it says by its first line; any line will do when None.
+    """Start a Python process, and wait for its first line.
 
-    `environment` is what it has beside that of this one.
+    `says` is the expected line, or None for any. `environment` has additional variables.
     """
     own = None if environment is None else {**os.environ, **environment}
     with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, stderr=stderr, env=own) as running:
@@ -63,5 +63,5 @@ def process(
 
 
 def router_process(endpoint: str) -> AbstractContextManager[subprocess.Popen[bytes]]:
-    """A router in a process of its own."""
+    """Start a router in a process of its own."""
     return process("-c", _ROUTER, endpoint)

@@ -1,13 +1,14 @@
 """Conformance cases that lie outside of this repository, where there are some.
 
 `SEORO_CONFORMANCE` names a folder with a runner `run.py` and cases; by default it is `shared/conformance` beside
-the repository. A case is a scenario whose first lines say what is expected of it. All are checked or run here in
+the repository. A case is a scenario whose first lines state the expected result. All are checked or run here in
 this process, and traces have to be accepted; `python run.py --seoro seoro` there runs them by the command.
 """
 
 from __future__ import annotations
 
 import argparse
+import asyncio
 import importlib.util
 import json
 import os
@@ -21,17 +22,17 @@ import pytest
 from seoro.cli import exec_command
 from seoro.embed import accept, check_file, load, prepare
 from seoro.embed.options import Options
-from seoro.errors import InvalidScenario, InvalidUse
+from seoro.errors import InvalidScenario, UsageError
 from seoro.lang.diagnostic import Severity
+from tests.leftovers import leftovers  # noqa: F401 - a fixture, for all cases
 
 LONGEST = 20_000  # records of a trace that is checked; one case is a loop without end
 STARTS = 10_000  # of behaviors in one instant, instead of 200,000: one case runs into this limit
-# What cannot be met for a reason.
 FOLDER = Path(os.environ.get("SEORO_CONFORMANCE") or Path(__file__).parents[2] / "shared/conformance")
 
 
 def load_runner() -> ModuleType | None:
-    """The runner of the cases; None if there is none."""
+    """Return the runner of the cases, or None."""
     path = FOLDER / "run.py"
     if not path.is_file():
         return None
@@ -62,7 +63,7 @@ def parameter(path: Path) -> Any:
 
 
 def check(path: Path) -> Any:
-    """What checking a case comes to."""
+    """Check a case and return the result."""
     assert RUNNER is not None
     found = check_file(path).checked.diagnostics
     errors = [found.primary.span for found in found if found.severity is Severity.ERROR]
@@ -71,8 +72,9 @@ def check(path: Path) -> Any:
 
 
 async def run(path: Path) -> Any:
-    """What running a case comes to, on the virtual clock with the arguments that it names."""
+    """Run a case on the virtual clock with its arguments, and return the result."""
     assert RUNNER is not None
+    asyncio.get_running_loop().set_debug(True)  # as PYTHONASYNCIODEBUG does; it reports misuse of the loop
     parser = argparse.ArgumentParser()
     exec_command.add_arguments(parser)
     arguments = parser.parse_args([str(path), "--seed", "0", *RUNNER.load_case(path).args])
@@ -88,7 +90,7 @@ async def run(path: Path) -> Any:
         scenario = load(path)
         async with prepare(scenario, options) as started, started.running():
             records = [record async for record in started.trace()]
-    except (InvalidScenario, InvalidUse) as error:
+    except (InvalidScenario, UsageError) as error:
         return RUNNER.Outcome("invalid", detail=str(error))
     if len(records) < LONGEST:
         assert accept(scenario, json.loads(json.dumps(records))).violations == ()
@@ -98,10 +100,10 @@ async def run(path: Path) -> Any:
     return RUNNER.Outcome(end["status"], (), messages, end["duration"], end["reason"])
 
 
-@pytest.mark.skipif(RUNNER is None, reason="there are no conformance cases here")
+@pytest.mark.skipif(RUNNER is None, reason="no conformance cases found")
 @pytest.mark.parametrize("path", [parameter(path) for path in CASES])
-async def test_a_case_is_met(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_conformance_case_has_its_expected_result(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert RUNNER is not None
-    monkeypatch.setattr("seoro.runtime.endless.STARTS", STARTS)
+    monkeypatch.setattr("seoro.runtime.execution.loops.STARTS", STARTS)
     case = RUNNER.load_case(path)
     assert RUNNER.compare(case, check(path) if case.is_check else await run(path)) == []

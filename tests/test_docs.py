@@ -1,70 +1,140 @@
-"""The examples of the documentation do what it says."""
+"""The examples of the documentation have the shown results."""
 
 import re
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from seoro.cli.main import main
+from tests.tools.code_blocks import Block, blocks_in, commands_in, is_covered, matches
 
-DOCS = Path(__file__).parents[1] / "docs"
-LIBRARIES = DOCS / "libraries.md"
-FILE = re.compile(r"^`([\w./]+)`:\n\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [
+    *sorted(DOCS.rglob("*.md")),
+    *(ROOT / f"{name}.md" for name in ("README", "ARCHITECTURE", "CONTRIBUTING")),
+]
+LINKED = ("scenarios", "examples", "benchmarks")  # folders of the repository that commands name
 
 
-@pytest.fixture
-def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The files of the example of a library, in the working directory."""
+def name_of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+def write(block: Block) -> None:
+    path = Path(block.name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(block.text)
+
+
+def run(command: str, capfd: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    """Run a command of a console block, and return its exit status, stdout and stderr."""
+    capfd.readouterr()
+    program, *arguments = shlex.split(command, comments=True)
+    if program == "seoro":
+        try:
+            status = main(arguments)
+        except SystemExit as end:
+            status = int(end.code or 0)
+        return status, *capfd.readouterr()
+    words = {"python": [sys.executable], "pytest": [sys.executable, "-m", "pytest", "-p", "no:cacheprovider"]}
+    done = subprocess.run([*words[program], *arguments], capture_output=True, text=True, timeout=120, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+def execute(
+    page: Path, block: Block, number: int, names: dict[str, object], capfd: pytest.CaptureFixture[str]
+) -> str:
+    """Execute a block; returns what a program has printed."""
+    where = f"{name_of(page)}:{block.line}"
+    if block.language == "osc":
+        file = Path(block.name or f"block_{number}.osc")
+        if file.parent == Path():
+            file.write_text(block.text)
+            status = main(["check", str(file)])
+            assert (status != 0) == block.has_errors, f"{where}: {capfd.readouterr().err}"
+    elif block.language == "console":
+        for command, shown in commands_in(block):
+            status, out, err = run(command, capfd)
+            assert status == block.status, f"{where}: `{command}` has the status {status}:\n{out}{err}"
+            is_shown = not shown or any(matches(shown, printed) for printed in (out, err, out + err))
+            assert is_shown, f"{where}: `{command}` printed:\n{out}{err}"
+    elif block.language == "python" and not block.name:
+        capfd.readouterr()
+        exec(compile(block.text, where, "exec"), names)
+        return capfd.readouterr().out
+    return ""
+
+
+def play(page: Path, folder: Path, capfd: pytest.CaptureFixture[str], with_simulators: bool) -> None:
+    """Execute the blocks of a page in a folder, in their order."""
+    for linked in LINKED:
+        (folder / linked).symlink_to(ROOT / linked)
+    names: dict[str, object] = {"__name__": "examples"}
+    printed, is_executed = "", False
+    blocks = [block for block in blocks_in(page) if not block.reason]
+    for block in blocks:
+        if block.name:
+            write(block)
+    for number, block in enumerate(blocks):
+        if block.language == "text" and is_executed:
+            assert printed == block.text, f"{name_of(page)}:{block.line}"
+        is_executed = block.language == "python" and not block.name
+        if with_simulators or not block.needs_simulator:
+            printed = execute(page, block, number, names, capfd)
+
+
+EXECUTED = [page for page in PAGES if any(not block.reason for block in blocks_in(page))]
+SIMULATED = [
+    page for page in PAGES if any(block.needs_simulator and not block.reason for block in blocks_in(page))
+]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_code_block_is_executed_or_has_a_reason(page: Path) -> None:
+    before, uncovered = None, []
+    for block in blocks_in(page):
+        if not is_covered(block, before):
+            uncovered.append(f"{name_of(page)}:{block.line}: ```{block.language}")
+        before = block
+    assert uncovered == []
+
+
+@pytest.mark.parametrize("page", EXECUTED, ids=name_of)
+def test_code_blocks_of_a_page_have_the_shown_output(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
-    write_example(LIBRARIES)
-    return tmp_path
+    play(page, tmp_path, capfd, with_simulators=False)
 
 
-def write_example(page: Path) -> None:
-    """Write the files that a page shows into the working directory."""
-    for name, text in FILE.findall(page.read_text()):
-        path = Path(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
+@pytest.mark.slow
+@pytest.mark.engine("mujoco")
+@pytest.mark.parametrize("page", SIMULATED, ids=name_of)
+def test_code_blocks_with_a_simulator_have_the_shown_output(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    play(page, tmp_path, capfd, with_simulators=True)
 
 
-def test_the_library_in_a_folder_runs(example: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["exec", "main.osc", "--clock", "virtual", "--seed", "1"]) == 0
-    out = capsys.readouterr().out
-    assert re.search(r"0\.000 s +5\.0m\n", out)
-    assert re.search(r"2\.000 s +tom is cheerful and gives [\d.]+ l to the rose\n", out)
-
-
-def test_the_modifier_fits_its_declaration(example: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    [python] = re.findall(r"^```python\n(from seoro import Child.*?)^```$", LIBRARIES.read_text(), re.M | re.S)
-    (example / "seoro.libraries/patience.osc").write_text(
-        "import osc.types\nmodifier patiently:\n    duration: time\n"
+def test_the_page_about_the_kernel_is_short() -> None:
+    text = re.sub(
+        r"^```.*?^```$", "", (DOCS / "explanation/kernel.md").read_text(), flags=re.MULTILINE | re.DOTALL
     )
-    (example / "seoro.libraries/patience.py").write_text(python)
-    Path("main.osc").write_text("import osc.patience\n")
-    assert main(["check", "main.osc"]) == 0, capsys.readouterr().err
+    assert len(text.split()) <= 600
 
 
-def test_the_actions_of_the_page_about_actions_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    write_example(DOCS / "actions.md")
-    assert main(["exec", "main.osc", "--clock", "virtual"]) == 0
-    out = capsys.readouterr().out
-    assert re.search(r"0\.000 s +red: 1\n", out)
-    assert re.search(r"0\.000 s +green is at 3/3\n", out)
-    assert re.search(r"1\.000 s +red is off\n", out)
+@pytest.mark.parametrize("name", ["parallel", "wait"])
+def test_the_architecture_quotes_current_behaviors(name: str) -> None:
+    source = Path(f"seoro/runtime/behaviors/{name}.py").read_text()
+    function = source[source.index(f"async def run_{name}(") :].rstrip()
+    assert f"```python\n{function}\n```" in Path("ARCHITECTURE.md").read_text()
 
 
-def test_the_sweep_ends_as_its_page_shows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    page = DOCS / "sweep.md"
-    write_example(page)
-    [shown] = re.findall(r"^```console\n\$ (.*?)^```$", page.read_text(), re.M | re.S)
-    command, *lines = shown.splitlines()
-    assert main(command.split()[1:]) == 1
-    out = capsys.readouterr().out.splitlines()
-    assert [line for line in lines if line != "..."] == [line for line in out if line and "  pause=" not in line]
+def test_the_architecture_describes_the_runtime_in_few_words() -> None:
+    text = Path("ARCHITECTURE.md").read_text().partition("### `seoro/runtime`")[2].partition("\n### ")[0]
+    assert len(re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL).split()) <= 300

@@ -1,8 +1,8 @@
 """Running scenarios from Python, as the documentation shows it."""
 
 import traceback
+from dataclasses import fields
 from pathlib import Path
-from typing import get_type_hints
 
 import pytest
 
@@ -28,10 +28,10 @@ def scenario(tmp_path: Path) -> seoro.Scenario:
 
 
 def test_the_keyword_arguments_of_start_are_the_options() -> None:
-    assert get_type_hints(OptionFields).keys() == get_type_hints(Options).keys()
+    assert list(OptionFields.__annotations__) == [field.name for field in fields(Options)]
 
 
-async def test_a_run_in_the_callers_loop(scenario: seoro.Scenario) -> None:
+async def test_a_run_executes_in_the_loop_of_the_caller(scenario: seoro.Scenario) -> None:
     async with seoro.start(scenario, seed=7, clock="virtual", overrides={"name": '"Ada"'}) as run:
         messages = [record["message"] async for record in run.trace() if record["kind"] == "log"]
     verdict = await run.result()
@@ -41,13 +41,13 @@ async def test_a_run_in_the_callers_loop(scenario: seoro.Scenario) -> None:
     assert run.parameters == {"name": "Ada"}
 
 
-async def test_a_simulator_that_is_not_there_is_told_plainly(scenario: seoro.Scenario) -> None:
-    with pytest.raises(seoro.InvalidUse, match="there is no simulator 'gazebo'"):
+async def test_a_missing_simulator_is_reported(scenario: seoro.Scenario) -> None:
+    with pytest.raises(seoro.UsageError, match="unknown simulator 'gazebo'"):
         async with seoro.start(scenario, simulator=seoro.Simulator(name="gazebo")):
             pass
 
 
-def test_errors_of_the_text_come_all_at_once(tmp_path: Path) -> None:
+def test_all_errors_of_a_text_are_reported_at_once(tmp_path: Path) -> None:
     (tmp_path / "bad.osc").write_text("scenario main:\n    do serial:\n        one()\n        two()\n")
     with pytest.raises(seoro.InvalidScenario) as caught:
         seoro.load(tmp_path / "bad.osc")
@@ -56,12 +56,12 @@ def test_errors_of_the_text_come_all_at_once(tmp_path: Path) -> None:
     assert "bad.osc:4:9" in str(caught.value)
 
 
-async def test_a_traceback_tells_the_place_and_what_would_work(tmp_path: Path) -> None:
+async def test_a_traceback_contains_the_position_and_the_help(tmp_path: Path) -> None:
     (tmp_path / "robot.osc").write_text(
         "import osc.ros\nscenario main:\n    robot: differential_drive_robot\n"
         "    do robot.init_nav2(pose_3d(position_3d(x: 0.0m)))\n"
     )
-    with pytest.raises(seoro.InvalidUse) as caught:
+    with pytest.raises(seoro.UsageError) as caught:
         async with seoro.start(seoro.load(tmp_path / "robot.osc")):
             pass
     shown = "".join(traceback.format_exception(caught.value))
@@ -69,10 +69,10 @@ async def test_a_traceback_tells_the_place_and_what_would_work(tmp_path: Path) -
     assert "= help: start a simulator" in shown
 
 
-async def test_an_error_of_the_text_says_its_code_and_places(tmp_path: Path) -> None:
+async def test_an_error_of_a_text_has_its_code_and_positions(tmp_path: Path) -> None:
     file = tmp_path / "clash.osc"
     file.write_text("scenario main:\n    a: int\n    keep(a > 5)\n    keep(a < 3)\n    do emit end\n")
-    with pytest.raises(seoro.InvalidUse) as caught:
+    with pytest.raises(seoro.UsageError) as caught:
         async with seoro.start(seoro.load(file), seed=1, clock="virtual"):
             pass
     text, error = str(caught.value), caught.value

@@ -32,16 +32,14 @@ OUTPUTS = frozenset(
         "metadata.yaml",  # of bags, by rosbag2
     }
 )
-EXAMPLES = {  # names that pages use to explain a rule, and that nobody is meant to type
-    "CONTRIBUTING.md": {"name.osc", "name.invalid.osc", "example.osc", "lang/plan.py"},
-    "docs/experiments/localisation.md": {"localisation.csv"},  # the page gives its columns
-    "docs/actions.md": {"view.png"},  # an argument of a function
-    "docs/embedding.md": {"run.mp4"},  # the same
-    "docs/lab.md": {"drive.osc"},  # the page links to it
-    "docs/libraries.md": {"garden.osc", "garden.py", "garden/garden.osc", "garden/__init__.py"},
-    "docs/pytest.md": {"far.yaml", "scenarios/navigation/conftest.py"},
-    "docs/simulator.md": {"room.yaml", "name.png"},
-    "docs/tools.md": {"source.osc"},  # what editors send it as
+EXAMPLES = {  # names that only illustrate a rule
+    "CONTRIBUTING.md": {"name.osc", "name.invalid.osc"},
+    "docs/explanation/measurements.md": {"localisation.csv"},
+    "docs/how-to/edit.md": {"source.osc"},  # a scope of TextMate
+    "docs/how-to/libraries.md": {"garden.osc", "garden.py", "garden/garden.osc", "garden/__init__.py", "view.png"},
+    "docs/how-to/pytest.md": {"far.yaml"},
+    "docs/how-to/simulate.md": {"name.png"},
+    "docs/how-to/worlds.md": {"garden/pots/small.sdf"},
 }
 OTHERS = frozenset(  # options of other programs
     {
@@ -85,7 +83,7 @@ def links(text: str) -> list[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_files_that_a_page_names_exist(page: Path) -> None:
+def test_files_in_pages_exist(page: Path) -> None:
     text, name = page.read_text(), page.relative_to(ROOT).as_posix()
     broken = [target for target in links(text) if not (page.parent / target).exists()]
     assert not broken, "links to files that do not exist"
@@ -141,7 +139,7 @@ def unknown_options(line: str) -> list[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_commands_and_options_that_a_page_names_exist(page: Path) -> None:
+def test_commands_and_options_in_pages_exist(page: Path) -> None:
     text = page.read_text()
     lines = [*commands(text), *(span for span in spans(text) if span.startswith("seoro "))]
     assert not {line: found for line in lines if (found := unknown_options(line))}
@@ -164,7 +162,7 @@ PLUGIN = _options_in(ROOT / "seoro" / "pytest_plugin")
 PROGRAMS = _options_in(ROOT / "sim_nodes") | _options_in(ROOT / "benchmarks")
 
 
-def test_help_texts_name_options_that_exist() -> None:
+def test_options_in_help_texts_exist() -> None:
     for command in command_line.COMMANDS:
         parser = command_line._parser([command])
         [below] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]

@@ -3,12 +3,12 @@
     python service.py --folder scenarios
 
     POST   /runs               {"scenario": "patrol.osc", "parameters": {"pause": "1s"}}  starts a run
-    GET    /runs/{id}          its status, and its verdict when it has one
-    GET    /runs/{id}/trace    its trace, from the first record, as server-sent events
-    DELETE /runs/{id}          stops it, and waits until it has cleaned up
+    GET    /runs/{id}          returns its status, and its verdict at the end
+    GET    /runs/{id}/trace    streams its trace as server-sent events
+    DELETE /runs/{id}          stops it, and waits for its clean-up
 
-Who reaches the service can run any scenario of the folder, with the Python that belongs to it. So it listens on
-this machine only, and has limits on how much runs at once, how long, and what is kept.
+A client can run any scenario of the folder, with its Python. So the service listens on this machine only, and
+limits the number of runs, their time, and the number of kept runs.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 import seoro
 
-HOSTS = ["127.0.0.1", "localhost"]  # by which the service may be called; a web page under another name may not
+HOSTS = ["127.0.0.1", "localhost"]  # other names in requests of web pages are refused
 MAX_BODY = 64 * 1024  # [bytes]
-MAX_RECORDS = 100_000  # of a trace, which are about 50 MB
+MAX_RECORDS = 100_000  # of a trace, about 50 MB
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What the service does at most.
+    """Limits of the service.
 
     Args:
-        running: Runs at once.
-        kept: Runs that have ended and can still be asked for.
-        seconds: Wall time of a run.
+        running: Number of simultaneous runs.
+        kept: Number of ended runs that are kept.
+        seconds: Wall time of a run [s].
     """
 
     running: int = 4
@@ -53,7 +53,7 @@ class Limits:
 
 
 class Order(BaseModel):
-    """What is to be run."""
+    """Request to run a scenario."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -66,14 +66,14 @@ class Order(BaseModel):
 
 @dataclass(eq=False)
 class Entry:
-    """A run that the service knows."""
+    """A known run."""
 
     order: Order
     started: asyncio.Future[seoro.Run] = field(default_factory=asyncio.Future)
     ended: asyncio.Event = field(default_factory=asyncio.Event)
 
     def describe(self, number: str) -> dict[str, Any]:
-        """The state of the run as plain data."""
+        """Return the state of the run as plain data."""
         run = self.started.result()
         return {
             "id": number,
@@ -89,9 +89,9 @@ class Runs:
     """All runs of the service.
 
     Args:
-        folder: Whose scenarios can be run.
-        limits: What is allowed.
-        group: In which the runs live.
+        folder: Folder of the scenarios.
+        limits: Limits of the service.
+        group: Task group of the runs.
     """
 
     def __init__(self, folder: Path, limits: Limits, group: asyncio.TaskGroup) -> None:
@@ -101,26 +101,26 @@ class Runs:
         self._entries: dict[str, Entry] = {}
 
     def files(self) -> dict[str, Path]:
-        """The scenario files, by the names under which they are known; nothing else can be asked for."""
+        """Return the scenario files by name; only these can be run."""
         return {path.relative_to(self._folder).as_posix(): path for path in sorted(self._folder.rglob("*.osc"))}
 
     def all(self) -> dict[str, Entry]:
-        """The runs that have begun, by their ids."""
+        """Return the started runs by id."""
         return {number: entry for number, entry in self._entries.items() if entry.started.done()}
 
     def get(self, number: str) -> Entry:
-        """A run that has begun; an error for the client if there is none."""
+        """Return a started run; raise a client error if it is unknown."""
         if number not in self.all():
-            raise HTTPException(404, f"there is no run {number!r}")
+            raise HTTPException(404, f"unknown run {number!r}")
         return self._entries[number]
 
     async def start(self, order: Order) -> tuple[str, Entry]:
-        """Start a run; an error for the client if that cannot be."""
+        """Start a run; raise a client error if that is impossible."""
         path = self.files().get(order.scenario)
         if path is None:
-            raise HTTPException(404, f"there is no scenario file {order.scenario!r}")
+            raise HTTPException(404, f"unknown scenario file {order.scenario!r}")
         if sum(not entry.ended.is_set() for entry in self._entries.values()) >= self._limits.running:
-            raise HTTPException(429, f"{self._limits.running} runs are going on, which is the limit")
+            raise HTTPException(429, f"too many active runs (limit {self._limits.running})")
         number, entry = secrets.token_hex(8), Entry(order)
         self._entries[number] = entry
         self._group.create_task(self._carry(path, entry))
@@ -135,7 +135,7 @@ class Runs:
         return number, entry
 
     async def _carry(self, path: Path, entry: Entry) -> None:
-        """One run, from its text to its verdict."""
+        """Execute a run, from its text to its verdict."""
         order = entry.order
         try:
             scenario = await asyncio.to_thread(seoro.load, path)
@@ -178,7 +178,7 @@ class Runs:
         await entry.ended.wait()
 
     async def stop_all(self) -> None:
-        """Stop all runs; their traces end, and so do the streams of those who read them."""
+        """Stop all runs, which ends their traces and streams."""
         for entry in self.all().values():
             entry.started.result().stop("the service is shut down")
         for entry in list(self._entries.values()):
@@ -186,13 +186,13 @@ class Runs:
 
 
 class Watch:
-    """Sees the trace of a run, and stops it when that grows too long."""
+    """Observes the trace of a run, and stops the run when the trace grows too long."""
 
     def __init__(self) -> None:
         self.run: seoro.Run | None = None
 
     def record(self, record: dict[str, Any]) -> None:
-        """An observer of the trace."""
+        """Observe a record of the trace."""
         if record["seq"] == MAX_RECORDS and self.run is not None:
             self.run.stop(f"its trace has more than {MAX_RECORDS} records")
 
@@ -201,11 +201,11 @@ class Watch:
 
 
 def create_app(folder: Path, limits: Limits | None = None) -> FastAPI:
-    """The service.
+    """Make the service.
 
     Args:
-        folder: Whose scenarios can be run.
-        limits: What is allowed.
+        folder: Folder of the scenarios.
+        limits: Limits of the service.
     """
 
     @asynccontextmanager
@@ -231,7 +231,7 @@ def create_app(folder: Path, limits: Limits | None = None) -> FastAPI:
 async def _limit_body(request: Request, call_next: Any) -> Response:
     size = request.headers.get("content-length", "0")
     if request.headers.get("transfer-encoding") or not size.isdecimal() or int(size) > MAX_BODY:
-        return Response(f"a request has at most {MAX_BODY} bytes, and says how many", status_code=413)
+        return Response(f"expected a request with `Content-Length`, at most {MAX_BODY} bytes", status_code=413)
     response: Response = await call_next(request)
     return response
 
@@ -242,7 +242,7 @@ def _runs(request: Request) -> Runs:
 
 
 async def list_scenarios(request: Request) -> list[str]:
-    """The files that can be run."""
+    """Return the files that can be run."""
     return list(_runs(request).files())
 
 
@@ -253,12 +253,12 @@ async def start_run(request: Request, order: Order) -> dict[str, Any]:
 
 
 async def list_runs(request: Request) -> list[dict[str, Any]]:
-    """All runs that the service still knows."""
+    """Return all known runs."""
     return [entry.describe(number) for number, entry in _runs(request).all().items()]
 
 
 async def get_run(request: Request, number: str) -> dict[str, Any]:
-    """The state of a run."""
+    """Return the state of a run."""
     return _runs(request).get(number).describe(number)
 
 
@@ -272,7 +272,7 @@ async def stop_run(request: Request, number: str) -> dict[str, Any]:
 async def get_trace(
     request: Request, number: str, last_event_id: Annotated[int, Header()] = -1
 ) -> StreamingResponse:
-    """The trace of a run as server-sent events; a client that lost its connection goes on where it was."""
+    """Stream the trace of a run as server-sent events; clients can reconnect without a gap."""
     run = _runs(request).get(number).started.result()
 
     async def events() -> AsyncIterator[str]:
@@ -284,10 +284,10 @@ async def get_trace(
 
 
 class Server(uvicorn.Server):
-    """Stops the runs before it waits for connections to close: a stream lasts as long as its run."""
+    """Server that stops the runs before it waits for connections, which last as long as their runs."""
 
     async def shutdown(self, sockets: Any = None) -> None:
-        """Called by uvicorn when it is to end."""
+        """Shut down; called by uvicorn."""
         app = self.config.app
         if isinstance(app, FastAPI) and hasattr(app.state, "runs"):
             await app.state.runs.stop_all()
@@ -297,11 +297,11 @@ class Server(uvicorn.Server):
 def main() -> None:
     """Serve until SIGINT or SIGTERM."""
     parser = argparse.ArgumentParser(description="Run the scenarios of a folder over HTTP, for this machine.")
-    parser.add_argument("--folder", type=Path, required=True, help="with the scenario files")
-    parser.add_argument("--port", type=int, default=8000, help="to listen on; 0 for any (default: 8000)")
+    parser.add_argument("--folder", type=Path, required=True, help="folder with the scenario files")
+    parser.add_argument("--port", type=int, default=8000, help="port to listen on; 0 for any (default: 8000)")
     options = parser.parse_args()
     if not options.folder.is_dir():
-        parser.error(f"there is no folder {options.folder}")
+        parser.error(f"folder not found: {options.folder}")
     app = create_app(options.folder)
     Server(uvicorn.Config(app, host=HOSTS[0], port=options.port, timeout_graceful_shutdown=5)).run()
 

@@ -1,7 +1,7 @@
-"""A simulator in one file: no physics, only geometry, by numpy. `docs/writing_a_simulator.md` walks through it.
+"""A simulator in one file: no physics, only geometry, by numpy. `docs/how-to/simulators.md` walks through it.
 
-Robots are discs that move as their wheels turn, and stand when something is in their way. What is spawned stays
-where it is put. Everything is upright: a shape is a rectangle or a circle in the plane, between two heights.
+Robots are discs that move as their wheels turn, and stop at obstacles. Spawned bodies stay at their poses.
+Everything is upright: a shape is a rectangle or a circle in the plane, between two heights.
 """
 
 from __future__ import annotations
@@ -15,9 +15,19 @@ from typing import Any
 import numpy as np
 
 from sim_nodes.geometry import Array, Pose2, quaternion, yaw_of
-from sim_nodes.lacking import WithoutArms, WithoutDynamics, WithoutPictures
-from sim_nodes.physics import OVERLAP, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Sphere, TouchPoint
+from sim_nodes.physics import (
+    MAX_OVERLAP,
+    BodyModel,
+    BodyState,
+    Box,
+    ContactPoint,
+    Cylinder,
+    PlacedRobot,
+    Scene,
+    Sphere,
+)
 from sim_nodes.robots.diff_drive import base_motion
+from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
 
 STEPS_PER_SECOND = 100
 ROBOT_HEIGHT = 0.35  # [m]
@@ -30,7 +40,7 @@ PARALLEL = 1e-12  # cosine of an angle at which a ray is parallel to a side
 
 @dataclass(frozen=True)
 class Rectangle:
-    """An upright box: its middle, its heading, half its edges, and the heights of its ends [m]."""
+    """An upright box: its centre, heading, half edges, and the heights of its ends [m]."""
 
     pose: Pose2
     half: tuple[float, float]
@@ -38,13 +48,13 @@ class Rectangle:
     top: float
 
     def distance(self, x: float, y: float) -> float:
-        """From a point to the border; less than zero inside [m]."""
+        """Return the distance of a point to the border; negative inside [m]."""
         u, v, _ = self.pose.inverse().compose(Pose2(x, y, 0.0))
         outside = (abs(u) - self.half[0], abs(v) - self.half[1])
         return math.hypot(max(outside[0], 0.0), max(outside[1], 0.0)) + min(max(outside), 0.0)
 
     def rays(self, origin: Pose2, angles: Array) -> Array:
-        """Distances along rays from a place, infinite for those that miss [m]."""
+        """Return the distances along rays from a point, infinite without a hit [m]."""
         u, v, yaw = self.pose.inverse().compose(origin)
         near, far = np.full(angles.shape, -np.inf), np.full(angles.shape, np.inf)
         for place, direction, half in (
@@ -59,7 +69,7 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Disc:
-    """An upright cylinder: its middle, its radius, and the heights of its ends [m]."""
+    """An upright cylinder: its centre, radius, and the heights of its ends [m]."""
 
     pose: Pose2
     radius: float
@@ -83,7 +93,7 @@ Solid = Rectangle | Disc
 
 
 def solids(model: BodyModel, state: BodyState, height: float | None = None) -> Iterator[Solid]:
-    """What a body fills, or what of it is to be seen at a height."""
+    """Yield the solids of a body, or those at a height."""
     for part in model.parts:
         pose = state.planar.compose(Pose2(part.position[0], part.position[1], yaw_of(part.orientation)))
         middle = state.position[2] + part.position[2]
@@ -98,7 +108,7 @@ def solids(model: BodyModel, state: BodyState, height: float | None = None) -> I
 
 
 def gap(one: Solid, other: Solid) -> float:
-    """The distance of two solids; less than zero when they are inside each other [m]."""
+    """Return the distance of two solids; negative if they overlap [m]."""
     above = max(one.bottom - other.top, other.bottom - one.top)
     if isinstance(one, Disc):
         return max(above, other.distance(one.pose.x, one.pose.y) - one.radius)
@@ -108,7 +118,7 @@ def gap(one: Solid, other: Solid) -> float:
 
 
 def _beside(one: Rectangle, other: Rectangle) -> float:
-    """How far the corners of a rectangle are beyond the sides of another (separating axes) [m]."""
+    """Return the distance of the corners of a rectangle beyond the sides of another (separating axes) [m]."""
     corners = [
         one.pose.inverse().compose(other.pose.compose(Pose2(u * other.half[0], v * other.half[1], 0.0)))
         for u in (-1, 1)
@@ -121,16 +131,16 @@ def _beside(one: Rectangle, other: Rectangle) -> float:
 
 @dataclass(frozen=True)
 class Rover:
-    """Where a robot is, and how its wheels are and turn."""
+    """Pose of a robot, and state of its wheels."""
 
     state: BodyState
     angles: tuple[float, float] = (0.0, 0.0)  # [rad]
-    speeds: tuple[float, float] = (0.0, 0.0)  # that were commanded [rad/s]
+    speeds: tuple[float, float] = (0.0, 0.0)  # commanded [rad/s]
     power: bool = True
 
 
-class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
-    """Geometry in the place of physics; see `sim_nodes.physics.Engine` for what the methods do."""
+class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering):
+    """Geometry instead of physics; see `sim_nodes.physics.Engine` for the methods."""
 
     name = "toy"
     version = "1"
@@ -184,7 +194,7 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
         return count
 
     def _drive_on(self, name: str) -> set[tuple[str, str]]:
-        """Move a robot as its wheels turn in a step; returns what is in its way, as pairs that touch."""
+        """Move a robot as its wheels turn in a step; returns the pairs with obstacles that it touches."""
         rover, drive = self._robots[name], self._mobile(name).drive
         left, right = (speed / STEPS_PER_SECOND if rover.power else 0.0 for speed in rover.speeds)
         way, turn = base_motion(drive, left, right)
@@ -208,26 +218,26 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
         """See `Engine.touching`."""
         return self._touching
 
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
-        """See `Engine.touch_points`; each is where the other is nearest. Bodies move into nothing."""
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
+        """See `Engine.contact_points`; each is the nearest point of the other. Bodies do not move."""
         if name not in self._robots:
             return ()
         others = {other for pair in self._touching if name in pair for other in pair} - {name}
         return tuple(self._nearest(name, other) for other in sorted(others))
 
-    def _nearest(self, robot: str, other: str) -> TouchPoint:
-        """The point of something that is nearest to a robot's middle."""
+    def _nearest(self, robot: str, other: str) -> ContactPoint:
+        """Return the point of an entity that is nearest to a robot's centre."""
         origin = self._robots[robot].state.planar
         ranges = np.array([solid.rays(origin, ALL_ROUND) for solid in self._solids(other)]).min(axis=0)
         nearest = int(ranges.argmin())
         towards = origin.compose(Pose2(0.0, 0.0, ALL_ROUND[nearest]))
         x, y, yaw = towards.compose(Pose2(ranges[nearest], 0.0, 0.0))
-        return TouchPoint(other, (x, y, BODY_HEIGHT), (math.cos(yaw), math.sin(yaw), 0.0))
+        return ContactPoint(other, (x, y, BODY_HEIGHT), (math.cos(yaw), math.sin(yaw), 0.0))
 
     def overlaps(self, name: str) -> tuple[str, ...]:
         """See `Engine.overlaps`."""
         return tuple(
-            sorted({other for other, room in self._gaps(name, list(self._solids(name))) if room < -OVERLAP})
+            sorted({other for other, room in self._gaps(name, list(self._solids(name))) if room < -MAX_OVERLAP})
         )
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
@@ -285,7 +295,7 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
         return Disc(state.planar, radius or self._mobile(robot).radius, 0.0, ROBOT_HEIGHT)
 
     def _solids(self, name: str, height: float | None = None) -> Iterable[Solid]:
-        """What something fills, or what of it is to be seen at a height."""
+        """Return the solids of an entity, or those at a height."""
         if name in self._walls:
             return self._walls[name]
         if name in self._robots:
@@ -293,7 +303,7 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutPictures):
         return solids(self._models[name], self._bodies[name], height)
 
     def _gaps(self, name: str, own: list[Solid]) -> Iterator[tuple[str, float]]:
-        """How far everything else is from what something fills [m]."""
+        """Yield the distances of all other entities from the solids of an entity [m]."""
         for other in chain(self._walls, self._models, self._robots):
             if other != name:
                 theirs = self._solids(other)

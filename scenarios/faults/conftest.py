@@ -1,4 +1,4 @@
-"""Scenarios of this folder with cameras need pictures; they are skipped where there are none."""
+"""Skip scenarios with cameras in this folder where images cannot be rendered."""
 
 import pytest
 

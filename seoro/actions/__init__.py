@@ -1,5 +1,4 @@
-"""What seoro's own libraries do: one module for each `.osc` file in `seoro.lang.library` with actions.
+"""Python implementations of seoro's own libraries: one module per `.osc` file with actions.
 
-They are written against the contracts of the runtime, so that where an actor lives decides how an action is
-carried out.
+They use only the contracts of the runtime: the backend of an actor decides how an action is carried out.
 """

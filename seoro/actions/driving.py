@@ -1,4 +1,4 @@
-"""Actions of `osc.driving`: robots that are driven by velocities."""
+"""Actions of `osc.driving`: robots driven by velocity commands."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from functools import partial
 
 from seoro.actions.goals import pursue
 from seoro.actions.nav2 import BASE
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import DrivenRobots
-from seoro.runtime.context import ActionContext
-from seoro.runtime.values import Actor
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.robots import DrivenRobots
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
 
 @action("differential_drive_robot.drive", home=DrivenRobots, uses=BASE)
 async def drive(ctx: ActionContext, robot: Actor, linear: float, angular: float, duration: float) -> None:
-    """Drive with a velocity for a duration; the robot stops at its end, and when this is cancelled."""
+    """Drive with a velocity for a duration; the robot stops at the end and on cancellation."""
     robots, name = ctx.home(robot, DrivenRobots)
     start = partial(robots.drive, name, linear, angular, duration)
     await pursue(ctx, robot, BASE, start, robots.cancel_goal)

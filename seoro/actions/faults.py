@@ -1,20 +1,19 @@
 """Actions of `osc.faults`: faults of sensors, cameras and motors, injected while a robot runs.
 
-The backend measures that a fault takes effect; what was measured stands in the trace.
+The backend measures the effect of each fault; the measurement is logged in the trace.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
+from inspect import Parameter, Signature, signature
+from types import MappingProxyType
+from typing import Any
 
-from seoro.actions.cameras import check_is_there, name_of
+from seoro.actions.cameras import check_exists, name_of
 from seoro.actions.reports import finish
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Cameras, Faults
-from seoro.runtime.context import ActionContext, Occasion
-from seoro.runtime.device_faults import (
-    Amounts,
+from seoro.robotics.faults import (
     BeamLoss,
     Bias,
     DeadArea,
@@ -27,135 +26,127 @@ from seoro.runtime.device_faults import (
     GaussianNoise,
     MessageLoss,
     PowerLoss,
+    Quantity,
     WheelSlip,
 )
-from seoro.runtime.values import Actor
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.actions.pending import Notifier
+from seoro.runtime.contracts.cameras import Cameras
+from seoro.runtime.contracts.faults import Faults
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
 
-@action("robot.inject_noise", home=Faults)
-async def inject_noise(
-    ctx: ActionContext,
-    robot: Actor,
-    device: str,
+def _amounts(*amounts: float) -> dict[Quantity, float]:
+    """Return the amounts that are not zero, from the amounts of all quantities."""
+    return {quantity: amount for quantity, amount in zip(Quantity, amounts, strict=True) if amount}
+
+
+def _noise(
     length_deviation: float,
     angle_deviation: float,
     acceleration_deviation: float,
     angular_rate_deviation: float,
     brightness_deviation: float,
-    confirm_within: float,
-) -> None:
-    """Add normally distributed errors to the values of a sensor."""
-    deviation = Amounts(
-        length_deviation,
-        angle_deviation,
-        acceleration_deviation,
-        angular_rate_deviation,
-        brightness_deviation,
+) -> Fault:
+    return GaussianNoise(
+        _amounts(
+            length_deviation,
+            angle_deviation,
+            acceleration_deviation,
+            angular_rate_deviation,
+            brightness_deviation,
+        )
     )
-    await _inject(ctx, robot, device, GaussianNoise(deviation), confirm_within)
 
 
-@action("robot.inject_bias", home=Faults)
-async def inject_bias(
-    ctx: ActionContext,
-    robot: Actor,
-    device: str,
+def _bias(
     length_offset: float,
     angle_offset: float,
     acceleration_offset: float,
     angular_rate_offset: float,
     brightness_offset: float,
-    confirm_within: float,
-) -> None:
-    """Add the same error to all values of a sensor."""
-    offset = Amounts(length_offset, angle_offset, acceleration_offset, angular_rate_offset, brightness_offset)
-    await _inject(ctx, robot, device, Bias(offset), confirm_within)
+) -> Fault:
+    return Bias(_amounts(length_offset, angle_offset, acceleration_offset, angular_rate_offset, brightness_offset))
 
 
-@action("robot.inject_beam_loss", home=Faults)
-async def inject_beam_loss(
-    ctx: ActionContext, robot: Actor, share: float, device: str, confirm_within: float
-) -> None:
-    """Let a share of the beams see nothing, others in each scan."""
-    await _inject(ctx, robot, device, BeamLoss(share), confirm_within)
+def _brightness_noise(brightness_deviation: float) -> Fault:
+    return GaussianNoise(_amounts(0.0, 0.0, 0.0, 0.0, brightness_deviation))
 
 
-@action("robot.inject_dead_sector", home=Faults)
-async def inject_dead_sector(
-    ctx: ActionContext,
-    robot: Actor,
-    from_bearing: float,
-    to_bearing: float,
-    device: str,
-    confirm_within: float,
-) -> None:
-    """Let the beams between two bearings see nothing."""
-    await _inject(ctx, robot, device, DeadSector(from_bearing, to_bearing), confirm_within)
+def _brightness_bias(brightness_offset: float) -> Fault:
+    return Bias(_amounts(0.0, 0.0, 0.0, 0.0, brightness_offset))
 
 
-@action("robot.inject_dead_beams", home=Faults)
-async def inject_dead_beams(
-    ctx: ActionContext, robot: Actor, beams: Sequence[int], device: str, confirm_within: float
-) -> None:
-    """Let some beams see nothing."""
-    await _inject(ctx, robot, device, DeadBeams(beams), confirm_within)
+def _dead_sector(from_bearing: float, to_bearing: float) -> Fault:
+    return DeadSector(from_bearing, to_bearing)
 
 
-@action("robot.inject_dead_pixels", home=Faults)
-async def inject_dead_pixels(
-    ctx: ActionContext, robot: Actor, device: str, share: float, confirm_within: float
-) -> None:
-    """Let a share of the pixels of a camera be black, always the same ones."""
-    await _inject(ctx, robot, device, DeadPixels(share), confirm_within)
+def _delay(delay: float) -> Fault:
+    return Delay(delay)
 
 
-@action("robot.inject_dead_area", home=Faults)
-async def inject_dead_area(
-    ctx: ActionContext,
-    robot: Actor,
-    device: str,
-    left: float,
-    top: float,
-    right: float,
-    bottom: float,
-    confirm_within: float,
-) -> None:
-    """Let a rectangle of the pictures of a camera be black."""
-    await _inject(ctx, robot, device, DeadArea(left, top, right, bottom), confirm_within)
+_MAKERS: Mapping[str, Callable[..., Fault]] = MappingProxyType(
+    {
+        "robot.inject_noise": _noise,
+        "robot.inject_bias": _bias,
+        "robot.inject_beam_loss": BeamLoss,
+        "robot.inject_dead_sector": _dead_sector,
+        "robot.inject_dead_beams": DeadBeams,
+        "robot.inject_dead_pixels": DeadPixels,
+        "robot.inject_dead_area": DeadArea,
+        "robot.inject_message_loss": MessageLoss,
+        "robot.inject_freeze": Freeze,
+        "robot.inject_delay": _delay,
+        "robot.inject_power_loss": PowerLoss,
+        "camera.inject_noise": _brightness_noise,
+        "camera.inject_bias": _brightness_bias,
+        "camera.inject_dead_pixels": DeadPixels,
+        "camera.inject_dead_area": DeadArea,
+        "camera.inject_message_loss": MessageLoss,
+        "camera.inject_freeze": Freeze,
+        "camera.inject_delay": _delay,
+        "camera.inject_power_loss": PowerLoss,
+    }
+)
+"""Functions by action, which return the fault for the parameters of the action."""
 
 
-@action("robot.inject_message_loss", home=Faults)
-async def inject_message_loss(
-    ctx: ActionContext, robot: Actor, device: str, probability: float, confirm_within: float
-) -> None:
-    """Lose samples of a sensor at random."""
-    await _inject(ctx, robot, device, MessageLoss(probability), confirm_within)
+def _define(name: str, make: Callable[..., Fault]) -> None:
+    """Define the action of a fault: its parameters are those of `make`, `device` for robots, `confirm_within`."""
+    is_camera = name.startswith("camera.")
+
+    async def inject_fault(ctx: ActionContext, actor: Actor, confirm_within: float, **values: Any) -> None:
+        if is_camera:
+            robot, device = await _found(ctx, actor)
+            faults = ctx.anywhere(Faults)
+        else:
+            faults, robot = ctx.home(actor, Faults)
+            device = values.pop("device")
+        await inject(ctx, faults, robot, device, make(**values), confirm_within)
+
+    hints = {"ctx": ActionContext, "actor": Actor, "confirm_within": float} | (
+        {} if is_camera else {"device": str}
+    )
+    own = [Parameter(key, Parameter.POSITIONAL_OR_KEYWORD, annotation=hint) for key, hint in hints.items()]
+    made = [each for each in signature(make, eval_str=True).parameters.values() if each.name != "kind"]
+    inject_fault.__signature__ = Signature([*own, *made])  # type: ignore[attr-defined]
+    inject_fault.__name__ = inject_fault.__qualname__ = name.replace(".", "_")
+    marked = action(name, anywhere=Faults) if is_camera else action(name, home=Faults)
+    globals()[inject_fault.__name__] = marked(inject_fault)
 
 
-@action("robot.inject_freeze", home=Faults)
-async def inject_freeze(ctx: ActionContext, robot: Actor, device: str, confirm_within: float) -> None:
-    """Let a sensor say the same again and again."""
-    await _inject(ctx, robot, device, Freeze(), confirm_within)
-
-
-@action("robot.inject_delay", home=Faults)
-async def inject_delay(ctx: ActionContext, robot: Actor, device: str, delay: float, confirm_within: float) -> None:
-    """Let the samples of a sensor come late."""
-    await _inject(ctx, robot, device, Delay(delay), confirm_within)
+for _name, _make in _MAKERS.items():
+    _define(_name, _make)
 
 
 @action("robot.inject_wheel_slip", home=Faults)
 async def inject_wheel_slip(
     ctx: ActionContext, robot: Actor, left: float, right: float, confirm_within: float
 ) -> None:
-    """Let wheels turn without moving the robot, by shares of what they turn."""
-    await _inject(ctx, robot, "motors", WheelSlip(left, right), confirm_within)
-
-
-@action("robot.inject_power_loss", home=Faults)
-async def inject_power_loss(ctx: ActionContext, robot: Actor, device: str, confirm_within: float) -> None:
-    """Cut off the power of a device."""
-    await _inject(ctx, robot, device, PowerLoss(), confirm_within)
+    """Make the wheels slip by shares of their rotation."""
+    faults, name = ctx.home(robot, Faults)
+    await inject(ctx, faults, name, "motors", WheelSlip(left, right), confirm_within)
 
 
 @action("robot.clear_faults", home=Faults)
@@ -167,76 +158,12 @@ async def clear_faults(ctx: ActionContext, robot: Actor, device: str) -> None:
 
 @action("robot.hold_faults", home=Faults, open_ended=True)
 async def hold_faults(ctx: ActionContext, robot: Actor, device: str) -> None:
-    """Wait, and clear the faults of a device, or of all devices, at the end."""
+    """Wait until cancelled, then clear the faults of a device, or of all devices."""
     faults, name = ctx.home(robot, Faults)
     try:
-        await ctx.wait_for(Occasion())  # which nothing brings about
+        await ctx.wait_for(Notifier())  # never notified
     finally:
         await ctx.ask(faults.clear_faults(name, device))
-
-
-@action("camera.inject_noise", anywhere=Faults)
-async def inject_camera_noise(
-    ctx: ActionContext, camera: Actor, brightness_deviation: float, confirm_within: float
-) -> None:
-    """Add normally distributed errors to the pixels of a camera."""
-    await _spoil(ctx, camera, GaussianNoise(Amounts(brightness=brightness_deviation)), confirm_within)
-
-
-@action("camera.inject_bias", anywhere=Faults)
-async def inject_camera_bias(
-    ctx: ActionContext, camera: Actor, brightness_offset: float, confirm_within: float
-) -> None:
-    """Make all pixels of a camera brighter or darker."""
-    await _spoil(ctx, camera, Bias(Amounts(brightness=brightness_offset)), confirm_within)
-
-
-@action("camera.inject_dead_pixels", anywhere=Faults)
-async def inject_camera_dead_pixels(
-    ctx: ActionContext, camera: Actor, share: float, confirm_within: float
-) -> None:
-    """Let a share of the pixels of a camera be black, always the same ones."""
-    await _spoil(ctx, camera, DeadPixels(share), confirm_within)
-
-
-@action("camera.inject_dead_area", anywhere=Faults)
-async def inject_camera_dead_area(
-    ctx: ActionContext,
-    camera: Actor,
-    left: float,
-    top: float,
-    right: float,
-    bottom: float,
-    confirm_within: float,
-) -> None:
-    """Let a rectangle of the pictures of a camera be black."""
-    await _spoil(ctx, camera, DeadArea(left, top, right, bottom), confirm_within)
-
-
-@action("camera.inject_message_loss", anywhere=Faults)
-async def inject_camera_message_loss(
-    ctx: ActionContext, camera: Actor, probability: float, confirm_within: float
-) -> None:
-    """Lose pictures of a camera at random."""
-    await _spoil(ctx, camera, MessageLoss(probability), confirm_within)
-
-
-@action("camera.inject_freeze", anywhere=Faults)
-async def inject_camera_freeze(ctx: ActionContext, camera: Actor, confirm_within: float) -> None:
-    """Let a camera give the same picture again and again."""
-    await _spoil(ctx, camera, Freeze(), confirm_within)
-
-
-@action("camera.inject_delay", anywhere=Faults)
-async def inject_camera_delay(ctx: ActionContext, camera: Actor, delay: float, confirm_within: float) -> None:
-    """Let a camera show what there was to be seen before."""
-    await _spoil(ctx, camera, Delay(delay), confirm_within)
-
-
-@action("camera.inject_power_loss", anywhere=Faults)
-async def inject_camera_power_loss(ctx: ActionContext, camera: Actor, confirm_within: float) -> None:
-    """Cut off the power of a camera."""
-    await _spoil(ctx, camera, PowerLoss(), confirm_within)
 
 
 @action("camera.clear_faults", anywhere=Faults)
@@ -248,37 +175,27 @@ async def clear_camera_faults(ctx: ActionContext, camera: Actor) -> None:
 
 @action("camera.hold_faults", anywhere=Faults, open_ended=True)
 async def hold_camera_faults(ctx: ActionContext, camera: Actor) -> None:
-    """Wait, and clear the faults of a camera at the end."""
+    """Wait until cancelled, then clear the faults of a camera."""
     robot, device = await _found(ctx, camera)
     try:
-        await ctx.wait_for(Occasion())  # which nothing brings about
+        await ctx.wait_for(Notifier())  # never notified
     finally:
         if name_of(camera) in await ctx.ask(ctx.anywhere(Cameras).cameras()):  # it may have been removed meanwhile
             await ctx.ask(ctx.anywhere(Faults).clear_faults(robot, device))
 
 
-async def _spoil(ctx: ActionContext, camera: Actor, fault: Fault, limit: float) -> None:
-    robot, device = await _found(ctx, camera)
-    await inject(ctx, ctx.anywhere(Faults), robot, device, fault, limit)
-
-
 async def _found(ctx: ActionContext, camera: Actor) -> tuple[str, str]:
-    """The robot that carries a camera, empty if none does, and what it is called among the devices."""
-    await check_is_there(ctx, camera)
+    """Return the robot that carries a camera (empty for a free one) and the camera's device name."""
+    await check_exists(ctx, camera)
     robot, _, device = name_of(camera).rpartition("/")
     return robot, device
 
 
-async def _inject(ctx: ActionContext, robot: Actor, device: str, fault: Fault, limit: float) -> None:
-    faults, name = ctx.home(robot, Faults)
-    await inject(ctx, faults, name, device, fault, limit)
-
-
 async def inject(ctx: ActionContext, faults: Faults, robot: str, device: str, fault: Fault, limit: float) -> None:
-    """Inject a fault, wait until it has been measured to take effect, and write down what was measured.
+    """Inject a fault, wait for the measurement of its effect, and log that.
 
     Raises:
-        ActionFailed: It was not found to take effect within `limit` [s]; then it is cleared.
+        ActionFailed: No effect was measured within `limit` [s]; the fault is cleared.
     """
     report = await finish(ctx, partial(faults.inject_fault, robot, device, fault, limit), faults.cancel_fault)
     ctx.log(report.message)

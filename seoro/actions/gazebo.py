@@ -1,7 +1,7 @@
-"""Actions of `osc.gazebo`: things in a simulated world, whichever simulator it is.
+"""Actions of `osc.gazebo`: entities in a simulated world, in any simulator.
 
-The names are those that scenario files for Gazebo use. `world_name` names a world of a server that has several;
-here a run has one, and only the default is taken. Models that are macros (`xacro_arguments`) are not expanded.
+The names are those of scenario files for Gazebo. `world_name` selects a world of a server with several worlds; a
+run has one world, so only the default is accepted. Macros in models (`xacro_arguments`) are not supported.
 """
 
 from __future__ import annotations
@@ -10,18 +10,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from seoro.errors import ActionFailed
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Simulation
-from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Pose3D
-from seoro.runtime.values import Actor
+from seoro.robotics.geometry import Pose3D
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.worlds import Simulation
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
 DEFAULT_WORLD = "default"
 
 
 @dataclass(frozen=True)
 class SpawnEntity:
-    """The struct `spawn_entity`: what to spawn, and where."""
+    """The struct `spawn_entity`: an entity and its pose."""
 
     entity_name: str
     spawn_pose: Pose3D
@@ -74,27 +74,27 @@ async def spawn_multiple(ctx: ActionContext, entities: Sequence[SpawnEntity], wo
 
 @action("actor_exists", anywhere=Simulation)
 async def actor_exists(ctx: ActionContext, entity_name: str, world_name: str) -> None:
-    """Check that an entity is there."""
+    """Check that an entity exists."""
     _check(world_name)
     names = await ctx.ask(ctx.anywhere(Simulation).entities())
     if entity_name not in names:
-        raise ActionFailed(f"there is no entity '{entity_name}'; there are {', '.join(names)}")
+        raise ActionFailed(f"unknown entity '{entity_name}' (entities: {', '.join(names)})")
 
 
 @action("wait_for_sim", anywhere=Simulation)
 async def wait_for_sim(ctx: ActionContext, timeout: float, world_name: str) -> None:
-    """Wait for the simulator, which has been there since before the run began."""
+    """Wait for the simulator. It is ready before the run starts."""
     _check(world_name)
     await ctx.ask(ctx.anywhere(Simulation).entities())
 
 
 def _check(world_name: str, xacro_arguments: str = "") -> None:
     if world_name != DEFAULT_WORLD:
-        raise ActionFailed(f"there is one world here, called '{DEFAULT_WORLD}', not '{world_name}'")
+        raise ActionFailed(f"unknown world '{world_name}'; expected '{DEFAULT_WORLD}': a run has one world")
     if xacro_arguments:
-        raise ActionFailed("`xacro_arguments` are not supported: models are not expanded as macros")
+        raise ActionFailed("`xacro_arguments` are not supported; expand the macros of the model beforehand")
 
 
 def _entity(actor: Actor) -> str:
-    """What an actor is called in the simulator."""
+    """Return the name of an actor in the simulator."""
     return actor.name.replace(".", "_")

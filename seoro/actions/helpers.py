@@ -1,4 +1,4 @@
-"""`osc.helpers`: actions, modifiers, and the methods of its struct `common`."""
+"""`osc.helpers`: actions, modifiers, and methods of the struct `common`."""
 
 from __future__ import annotations
 
@@ -7,48 +7,36 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
-from seoro.actions.processes import RUNNING_PROGRAMS, Ending, Processes, run_program, split_command
-from seoro.errors import ActionFailed, InvalidUse
-from seoro.lang.integers import wrap_int, wrap_uint
-from seoro.lang.plan import PrimitiveType, ValueType
-from seoro.runtime.actions import action
-from seoro.runtime.comparing import RELATIONS, NotComparable, compare_values
-from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Child, ModifierContext
-from seoro.runtime.method_context import MethodContext
-from seoro.runtime.modifiers import modifier
-from seoro.runtime.values import Variable
+from seoro.actions.messages import log
+from seoro.errors import ActionFailed, UsageError
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.modifiers import Child, ModifierContext
+from seoro.runtime.functions.actions import action
+from seoro.runtime.functions.modifiers import modifier
+from seoro.runtime.values.comparison import RELATIONS, NotComparable, compare_values
+from seoro.runtime.values.conversions import wrapped
+from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.values import Variable
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status
 
-
-@action("log")
-async def log(ctx: ActionContext, msg: Any) -> None:
-    """Write a message into the trace; values that are no strings are written as the language writes them."""
-    ctx.log(ctx.text_of("msg", msg))
+__all__ = ["log"]  # re-exported: part of the library
 
 
 @action("increment")
 async def increment(ctx: ActionContext, target_variable: Variable[float]) -> None:
-    """Add one to a variable that holds a number."""
-    ctx.update(target_variable, lambda value: _kept(value + 1, target_variable.type))
+    """Add one to a numeric variable."""
+    ctx.update(target_variable, lambda value: wrapped(value + 1, target_variable.type))
 
 
 @action("decrement")
 async def decrement(ctx: ActionContext, target_variable: Variable[float]) -> None:
-    """Subtract one from a variable that holds a number."""
-    ctx.update(target_variable, lambda value: _kept(value - 1, target_variable.type))
-
-
-def _kept(value: float, type_: ValueType) -> float:
-    """A number as a variable of a type holds it: whole ones have 64 bits."""
-    if not isinstance(value, int):
-        return value
-    return wrap_uint(value) if type_ == PrimitiveType("uint") else wrap_int(value)
+    """Subtract one from a numeric variable."""
+    ctx.update(target_variable, lambda value: wrapped(value - 1, target_variable.type))
 
 
 @action("compare")
 async def compare(ctx: ActionContext, left_value: Any, operator: str, right_value: Any) -> None:
-    """Compare two values by `==`, `!=`, `<`, `<=`, `>` or `>=`; it fails if that is not true of them."""
+    """Compare two values by `==`, `!=`, `<`, `<=`, `>` or `>=`; fail if the comparison is false."""
     if operator not in RELATIONS:
         raise ActionFailed(f"unknown operator `{operator}`; expected one of {', '.join(RELATIONS)}")
     left, right = ctx.text_of("left_value", left_value), ctx.text_of("right_value", right_value)
@@ -57,10 +45,10 @@ async def compare(ctx: ActionContext, left_value: Any, operator: str, right_valu
         is_true = compare_values(left_value, types[0], operator, right_value, types[1])
     except NotComparable:
         raise ActionFailed(
-            f"`{operator}` cannot compare `{left}` and `{right}`: they are of different types, or have no order"
+            f"cannot compare `{left}` and `{right}` by `{operator}`: the types differ or have no order"
         ) from None
     if not is_true:
-        raise ActionFailed(f"`{left} {operator} {right}` is not true")
+        raise ActionFailed(f"`{left} {operator} {right}` is false")
 
 
 # ---------------------------------------------------------------- processes
@@ -81,9 +69,11 @@ class Signal(Enum):
 async def run_process(
     ctx: ActionContext, command: str, wait_for_shutdown: bool, shutdown_signal: Signal, shutdown_timeout: float
 ) -> None:
-    """Run a program, in the working directory, and wait for its end or only until it runs."""
+    """Run a program in the working directory; wait for its end, or only for its start."""
     if shutdown_timeout < 0:
-        raise ActionFailed(f"`shutdown_timeout` cannot be negative, it is {shutdown_timeout:g} s")
+        raise ActionFailed(f"invalid `shutdown_timeout`: expected at least 0 s, found {shutdown_timeout:g} s")
+    from seoro.actions.processes import Ending, run_program, split_command  # noqa: PLC0415 - with anyio
+
     ending = Ending(shutdown_signal.value, shutdown_timeout)
     await run_program(ctx, split_command(command), ending, wait=wait_for_shutdown)
 
@@ -92,15 +82,17 @@ async def run_process(
 async def process_log_check(
     ctx: ActionContext, process_name: str, values: Sequence[str], from_start: bool
 ) -> None:
-    """Wait until the process of that label writes a line with any of some texts in it."""
+    """Wait until the process of a label writes a line that contains any of the texts."""
     if not values:
-        raise ActionFailed("`values` is empty: there is nothing to look for")
+        raise ActionFailed("`values` is empty; expected at least one text")
+    from seoro.actions.processes import RUNNING_PROGRAMS, Processes  # noqa: PLC0415 - with anyio
+
     labels = ctx.labels_of(RUNNING_PROGRAMS)
     if process_name not in labels:
-        others = f"; there is {', '.join(sorted(labels))}" if labels else ""
-        raise ActionFailed(f"no program has the label `{process_name}`{others}")
+        others = f" (labels of programs: {', '.join(sorted(labels))})" if labels else ""
+        raise ActionFailed(f"unknown process `{process_name}`{others}; expected the label of a started program")
     processes = ctx.shared(Processes)
-    await ctx.sleep(0.0)  # then what starts in the same round counts as begun, in any order of members
+    await ctx.sleep(0.0)  # starts of the same delta cycle count, in any order of members
     while (process := processes.find(process_name)) is None:
         await ctx.wait_for(processes.start)
     line = await process.find(values, from_start=from_start)
@@ -114,9 +106,9 @@ async def process_log_check(
 
 @modifier("repeat")
 async def repeat(ctx: ModifierContext, child: Child, count: int) -> Outcome:
-    """Run it again while it succeeds, `count` times altogether; with -1, for ever."""
+    """Repeat the behavior while it succeeds, `count` times in total; -1 for no limit."""
     if count < 1 and count != -1:
-        raise ActionFailed(f"a count of {count}: it has to be at least 1, or -1 for any number of times")
+        raise ActionFailed(f"invalid `count`: expected at least 1, or -1 for no limit, found {count}")
     runs = 0
     while True:
         outcome = await _run(child)
@@ -127,9 +119,9 @@ async def repeat(ctx: ModifierContext, child: Child, count: int) -> Outcome:
 
 @modifier("retry")
 async def retry(ctx: ModifierContext, child: Child, count: int) -> Outcome:
-    """Run it again while it fails, `count` times altogether."""
+    """Repeat the behavior while it fails, `count` times in total."""
     if count < 1:
-        raise ActionFailed(f"a count of {count}: it has to be at least 1")
+        raise ActionFailed(f"invalid `count`: expected at least 1, found {count}")
     for _ in range(count):
         outcome = await _run(child)
         if not outcome.failed:
@@ -139,9 +131,9 @@ async def retry(ctx: ModifierContext, child: Child, count: int) -> Outcome:
 
 @modifier("timeout")
 async def timeout(ctx: ModifierContext, child: Child, duration: float) -> Outcome:
-    """Cancel it after a duration [s]; that is a failure."""
+    """Cancel the behavior after a duration [s] and fail."""
     if duration < 0:
-        raise ActionFailed(f"a duration of {duration:g} s: it has to be at least 0 s")
+        raise ActionFailed(f"invalid `duration`: expected at least 0 s, found {duration:g} s")
     outcome = await child.run(limit=duration)
     return Outcome(Status.FAILED, f"timeout: still running after {duration:g} s") if outcome is None else outcome
 
@@ -155,70 +147,70 @@ async def inverter(ctx: ModifierContext, child: Child) -> Outcome:
 
 @modifier("failure_is_success")
 async def failure_is_success(ctx: ModifierContext, child: Child) -> Outcome:
-    """Succeed in either case."""
+    """Turn failure into success."""
     await _run(child)
     return SUCCEEDED
 
 
 @modifier("success_is_failure")
 async def success_is_failure(ctx: ModifierContext, child: Child) -> Outcome:
-    """Fail in either case."""
+    """Turn success into failure."""
     outcome = await _run(child)
     return outcome if outcome.failed else _FAILED_BY_SUCCESS
 
 
 @modifier("success_is_running")
 async def success_is_running(ctx: ModifierContext, child: Child) -> Outcome:
-    """Hold after success, until it is cancelled."""
+    """Keep running after success, until cancelled."""
     outcome = await _run(child)
     return outcome if outcome.failed else await ctx.hold()
 
 
 @modifier("failure_is_running")
 async def failure_is_running(ctx: ModifierContext, child: Child) -> Outcome:
-    """Hold after failure, until it is cancelled."""
+    """Keep running after failure, until cancelled."""
     outcome = await _run(child)
     return outcome if not outcome.failed else await ctx.hold()
 
 
 @modifier("running_is_failure")
 async def running_is_failure(ctx: ModifierContext, child: Child) -> Outcome:
-    """Cancel it if it does not end in the instant in which it starts; that is a failure."""
+    """Cancel the behavior and fail, unless it ends in the instant in which it starts."""
     outcome = await child.run(limit=0.0)
-    return Outcome(Status.FAILED, "it has not ended at once") if outcome is None else outcome
+    return Outcome(Status.FAILED, "still running after its first instant") if outcome is None else outcome
 
 
 @modifier("running_is_success")
 async def running_is_success(ctx: ModifierContext, child: Child) -> Outcome:
-    """Cancel it if it does not end in the instant in which it starts; that is a success."""
+    """Cancel the behavior and succeed, unless it ends in the instant in which it starts."""
     outcome = await child.run(limit=0.0)
     return SUCCEEDED if outcome is None else outcome
 
 
 async def _run(child: Child) -> Outcome:
-    """Run it to its end."""
+    """Run the behavior to its end."""
     outcome = await child.run()
     assert outcome is not None, "it has no limit"
     return outcome
 
 
-_FAILED_BY_SUCCESS = Outcome(Status.FAILED, "it succeeded")
+_FAILED_BY_SUCCESS = Outcome(Status.FAILED, "the behavior succeeded")
 
 
 # ---------------------------------------------------------------- methods
 
 
 def get_scenario_file_directory(run: MethodContext) -> str:
-    """The folder of the scenario file, as an absolute path."""
-    return str(run.place_of(run.file.name).resolve().parent)
+    """Return the folder of the scenario file, as an absolute path."""
+    return str(run.resolve_path(run.file.name).resolve().parent)
 
 
 def get_output_directory(run: MethodContext) -> str:
-    """The folder for the results of the run, as an absolute path.
+    """Return the output folder of the run, as an absolute path.
 
     Raises:
-        InvalidUse: The run has none.
+        UsageError: The run has no output folder.
     """
     if run.output_directory is None:
-        raise InvalidUse("the run has no output directory; give it one with `-o`")
+        raise UsageError("the run has no output folder; choose one with `-o`")
     return str(run.output_directory.resolve())

@@ -1,4 +1,4 @@
-"""Actions of `osc.localization`: robots that find out where they are."""
+"""Actions of `osc.localization`: robots that localize themselves."""
 
 from __future__ import annotations
 
@@ -6,34 +6,34 @@ from functools import partial
 
 from seoro.actions.reports import finish
 from seoro.errors import ActionFailed
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import LocalisedRobots
-from seoro.runtime.context import ActionContext
-from seoro.runtime.values import Actor
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.robots import LocalisedRobots
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
 
 @action("differential_drive_robot.reinitialize_global_localization", home=LocalisedRobots)
 async def reinitialize_global_localization(ctx: ActionContext, robot: Actor) -> None:
-    """Forget where the robot is."""
+    """Discard the robot's pose estimate."""
     robots, name = ctx.home(robot, LocalisedRobots)
     await ctx.ask(robots.reinitialize_global_localization(name))
 
 
 @action("differential_drive_robot.wait_for_localization", home=LocalisedRobots)
 async def wait_for_localization(ctx: ActionContext, robot: Actor) -> None:
-    """Wait until the robot knows where it is."""
+    """Wait until the robot has localized itself."""
     robots, name = ctx.home(robot, LocalisedRobots)
     await finish(ctx, partial(robots.watch_localization, name), robots.cancel_watch)
 
 
 @action("differential_drive_robot.check_localization", home=LocalisedRobots)
 async def check_localization(ctx: ActionContext, robot: Actor, max_error: float) -> None:
-    """Fail unless the robot knows where it is."""
+    """Fail unless the robot has localized itself, within an error."""
     robots, name = ctx.home(robot, LocalisedRobots)
     error = await ctx.ask(robots.localization_error(name))
     if error is None:
-        raise ActionFailed(f"{name} does not know where it is")
+        raise ActionFailed(f"{name} is not localized")
     if error > max_error:
         raise ActionFailed(
-            f"{name} is {error:.3f} m from where it believes to be, which is more than {max_error:g} m"
+            f"{name} is {error:.3f} m from its estimated position; expected at most {max_error:g} m"
         )

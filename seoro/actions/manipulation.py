@@ -1,4 +1,4 @@
-"""Actions of `osc.manipulation`: what an arm with a gripper needs to pick and place."""
+"""Actions of `osc.manipulation`: pick and place with an arm and its gripper."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from seoro.actions.goals import pursue
 from seoro.actions.moveit2 import ARM, GRIPPER
 from seoro.actions.reports import finish
 from seoro.errors import ActionFailed
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Arms, Manner
-from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Pose3D, Reporter
-from seoro.runtime.values import Actor
+from seoro.robotics.geometry import Pose3D
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.arms import Arms, MotionOptions
+from seoro.runtime.contracts.backends import Reporter
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
 
 @action("arm.move_tool", home=Arms, uses=ARM)
@@ -29,24 +30,24 @@ async def move_tool(
 ) -> None:
     """Move the tool to a pose."""
     arms, name = ctx.home(arm, Arms)
-    manner = Manner(max_velocity_scaling_factor, tolerance, tuple(may_touch))
+    options = MotionOptions(max_velocity_scaling_factor, tolerance, tuple(may_touch))
 
     def start(report: Reporter) -> Awaitable[str]:
-        return arms.move_tool(name, goal_pose, frame_id, manner, report, straight=straight)
+        return arms.move_tool(name, goal_pose, frame_id, options, report, straight=straight)
 
     await pursue(ctx, arm, ARM, start, arms.cancel_goal, may_touch=may_touch)
 
 
 @action("arm.grip", home=Arms, uses=GRIPPER)
 async def grip(ctx: ActionContext, arm: Actor, entity: str, force: float) -> None:
-    """Close the gripper on something."""
+    """Close the gripper on an entity."""
     arms, name = ctx.home(arm, Arms)
-    closing = partial(arms.move_gripper, name, 0.0, force, Manner())
+    closing = partial(arms.move_gripper, name, 0.0, force, MotionOptions())
     await pursue(ctx, arm, GRIPPER, closing, arms.cancel_goal, may_touch=[entity] if entity else None)
     held = (await ctx.ask(arms.arm_state(name))).held
     if not held:
-        wanted = f" '{entity}'" if entity else " anything that can be lifted"
-        raise ActionFailed(f"{name} closed its gripper, and does not hold{wanted}")
+        wanted = f"'{entity}'" if entity else "anything that can be lifted"
+        raise ActionFailed(f"{name} closed its gripper but does not hold {wanted}")
     if entity and held != entity:
         raise ActionFailed(f"{name} holds '{held}' instead of '{entity}'")
 
@@ -55,13 +56,13 @@ async def grip(ctx: ActionContext, arm: Actor, entity: str, force: float) -> Non
 async def release(ctx: ActionContext, arm: Actor, opening: float) -> None:
     """Open the gripper."""
     arms, name = ctx.home(arm, Arms)
-    start = partial(arms.move_gripper, name, opening, None, Manner())
+    start = partial(arms.move_gripper, name, opening, None, MotionOptions())
     await pursue(ctx, arm, GRIPPER, start, arms.cancel_goal)
 
 
 @action("arm.hold", home=Arms)
 async def hold(ctx: ActionContext, arm: Actor, entity: str, duration: float) -> None:
-    """Check that something is held for a duration."""
+    """Check that the gripper holds an entity for a duration."""
     arms, name = ctx.home(arm, Arms)
     await finish(ctx, partial(arms.hold_entity, name, entity, duration), arms.cancel_goal)
 

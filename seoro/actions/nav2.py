@@ -1,7 +1,7 @@
-"""Actions of `osc.nav2`: a robot that drives by itself.
+"""Actions of `osc.nav2`: autonomous navigation.
 
-In a simulator the node's own navigation carries them out, behind a bridge the robot's. Parameters that name topics
-and frames of Nav2 have their defaults: the bridge knows what its robot calls them.
+A simulator navigates itself; behind a bridge, the robot's own navigation does. Parameters for topics and frames of
+Nav2 must have their defaults: the bridge knows the names of its robot.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from seoro.actions.goals import pursue
 from seoro.actions.localization import wait_for_localization
 from seoro.actions.ros_only import refuse_unless
 from seoro.errors import ActionFailed
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import MobileRobots
-from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Pose3D, Reporter
-from seoro.runtime.values import Actor
+from seoro.robotics.geometry import Pose3D
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.backends import Reporter
+from seoro.runtime.contracts.robots import MobileRobots
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
-BASE = "base"  # a robot drives to one place at a time
+BASE = "base"  # one destination at a time
 
 
 @action("differential_drive_robot.init_nav2", home=MobileRobots)
@@ -33,9 +34,9 @@ async def init_nav2(
     wait_for_initial_pose: bool,
     wait_for_amcl: bool,
 ) -> None:
-    """Make navigation ready, and tell the robot where it is."""
-    # `wait_for_amcl` is met in any case: who tells a localisation where it is waits until that has taken it, and
-    # goals wait for the navigation.
+    """Prepare navigation and set the robot's initial pose."""
+    # `wait_for_amcl` always holds: setting a pose waits until the localization has accepted it, and goals wait for
+    # the navigation.
     refuse_unless(base_frame_id=(base_frame_id, "base_link"), namespace_override=(namespace_override, ""))
     if use_initial_pose:
         robots, name = ctx.home(robot, MobileRobots)
@@ -84,10 +85,10 @@ async def follow_waypoints(
     action_topic: str,
     success_on_acceptance: bool,
 ) -> None:
-    """Drive to each of the poses, and all of them again `loop_count` times."""
+    """Drive to each pose in order, and repeat all of them `loop_count` times."""
     refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "follow_waypoints"))
     if loop_count < 0:
-        raise ActionFailed(f"`loop_count` cannot be negative, it is {loop_count}")
+        raise ActionFailed(f"invalid `loop_count`: expected at least 0, found {loop_count}")
     poses = list(goal_poses) * (loop_count + 1)
     await _drive(ctx, robot, poses, stop_at_each=True, success_on_acceptance=success_on_acceptance)
 
@@ -96,7 +97,7 @@ async def _drive(
     ctx: ActionContext, robot: Actor, poses: Sequence[Pose3D], *, stop_at_each: bool, success_on_acceptance: bool
 ) -> None:
     if not poses:
-        raise ActionFailed("there is no pose to drive to")
+        raise ActionFailed("no goal pose given; expected at least one")
     robots, name = ctx.home(robot, MobileRobots)
 
     def start(report: Reporter) -> Coroutine[Any, Any, str]:

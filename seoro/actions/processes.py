@@ -1,7 +1,7 @@
-"""Processes that scenarios start: what all actions that run a program have in common.
+"""Processes started by scenarios: common to all actions that run a program.
 
-A program runs in a session of its own under a keeper (`keeper.py`), which sees to it that nothing of it is left
-when the run ends, or dies. Its output goes into the trace line by line, and is searched as it comes.
+A program runs in a session of its own under a supervisor (`supervisor.py`), which ends all of its processes when
+the run ends or dies. Its output is logged in the trace line by line, and searched as it arrives.
 """
 
 from __future__ import annotations
@@ -25,26 +25,27 @@ import anyio
 from anyio.abc import ByteReceiveStream, Process
 
 from seoro.errors import ActionFailed
-from seoro.runtime.context import ActionContext, Occasion
+from seoro.lang import frozen
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.actions.pending import Notifier
 
-END_AFTER_OUTPUT = 1.0  # [s] that the end of a program may come after that of its output
-LAST_WORDS = 0.2  # [s] that the last lines of a program that has ended may take to arrive
+END_AFTER_OUTPUT = 1.0  # [s] by which the exit may follow the end of the output
+LAST_OUTPUT = 0.2  # [s] for the last lines after the exit
 LAST_LINES = 5  # shown when a program fails
-MAX_LINE = 4_096  # [characters]; what is longer is more than one line
-MAX_KEPT = 1_000_000  # [characters] of output that can still be searched when it is over
-MAX_LOGGED = 10_000  # lines of one program that go into the trace
+MAX_LINE = 4_096  # [characters]; longer lines are split
+MAX_KEPT = 1_000_000  # [characters] of past output that can be searched
+MAX_LOGGED = 10_000  # lines per program in the trace
 CHUNK = 65_536  # [bytes] read at a time
-RUNNING_PROGRAMS = ("run_process", "ros_run", "ros_launch")  # the actions whose labels are names of processes
-KEEPER = Path(__file__).with_name("keeper.py")
+RUNNING_PROGRAMS = ("run_process", "ros_run", "ros_launch")  # actions whose labels name processes
+SUPERVISOR = Path(__file__).with_name("supervisor.py")
 
 
-@dataclass(frozen=True)
-class Ending:
-    """How a program is made to end.
+class Ending(frozen.Value):
+    """Signal and time limit for ending a program.
 
     Args:
-        number: The signal that it, and all that it has started, is sent.
-        timeout: How long it may take then [s], before it is killed.
+        number: Signal sent to the program and to all processes that it started.
+        timeout: Time until the remaining processes are killed [s].
     """
 
     number: int = signal.SIGTERM
@@ -52,12 +53,12 @@ class Ending:
 
 
 class RunningProcess:
-    """A program that has been started.
+    """A started program.
 
     Args:
-        name: What people call it.
-        ctx: Of the action that starts it.
-        is_awaited: Whether that waits for its end.
+        name: Name in messages.
+        ctx: Context of the action that starts it.
+        is_awaited: Whether the action waits for its exit.
     """
 
     def __init__(self, name: str, ctx: ActionContext, *, is_awaited: bool) -> None:
@@ -68,20 +69,20 @@ class RunningProcess:
         self._lines: deque[str] = deque()
         self._kept = 0  # characters in `_lines`
         self._searches: dict[asyncio.Future[str | None], Sequence[str]] = {}
-        self.pid = 0  # once it has begun
-        self.failure = 0  # `errno` of why it could not be started
-        self.code: int | None = None  # its exit status, once it has ended; negative for a signal
-        self.is_stopping = False  # whether its end is our doing
-        self.began = anyio.Event()  # or has failed to
+        self.pid = 0  # once started
+        self.failure = 0  # `errno` if it could not be started
+        self.code: int | None = None  # exit status; negative for a signal
+        self.is_stopping = False  # whether seoro ends it
+        self.began = anyio.Event()  # or failed to start
         self.exited = anyio.Event()
-        self.gone = anyio.Event()  # with all that it has started
-        self.when_gone: Callable[[], None] = lambda: None
-        self.is_silent = anyio.Event()  # all output has come
+        self.gone = anyio.Event()  # with all processes that it started
+        self.on_gone: Callable[[], None] = lambda: None
+        self.is_silent = anyio.Event()  # all output has been read
 
     # -------------------------------------------------------- its output
 
-    def take(self, lines: Sequence[str]) -> None:
-        """Lines have come."""
+    def add_lines(self, lines: Sequence[str]) -> None:
+        """Log lines, keep them, and complete searches."""
         self._log(lines)
         for line in lines:
             self._lines.append(line)
@@ -98,28 +99,30 @@ class RunningProcess:
         self._ctx.relay(lines[: self._to_log])
         self._to_log = max(0, self._to_log - len(lines))
         if not self._to_log:
-            self._ctx.relay([f"`{self.name}` has written {MAX_LOGGED:,} lines; the rest is not logged"], "warning")
+            self._ctx.relay(
+                [f"`{self.name}` has written {MAX_LOGGED:,} lines; further lines are not logged"], "warning"
+            )
 
     def exit(self, code: int) -> None:
-        """The program has ended, with this status."""
+        """Note the exit of the program."""
         self.code = code
         if code and not self._is_awaited and not self.is_stopping:
             self._ctx.relay([f"`{self.name}` {self.how_it_ended}"], "warning")
         self.exited.set()
 
     def end_output(self) -> None:
-        """No more will come."""
+        """Note the end of the output."""
         self.is_silent.set()
         for search in self._searches:
             if not search.done():
                 search.set_result(None)
 
     async def find(self, values: Sequence[str], *, from_start: bool) -> str | None:
-        """Wait for a line that has any of some texts in it; None if the output ends without one.
+        """Wait for a line that contains any of the texts; return None if the output ends without one.
 
         Args:
             values: The texts.
-            from_start: Whether to look at what has come before, too.
+            from_start: Whether to search earlier output too.
         """
         if from_start:
             for line in self._lines:
@@ -136,19 +139,19 @@ class RunningProcess:
 
     @property
     def last_lines(self) -> str:
-        """The end of its output, for messages."""
+        """The last lines of the output, for messages."""
         shown = [line for line in self._lines if line.strip()][-LAST_LINES:]
         return "".join(f"\n  {line}" for line in shown)
 
     async def end_of_output(self) -> str:
-        """Why there is no more output, in a few words; its end is told a moment after that of its output."""
+        """Describe the end of the output. The exit is reported a moment later than the end of the output."""
         with anyio.move_on_after(END_AFTER_OUTPUT):
             await self.exited.wait()
         return self.how_it_ended if self.exited.is_set() else "closed its output"
 
     @property
     def how_it_ended(self) -> str:
-        """Its end, in a few words."""
+        """Description of the exit."""
         if self.code is not None and self.code < 0:
             with suppress(ValueError):
                 return f"was killed by {signal.Signals(-self.code).name}"
@@ -163,51 +166,51 @@ def _has_any(line: str, values: Iterable[str]) -> bool:
 
 
 class Processes:
-    """The labelled processes of a run, by their labels."""
+    """Labelled processes of a run."""
 
     def __init__(self) -> None:
         self._started: dict[str, dict[str, RunningProcess]] = {}
-        self.start = Occasion()
+        self.start = Notifier()
 
     def begin(self, label: str, source: str) -> None:
-        """An invocation with a label is going to start one: that of the time before is not meant any more."""
+        """Forget the earlier process of an invocation that starts again."""
         self._started.get(label, {}).pop(source, None)
 
     def add(self, label: str, source: str, process: RunningProcess) -> None:
-        """A process was started by an invocation with a label."""
+        """Add a process started by a labelled invocation."""
         self._started.setdefault(label, {})[source] = process
-        self.start.happen()
+        self.start.notify()
 
     def find(self, label: str) -> RunningProcess | None:
-        """The process that was started last under a label; None if none was.
+        """Return the last process started under a label; None if none was started.
 
         Raises:
-            ActionFailed: Several invocations of this label have started one.
+            ActionFailed: Several invocations with this label have started one.
         """
         found = self._started.get(label, {})
         if len(found) > 1:
-            raise ActionFailed(f"several processes are called `{label}`: those of {', '.join(found)}")
+            raise ActionFailed(f"ambiguous process `{label}`: started at {', '.join(found)}; use different labels")
         return next(iter(found.values()), None)
 
 
 async def run_program(ctx: ActionContext, command: Sequence[str], ending: Ending, *, wait: bool) -> None:
-    """Run a program; it is gone at the end of the run at the latest, with all that it has started.
+    """Run a program. The end of the run ends it and all processes that it started.
 
     Args:
-        ctx: Of the action.
+        ctx: Context of the action.
         command: The program and its arguments.
-        ending: How it is made to end.
-        wait: Whether to wait for its end, and not only until it runs.
+        ending: Signal and time limit for ending it.
+        wait: Whether to wait for its exit, not only for its start.
 
     Raises:
-        ActionFailed: It cannot be started, or ends with a status other than 0.
+        ActionFailed: It could not be started, or its exit status is not 0.
     """
     ctx.extend_grace(ending.timeout)
     process = RunningProcess(ctx.label or Path(command[0]).name, ctx, is_awaited=wait)
     if ctx.label is not None:
         ctx.shared(Processes).begin(ctx.label, ctx.source)
     kept = await ctx.keep(_running(process, command, ending), ending.timeout)
-    process.when_gone = kept.release
+    process.on_gone = kept.release
     if process.gone.is_set():
         kept.release()
     if process.failure:
@@ -218,7 +221,7 @@ async def run_program(ctx: ActionContext, command: Sequence[str], ending: Ending
         return
     try:
         await process.exited.wait()
-        with anyio.move_on_after(LAST_WORDS):  # what it has started may go on, and hold its output open
+        with anyio.move_on_after(LAST_OUTPUT):  # child processes may go on and keep its output open
             await process.is_silent.wait()
             await process.gone.wait()
             await kept.close()
@@ -230,82 +233,83 @@ async def run_program(ctx: ActionContext, command: Sequence[str], ending: Ending
 
 
 def split_command(command: str) -> Sequence[str]:
-    """The words of a command, by the rules of a shell's quotes; nothing else in it has a meaning.
+    """Split a command into words by the quoting rules of a shell, without expansions.
 
     Raises:
-        ActionFailed: There is none, or a quote is not closed.
+        ActionFailed: The command is empty, or a quote is not closed.
     """
     try:
         words = shlex.split(command)
     except ValueError as error:
-        raise ActionFailed(f"the command `{command}` cannot be split into words: {error}") from error
+        raise ActionFailed(f"cannot split the command `{command}` into words: {error}") from error
     if not words or not words[0] or "\0" in command:
-        raise ActionFailed(f"`{command}` is no command")
+        raise ActionFailed(f"invalid command `{command}`; expected a program and its arguments")
     return words
 
 
 def _failure(program: str, number: int) -> str:
     if number == errno.ENOENT:
-        where = "no such file" if "/" in program else "it is in none of the folders of `PATH`"
-        return f"there is no program `{program}`: {where}"
-    return f"the program `{program}` cannot be started: {os.strerror(number)}"
+        where = "no such file" if "/" in program else "not found in the folders of `PATH`"
+        return f"unknown program `{program}`: {where}"
+    return f"cannot start the program `{program}`: {os.strerror(number)}"
 
 
-# ---------------------------------------------------------------- under the keeper
+# ---------------------------------------------------------------- supervisors
 
-_keepers: set[asyncio.StreamWriter] = set()  # of all programs of this process that may run
+_supervisors: set[asyncio.StreamWriter] = set()  # of all programs of this process that may be running
 
 
 def kill_programs() -> None:
-    """Kill all programs that this process keeps, with all that they have started, at once."""
-    for keeper in _keepers:
-        keeper.write(b"kill\n")
+    """Kill all programs started by this process, and their child processes, immediately."""
+    for supervisor in _supervisors:
+        supervisor.write(b"kill\n")
 
 
 @asynccontextmanager
 async def _running(
     process: RunningProcess, command: Sequence[str], ending: Ending
 ) -> AsyncGenerator[asyncio.StreamWriter]:
-    """Start a program, and end it with the block; whether it could be started stands in it."""
+    """Start a program, and end it with the block; `process` notes whether it could be started."""
     ours, theirs = socket.socketpair()
     with ExitStack() as stack, theirs:
         stack.callback(ours.close)
-        with anyio.CancelScope(shield=True):  # of what is half begun, nobody knows that it has to end
+        with anyio.CancelScope(shield=True):  # a half-started program could not be ended
+            arguments = [str(int(ending.number)), str(ending.timeout), *command]
             under = await anyio.open_process(
-                [sys.executable, "-I", "-S", str(KEEPER), str(int(ending.number)), str(ending.timeout), *command],
+                [sys.executable, "-I", "-S", str(SUPERVISOR), *arguments],
                 stdin=theirs.fileno(),
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 start_new_session=True,
             )
             stack.pop_all()
-            said, tell = await asyncio.open_connection(sock=ours)
-    _keepers.add(tell)
+            reports, requests = await asyncio.open_connection(sock=ours)
+    _supervisors.add(requests)
     async with under, anyio.create_task_group() as group:
-        group.start_soon(_follow, process, said)
+        group.start_soon(_follow, process, reports)
         group.start_soon(_read_output, process, under)
         try:
             await process.began.wait()
-            yield tell
+            yield requests
             process.is_stopping = True
-            tell.write(b"stop\n")
+            requests.write(b"stop\n")
             await process.gone.wait()
         finally:
             with anyio.CancelScope(shield=True):
-                _keepers.discard(tell)
-                tell.close()  # then the keeper hurries, if there is anything left to do
-                if await under.wait() != 0 and process.pid:  # it was killed, and leaves what it kept
+                _supervisors.discard(requests)
+                requests.close()  # the supervisor then ends all remaining processes quickly
+                if await under.wait() != 0 and process.pid:  # it was killed and left the program running
                     with suppress(ProcessLookupError, PermissionError):
                         os.killpg(process.pid, signal.SIGKILL)
-                with anyio.move_on_after(LAST_WORDS):
+                with anyio.move_on_after(LAST_OUTPUT):
                     await process.is_silent.wait()
                 group.cancel_scope.cancel()
 
 
-async def _follow(process: RunningProcess, said: asyncio.StreamReader) -> None:
-    """Take note of what the keeper says, until it has ended."""
+async def _follow(process: RunningProcess, reports: asyncio.StreamReader) -> None:
+    """Handle the reports of the supervisor, until it has ended."""
     with suppress(OSError):
-        async for line in said:
+        async for line in reports:
             word, number = line.split()
             match word:
                 case b"started":
@@ -316,16 +320,16 @@ async def _follow(process: RunningProcess, said: asyncio.StreamReader) -> None:
                 case b"exited":
                     process.exit(int(number))
                 case b"left":
-                    process.take([f"{int(number)} processes of `{process.name}` cannot be killed"])
-    if process.code is None:  # it was not started, or its keeper was killed
+                    process.add_lines([f"{int(number)} processes of `{process.name}` cannot be killed"])
+    if process.code is None:  # it was not started, or its supervisor was killed
         process.exit(-signal.SIGKILL)
     process.began.set()
     process.gone.set()
-    process.when_gone()
+    process.on_gone()
 
 
 async def _read_output(process: RunningProcess, under: Process) -> None:
-    """Read both streams to their ends."""
+    """Read both output streams to their ends."""
     assert under.stdout is not None
     assert under.stderr is not None
     try:
@@ -341,14 +345,14 @@ async def _read(stream: ByteReceiveStream, process: RunningProcess) -> None:
     with suppress(anyio.EndOfStream, anyio.BrokenResourceError):
         while True:
             if found := list(lines.feed(await stream.receive(CHUNK))):
-                process.take(found)
+                process.add_lines(found)
     if found := list(lines.feed(b"", is_end=True)):
-        process.take(found)
+        process.add_lines(found)
 
 
 @dataclass
 class _Lines:
-    """Makes lines of bytes."""
+    """Splits bytes into lines."""
 
     rest: str = ""
     decoder: codecs.IncrementalDecoder = field(
@@ -356,7 +360,7 @@ class _Lines:
     )
 
     def feed(self, data: bytes, *, is_end: bool = False) -> Iterator[str]:
-        """The lines that are complete with these bytes."""
+        """Yield the lines completed by `data`."""
         *whole, self.rest = (self.rest + self.decoder.decode(data, is_end)).split("\n")
         if self.rest and (is_end or len(self.rest) > MAX_LINE):
             whole.append(self.rest)

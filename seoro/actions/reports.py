@@ -1,4 +1,4 @@
-"""Waiting for what a backend reports later, and calling it off when the action is cancelled."""
+"""Waiting for reports of a backend, with cancellation of the work when the action is cancelled."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Awaitable, Callable, Collection, Coroutine
 from typing import Any, TypeVar
 
 from seoro.errors import ActionFailed
-from seoro.runtime.context import ActionContext, Pending
-from seoro.runtime.contracts import GoalStatus, Report, Reporter
-from seoro.runtime.values import Actor
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.actions.pending import Pending
+from seoro.runtime.contracts.backends import GoalStatus, Report, Reporter
+from seoro.runtime.values.values import Actor
 
 T = TypeVar("T")
 DONE = Report(GoalStatus.SUCCEEDED)
@@ -18,15 +19,15 @@ DONE = Report(GoalStatus.SUCCEEDED)
 async def finish(
     ctx: ActionContext, start: Callable[[Reporter], Awaitable[str]], cancel: Callable[[str], Awaitable[None]]
 ) -> Report:
-    """Start something at a backend and wait for its report, which is returned.
+    """Start work of a backend, wait for its report, and return that.
 
     Args:
-        ctx: Of the action.
-        start: Starts it, given whom to report to; returns its id.
-        cancel: Calls it off by its id.
+        ctx: Context of the action.
+        start: Starts the work, given a reporter; returns its id.
+        cancel: Cancels the work by its id.
 
     Raises:
-        ActionFailed: The backend reports that it did not succeed, with its reason.
+        ActionFailed: The backend reports a failure.
     """
     pending = Pending()
     number = await ctx.ask(start(pending.settle))
@@ -45,17 +46,17 @@ async def move(
     cancel: Callable[[str], Awaitable[None]],
     may_touch: Collection[str] | None,
 ) -> Report:
-    """As `finish`, for what moves the robot of an actor; it fails, too, when that moves into something.
+    """As `finish`, for a motion of an actor's robot; also fail if the robot moves into something.
 
     Args:
-        ctx: Of the action.
+        ctx: Context of the action.
         actor: The actor.
-        start: Starts the motion, given whom to report to; returns its id.
-        cancel: Calls it off by its id.
-        may_touch: Entities that the robot may touch, besides what modifiers allow; None for all.
+        start: Starts the motion, given a reporter; returns its id.
+        cancel: Cancels the motion by its id.
+        may_touch: Entities that the robot may touch, in addition to modifiers; None for all.
 
     Raises:
-        ActionFailed: The backend reports that the motion did not succeed, or the robot touched something else.
+        ActionFailed: The motion failed, or the robot moved into something else.
     """
     pending = Pending()
     struck: list[str] = []
@@ -76,10 +77,10 @@ async def move(
 
 
 def succeeded(report: Report) -> Report:
-    """A report of a success.
+    """Return the report of a success.
 
     Raises:
-        ActionFailed: It is none, with its reason.
+        ActionFailed: It reports a failure.
     """
     if report.status is not GoalStatus.SUCCEEDED:
         raise ActionFailed(report.message or report.status.value)
@@ -87,11 +88,11 @@ def succeeded(report: Report) -> Report:
 
 
 async def meanwhile(ctx: ActionContext, work: Coroutine[Any, Any, T]) -> T:
-    """Await something of the outside world that may last, while the time of the run goes on.
+    """Await external work of some length, while the time of the run goes on.
 
     Args:
-        ctx: Of the action.
-        work: What to await. If the action is cancelled, it is, and its clean-up is waited for.
+        ctx: Context of the action.
+        work: The work. If the action is cancelled, the work is cancelled and its clean-up is awaited.
     """
     pending = Pending()
     task = asyncio.ensure_future(work)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from seoro.actions.reports import meanwhile
-from seoro.actions.ros_support import failing, system_of, telling
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Ros2System
+from seoro.actions.ros_support import as_action_failure, log_missing, system_of
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.ros2 import Ros2System
+from seoro.runtime.functions.actions import action
 
 NAME = "rosbag2"
-CLOSING = 10.0  # [s] that it may take to write what has arrived
+CLOSING = 10.0  # [s] for writing the last messages
 
 
 @action("bag_record", anywhere=Ros2System)
@@ -24,7 +24,7 @@ async def bag_record(
     storage: str,
     use_sim_time: bool,
 ) -> None:
-    """Begin to record topics, and wait until all of them are there; the recording ends with the run."""
+    """Start recording topics, and wait until all of them are recorded; the recording ends with the run."""
     name = f"{NAME}_{datetime.now():%Y_%m_%d-%H_%M_%S}" if timestamp_suffix else NAME
     folder = ctx.reserve_output(name, "recorded topics")
     recording = system_of(ctx).recording(
@@ -35,9 +35,9 @@ async def bag_record(
         hidden=hidden_topics,
         use_sim_time=use_sim_time,
     )
-    with failing():
+    with as_action_failure():
         kept = await ctx.keep(recording, CLOSING)
-        with telling(ctx, lambda: ", ".join(kept.value.missing)):
+        with log_missing(ctx, lambda: ", ".join(kept.value.missing)):
             await meanwhile(ctx, kept.value.wait_complete())
 
 
@@ -51,13 +51,13 @@ async def bag_play(
     start_offset: float,
 ) -> None:
     """Play a bag to its end."""
-    place = ctx.place_of(source)
+    path = ctx.resolve_path(source)
     playing = system_of(ctx).play(
-        place,
+        path,
         topics,
         lambda text: ctx.relay([text]),
         start_offset=start_offset,
         clock_rate=publish_clock_rate if publish_clock else None,
     )
-    with failing(place, ctx.file.parent / source):
+    with as_action_failure(path, ctx.file.parent / source):
         await meanwhile(ctx, playing)

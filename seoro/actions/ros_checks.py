@@ -1,4 +1,4 @@
-"""Actions of `osc.ros` that look at what messages say: their values, how old they are, and what nodes log."""
+"""Actions of `osc.ros` that check messages: their values, their latency, and the logs of nodes."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from statistics import fmean
 from typing import Any, NamedTuple
 
 from seoro.actions.ros_comparison import Operator, compares, difference, read_expected
-from seoro.actions.ros_support import failing, member, next_message, system_of, telling
+from seoro.actions.ros_support import as_action_failure, log_missing, member, next_message, system_of
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Members, Ros2System, RosClock, RosMessage, RosSubscription
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.ros2 import Members, Ros2System, RosClock, RosMessage, RosSubscription
+from seoro.runtime.functions.actions import action
 
-DATA_WITHIN = 1.0  # [s] until there has to be data, if it fails without
-COMPARABLE = 60.0  # [s]; clocks that differ by more do not tell how old a message is
-AHEAD = 1.0  # [s] that the clock of a robot may be ahead
+DATA_WITHIN = 1.0  # [s] for the first message, if its absence is a failure
+COMPARABLE = 60.0  # [s]; with a larger difference of clocks, the age of a message is unknown
+AHEAD = 1.0  # [s] by which the clock of a robot may be ahead
 DEFAULT_QOS = "system_default"
 LOG_TYPE = "rcl_interfaces/msg/Log"
-LOG_QOS = "parameters"  # reliable, with room for a thousand: nodes log in bursts
+LOG_QOS = "parameters"  # reliable, with a queue of a thousand: nodes log in bursts
 
 
-class Terms(NamedTuple):
-    """When a check of messages fails, as actions have it by the same names."""
+class CheckOptions(NamedTuple):
+    """Failure conditions of a check; the parameters of actions have the same names."""
 
     fail_if_no_data: bool
     fail_if_bad_comparison: bool
@@ -45,7 +45,7 @@ async def check_data(
     fail_if_bad_comparison: bool,
     wait_for_first_message: bool,
 ) -> None:
-    """Wait for a message that compares with a value as it should."""
+    """Wait for a message whose value satisfies the comparison."""
     what = f"`{member_name}` of {topic_name}" if member_name else f"a message of {topic_name}"
     expected = read_expected(expected_value, is_text=not eval_expected_value)
 
@@ -55,29 +55,34 @@ async def check_data(
             return ""
         return f"{what} {difference(found, comparison_operator, expected)}"
 
-    terms = Terms(fail_if_no_data, fail_if_bad_comparison, wait_for_first_message)
+    terms = CheckOptions(fail_if_no_data, fail_if_bad_comparison, wait_for_first_message)
     await check(ctx, topic_name, topic_type, qos_profile.member, judge, terms)
 
 
 async def check(
-    ctx: ActionContext, topic: str, type_name: str, qos: str, judge: Callable[[RosMessage], str], terms: Terms
+    ctx: ActionContext,
+    topic: str,
+    type_name: str,
+    qos: str,
+    judge: Callable[[RosMessage], str],
+    options: CheckOptions,
 ) -> None:
-    """Wait for a message that is as it should be.
+    """Wait for a message that passes a check.
 
     Args:
-        ctx: Of the action.
+        ctx: Context of the action.
         topic: Name of the topic.
         type_name: Its type.
-        qos: What is asked for.
-        judge: Says what is wrong with a message; nothing if it is as it should be.
-        terms: When the action fails.
+        qos: QoS of the subscription.
+        judge: Returns the error of a message; empty if the message passes.
+        options: Failure conditions.
 
     Raises:
-        ActionFailed: As the terms say.
+        ActionFailed: No message in time, or a message failed the check, as `options` demands.
     """
-    wrong = f"nothing has come on {topic}"
-    limit = DATA_WITHIN if terms.fail_if_no_data and not terms.wait_for_first_message else None
-    with failing(), telling(ctx, lambda: wrong):
+    wrong = f"no message on {topic}"
+    limit = DATA_WITHIN if options.fail_if_no_data and not options.wait_for_first_message else None
+    with as_action_failure(), log_missing(ctx, lambda: wrong):
         async with system_of(ctx).subscribing(topic, type_name, qos) as subscription:
             while True:
                 message = await _take(ctx, subscription, limit, topic)
@@ -85,16 +90,16 @@ async def check(
                 wrong = judge(message)
                 if not wrong:
                     return
-                if terms.fail_if_bad_comparison:
+                if options.fail_if_bad_comparison:
                     raise ActionFailed(wrong)
 
 
 async def _take(ctx: ActionContext, subscription: RosSubscription, limit: float | None, topic: str) -> RosMessage:
-    """The next message, which has to come within a limit [s], if there is one."""
+    """Return the next message; fail if it does not arrive within a limit [s], if there is one."""
     try:
         return await next_message(ctx, subscription, limit)
     except TimeoutError:
-        raise ActionFailed(f"nothing has come on {topic} within {limit:g} s") from None
+        raise ActionFailed(f"no message on {topic} within {limit:g} s") from None
 
 
 # ---------------------------------------------------------------- latency
@@ -110,36 +115,36 @@ async def assert_topic_latency(
     wait_for_first_message: bool,
     topic_type: str,
 ) -> None:
-    """Watch how old messages are when they arrive; the mean of some ages has to compare as it should."""
+    """Watch the age of messages at their arrival; the mean of some ages must satisfy the comparison."""
     if rolling_average_count < 1:
-        raise ActionFailed(f"`rolling_average_count` is at least 1, not {rolling_average_count}")
+        raise ActionFailed(f"invalid `rolling_average_count`: expected at least 1, found {rolling_average_count}")
     limit = None if wait_for_first_message else latency
     system = system_of(ctx)
-    with failing():
+    with as_action_failure():
         async with (
             system.clock(lambda text: ctx.relay([text])) as clock,
             system.subscribing(topic_name, topic_type, DEFAULT_QOS) as subscription,
         ):
             ages = _Ages(clock, topic_name, rolling_average_count)
             while True:
-                mean = ages.take(await _take(ctx, subscription, limit, topic_name))
+                mean = ages.add(await _take(ctx, subscription, limit, topic_name))
                 limit = None
                 if mean is not None and not compares(mean, comparison_operator, latency, ""):
                     count = rolling_average_count
                     of = f", the mean of {count} messages," if count > 1 else ""
                     raise ActionFailed(
-                        f"the latency of {topic_name}{of} is {mean:.6g} s, which is not "
+                        f"the latency of {topic_name}{of} is {mean:.6g} s; expected "
                         f"{comparison_operator.value} {latency:g} s"
                     )
 
 
 class _Ages:
-    """How old the last messages were when they arrived.
+    """Ages of the last messages at their arrival.
 
     Args:
-        clock: Of the system.
-        topic: Of the messages.
-        count: Of how many the mean is wanted.
+        clock: Clock of the system.
+        topic: Topic of the messages.
+        count: Number of messages in the mean.
     """
 
     def __init__(self, clock: RosClock, topic: str, count: int) -> None:
@@ -147,13 +152,13 @@ class _Ages:
         self._topic = topic
         self._ages: deque[float] = deque(maxlen=count)
         self._jumps = clock.jumps
-        self._has_jumped = False  # and nothing that is comparable has come since
+        self._has_jumped = False  # and no comparable message has arrived since
 
-    def take(self, message: RosMessage) -> float | None:
-        """The mean, with a message that has come; None as long as there are not enough.
+    def add(self, message: RosMessage) -> float | None:
+        """Add a message and return the mean; None with too few messages.
 
         Raises:
-            ActionFailed: It cannot be said.
+            ActionFailed: The age is unknown.
         """
         if self._clock.jumps != self._jumps:
             self._jumps, self._has_jumped = self._clock.jumps, True
@@ -162,28 +167,28 @@ class _Ages:
         if -AHEAD < age < COMPARABLE:
             self._has_jumped = False
             self._ages.append(age)
-        elif not self._has_jumped:  # else it was stamped before that
+        elif not self._has_jumped:  # otherwise it was stamped before the jump
             raise ActionFailed(
-                f"the latency of {self._topic} cannot be said: a stamp differs by {age:.6g} s from the clock of "
-                "the system, which is that of /clock, or of this machine where nobody publishes that"
+                f"unknown latency of {self._topic}: a stamp differs by {age:.6g} s from the clock of the system "
+                "(/clock, or the clock of this machine if /clock is not published)"
             )
         return fmean(self._ages) if len(self._ages) == self._ages.maxlen else None
 
 
 def _age(message: RosMessage, clock: RosClock, topic: str) -> float:
-    """How long before its arrival a message was stamped [s], by the clock of the system.
+    """Return the time between the stamp of a message and its arrival [s], on the clock of the system.
 
     Raises:
-        ActionFailed: That cannot be said.
+        ActionFailed: The age is unknown.
     """
     stamp = _stamp(message.members)
     if stamp is None:
-        raise ActionFailed(f"the latency of {topic} cannot be said: its messages have no header with a stamp")
+        raise ActionFailed(f"unknown latency of {topic}: its messages have no header with a stamp")
     if stamp == 0.0:
-        raise ActionFailed(f"the latency of {topic} cannot be said: the stamps of its messages are 0")
+        raise ActionFailed(f"unknown latency of {topic}: the stamps of its messages are 0")
     arrived = clock.at(message.arrived)
     if arrived is None:
-        raise ActionFailed(f"the latency of {topic} cannot be said: /clock is there, and has told no time")
+        raise ActionFailed(f"unknown latency of {topic}: /clock exists, but has published no time")
     return arrived - stamp
 
 
@@ -197,12 +202,12 @@ def _stamp(message: Members) -> float | None:
 
 
 def is_logger_of(logger: str, node: str) -> bool:
-    """Whether a logger is that of a node.
+    """Whether a logger belongs to a node.
 
     Args:
         logger: Its name, such as `bot1.robot`.
-        node: The node's full name (`/bot1/robot`), its name without the namespace (`robot`), or the logger's name;
-            empty for any node.
+        node: Full name of the node (`/bot1/robot`), its name without the namespace (`robot`), or the name of the
+            logger; empty for any node.
     """
     if not node:
         return True
@@ -212,15 +217,15 @@ def is_logger_of(logger: str, node: str) -> bool:
 
 @action("log_check", anywhere=Ros2System)
 async def log_check(ctx: ActionContext, module_name: str, values: Sequence[str]) -> None:
-    """Wait until a node logs a message with any of some texts in it."""
+    """Wait until a node logs a message that contains any of the texts."""
     if not values:
-        raise ActionFailed("`values` is empty: there is nothing to look for")
+        raise ActionFailed("`values` is empty; expected at least one text")
 
     def judge(message: RosMessage) -> str:
         log = message.members
         if not is_logger_of(log["name"], module_name):
-            return f"the logs are those of `{log['name']}`, not of `{module_name}`"
-        is_it = any(value in log["msg"] for value in values)
-        return "" if is_it else f"none of {', '.join(f'`{value}`' for value in values)} in the logs"
+            return f"the logs are from `{log['name']}`, not from `{module_name}`"
+        found = any(value in log["msg"] for value in values)
+        return "" if found else f"no log contains {' or '.join(f'`{value}`' for value in values)}"
 
-    await check(ctx, "/rosout", LOG_TYPE, LOG_QOS, judge, Terms(False, False, True))
+    await check(ctx, "/rosout", LOG_TYPE, LOG_QOS, judge, CheckOptions(False, False, True))

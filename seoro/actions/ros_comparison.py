@@ -1,4 +1,4 @@
-"""Comparing what messages say with what a scenario expects."""
+"""Comparison of message values with the values that a scenario expects."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from typing import Any
 from seoro.actions.ros_messages import read_message
 from seoro.actions.ros_structs import of_struct
 from seoro.actions.ros_support import shown
-from seoro.errors import ActionFailed, InvalidUse
-from seoro.runtime.values import Struct
+from seoro.errors import ActionFailed, UsageError
+from seoro.runtime.values.values import Struct
 
-CLOSE = 1e-6  # numbers that differ by less of their size are equal: a `float32` has seven digits
-TEXT_AS_IT_IS = "with `eval_expected_value: false` what is expected is the text as it is"
-MOST_DIFFERENCES = 5  # that are shown
+CLOSE = 1e-6  # relative tolerance of numbers: a `float32` has seven digits
+TEXT_AS_IT_IS = "with `eval_expected_value: false` the expected value is a plain text"
+MOST_DIFFERENCES = 5  # shown in messages
 
 
 class Operator(Enum):
@@ -43,14 +43,14 @@ _ORDERS: Mapping[Operator, Callable[[Any, Any], bool]] = MappingProxyType(
 
 
 def read_expected(value: object, *, is_text: bool) -> Any:
-    """What a scenario expects: a struct, a number, a truth value, or what a text says.
+    """Return the expected value: a struct, a number, a boolean, or the value that a text contains.
 
     Args:
-        value: As the scenario has it.
-        is_text: Whether a text is expected as it is, and not what it says.
+        value: Value of the parameter.
+        is_text: Whether a text is expected literally, without parsing.
 
     Raises:
-        ActionFailed: The text cannot be read.
+        ActionFailed: The text is invalid.
     """
     if isinstance(value, Struct):
         return of_struct(value)
@@ -58,18 +58,18 @@ def read_expected(value: object, *, is_text: bool) -> Any:
         return value
     try:
         found = read_message(value)
-    except InvalidUse as error:
+    except UsageError as error:
         raise ActionFailed(f"`expected_value`: {error}") from error
-    return "" if found is None else found  # nothing is written for an empty text
+    return "" if found is None else found  # an empty text parses as None
 
 
 def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
-    """Whether what has come compares with what is expected as it should.
+    """Whether a received value satisfies a comparison with the expected one.
 
-    Of structures, the members that are expected are compared, and other members may be what they are.
+    Of structures, only the expected members are compared.
 
     Raises:
-        ActionFailed: They have no order, or no message can ever be equal to what is expected.
+        ActionFailed: The values have no order, or can never be equal.
     """
     if operator in (Operator.eq, Operator.ne):
         if misfit := _misfit(actual, expected):
@@ -80,13 +80,15 @@ def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
             return operator in (Operator.le, Operator.ge)
         return _ORDERS[operator](actual, expected)
     except TypeError:
-        raise ActionFailed(f"{what} is `{shown(actual)}`, which has no order with `{shown(expected)}`") from None
+        raise ActionFailed(
+            f"cannot compare {what}: `{shown(actual)}` has no order with `{shown(expected)}`"
+        ) from None
 
 
 def difference(actual: Any, operator: Operator, expected: Any) -> str:
-    """Why they do not compare, in words that follow what they are."""
+    """Describe why the comparison is false, as a predicate of the compared value."""
     if operator is not Operator.eq:
-        return f"is `{shown(actual)}`, which is not {operator.value} `{shown(expected)}`"
+        return f"is `{shown(actual)}`; expected {operator.value} `{shown(expected)}`"
     found = list(islice(differences(actual, expected), MOST_DIFFERENCES + 1))
     lines = [f"{f'`{path}`: ' if path else ''}expected `{shown(b)}`, got `{shown(a)}`" for path, a, b in found]
     if len(lines) > MOST_DIFFERENCES:
@@ -95,10 +97,10 @@ def difference(actual: Any, operator: Operator, expected: Any) -> str:
 
 
 def differences(actual: Any, expected: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Where they differ, if they may be equal: the path of a member, its value, and what was expected of it."""
+    """Yield differences of comparable values: path of a member, its value, and the expected value."""
     match actual, expected:
         case Mapping(), "":
-            return  # nothing is expected of any member
+            return  # no member is expected
         case Mapping(), Mapping():
             for name, value in expected.items():
                 yield from differences(actual[name], value, f"{path}.{name}" if path else str(name))
@@ -111,7 +113,7 @@ def differences(actual: Any, expected: Any, path: str = "") -> Iterator[tuple[st
 
 
 def _misfit(actual: Any, expected: Any, path: str = "") -> str:
-    """Why they are not equal whatever the values in the messages are; empty if they may be."""
+    """Describe why two values can never be equal; empty if they can be."""
     match actual, expected:
         case Mapping(), "":
             return ""
@@ -119,14 +121,14 @@ def _misfit(actual: Any, expected: Any, path: str = "") -> str:
             for name, value in expected.items():
                 within = f"{path}.{name}" if path else str(name)
                 if name not in actual:
-                    return f"there is no `{within}`; there are {', '.join(map(str, actual))}"
+                    return f"unknown member `{within}` (members: {', '.join(map(str, actual))})"
                 if misfit := _misfit(actual[name], value, within):
                     return misfit
         case list(), list():
             pairs = enumerate(zip(actual, expected, strict=False))
             return next(filter(None, (_misfit(*pair, f"{path}.{i}" if path else str(i)) for i, pair in pairs)), "")
         case _ if _kind(actual) != _kind(expected):
-            never = f"{f'`{path}`' if path else 'it'} is {_kind(actual)}, and never equals {_kind(expected)}"
+            never = f"{f'`{path}`' if path else 'it'} is {_kind(actual)} and never equals {_kind(expected)}"
             hint = f"; {TEXT_AS_IT_IS}" if isinstance(actual, str) else ""
             return f"{never}, `{shown(expected)}`{hint}"
     return ""
@@ -135,11 +137,11 @@ def _misfit(actual: Any, expected: Any, path: str = "") -> str:
 def _kind(value: Any) -> str:
     match value:
         case bool():
-            return "a truth value"
+            return "a boolean"
         case int() | float():
             return "a number"
         case str():
-            return "a text"
+            return "a string"
         case list():
             return "a list"
         case Mapping():

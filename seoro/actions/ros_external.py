@@ -1,4 +1,4 @@
-"""The action of `osc.ros` that lets a function of a Python file look at messages."""
+"""The action of `osc.ros` that checks messages with a function of a Python file."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import Any, Final
 
 import anyio.to_thread
 
-from seoro.actions.ros_checks import Terms, check
+from seoro.actions.ros_checks import CheckOptions, check
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Ros2System, RosMessage
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.ros2 import Ros2System, RosMessage
+from seoro.runtime.functions.actions import action
 
-_EXECUTING: Final = Lock()  # a file
+_EXECUTING: Final = Lock()  # held while a file is executed
 
 
 @action("check_data_external", anywhere=Ros2System, files=("file_path",))
@@ -35,31 +35,31 @@ async def check_data_external(
     fail_if_bad_comparison: bool,
     wait_for_first_message: bool,
 ) -> None:
-    """Wait for a message of which a function of a Python file says that it is right."""
-    function = await anyio.to_thread.run_sync(_function, ctx.place_of(file_path), function_name)
+    """Wait for a message that a function of a Python file accepts."""
+    function = await anyio.to_thread.run_sync(_function, ctx.resolve_path(file_path), function_name)
 
     def judge(message: RosMessage) -> str:
         answer = function(message.message)
         if not isinstance(answer, bool):
-            raise ActionFailed(f"`{function_name}` says `{answer!r}` of a message, and not True or False")
+            raise ActionFailed(f"invalid result of `{function_name}`: expected True or False, found `{answer!r}`")
         return "" if answer else f"`{function_name}` of {file_path} does not accept a message of {topic_name}"
 
-    terms = Terms(fail_if_no_data, fail_if_bad_comparison, wait_for_first_message)
+    terms = CheckOptions(fail_if_no_data, fail_if_bad_comparison, wait_for_first_message)
     await check(ctx, topic_name, topic_type, qos_profile.member, judge, terms)
 
 
 def _function(path: Path, name: str) -> Callable[[Any], object]:
-    """A function of a file, which a process executes once.
+    """Return a function of a file; each file is executed once per process.
 
     Raises:
-        ActionFailed: There is none.
+        ActionFailed: The file or the function is missing.
     """
-    with _EXECUTING:  # who comes second must not find half of it
+    with _EXECUTING:  # no other thread sees a half-executed module
         module = _module(path)
     function = getattr(module, name, None)
     if not callable(function):
-        raise ActionFailed(f"there is no function `{name}` in {path}")
-    return function  # type: ignore[no-any-return] # whatever it is, it is called with a message
+        raise ActionFailed(f"unknown function `{name}` in {path}")
+    return function  # type: ignore[no-any-return] # any callable that takes a message
 
 
 def _module(path: Path) -> ModuleType:
@@ -68,7 +68,7 @@ def _module(path: Path) -> ModuleType:
     if name not in sys.modules:
         spec = spec_from_file_location(name, resolved)
         if spec is None or spec.loader is None or not resolved.is_file():
-            raise ActionFailed(f"there is no Python file {path}")
+            raise ActionFailed(f"Python file not found: {path}")
         module = module_from_spec(spec)
         sys.modules[name] = module
         try:

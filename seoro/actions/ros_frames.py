@@ -1,7 +1,7 @@
-"""Actions of `osc.ros` on where a robot and its frames are.
+"""Actions of `osc.ros` for the motion of a robot and its frames.
 
-What a robot of a simulator does is watched by that; of others, what they publish is: `tf`, `tf_static` and `odom`
-in the namespace of the robot.
+Robots of a simulator are watched by the simulator; other robots by their topics: `tf`, `tf_static` and `odom` in
+the namespace of the robot.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ import anyio
 
 from seoro.actions.reports import finish, meanwhile
 from seoro.actions.ros_only import refuse_unless
-from seoro.actions.ros_support import failing, next_message, system_of, telling
+from seoro.actions.ros_support import as_action_failure, log_missing, next_message, system_of
 from seoro.errors import ActionFailed, BackendLost
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import MobileRobots
-from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Position3D
-from seoro.runtime.ros_system import FramePose, Ros2System, RosClock, RosFrames
-from seoro.runtime.values import Actor
+from seoro.robotics.geometry import Position3D
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.robots import MobileRobots
+from seoro.runtime.contracts.ros2 import FramePose, Ros2System, RosClock, RosFrames
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 DEFAULT_QOS = "system_default"
-WINDOW = 0.2  # [s] over which the speed of a frame is measured: less would measure noise
+WINDOW = 0.2  # [s] over which the speed of a frame is measured; shorter windows measure noise
 
 
 @action("differential_drive_robot.tf_close_to", home=MobileRobots | Ros2System)
@@ -41,7 +41,7 @@ async def tf_close_to(
     parent_frame_id: str,
 ) -> None:
     """Wait until a frame of the robot is within a distance of a point, in the plane of the parent frame."""
-    # `sim` chooses between two clocks of ROS; here the times are those of the transforms themselves.
+    # `sim` selects between two clocks of ROS; here the stamps of the transforms apply.
     if ctx.is_home(robot, MobileRobots):
         refuse_unless(namespace_override=(namespace_override, ""))
         robots, name = ctx.home(robot, MobileRobots)
@@ -51,9 +51,9 @@ async def tf_close_to(
     system, _ = ctx.home(robot, Ros2System)
     namespace = _namespace(robot, namespace_override)
     distance = math.inf
-    with failing():
+    with as_action_failure():
         async with system.frames(namespace, lambda text: ctx.relay([text])) as frames:
-            with telling(ctx, lambda: _far(frames, robot_frame_id, parent_frame_id, distance, threshold)):
+            with log_missing(ctx, lambda: _far(frames, robot_frame_id, parent_frame_id, distance, threshold)):
                 while distance > threshold:
                     pose = await meanwhile(ctx, frames.next_pose(robot_frame_id, parent_frame_id))
                     x, y, _ = pose.position
@@ -63,7 +63,7 @@ async def tf_close_to(
 def _far(frames: RosFrames, frame: str, parent: str, distance: float, threshold: float) -> str:
     if absence := frames.absence(frame, parent):
         return f"a pose of `{frame}` in `{parent}`: {absence}"
-    return f"`{frame}` being within {threshold:g} m of the point; it is {distance:.3g} m away"
+    return f"`{frame}` within {threshold:g} m of the point; it is {distance:.3g} m away"
 
 
 @action("differential_drive_robot.odometry_distance_traveled", home=MobileRobots | Ros2System)
@@ -80,13 +80,13 @@ async def odometry_distance_traveled(
     namespace = _namespace(robot, namespace_override)
     topic = f"/{namespace}/odom" if namespace else "/odom"
     travelled, last = 0.0, None
-    with failing(), telling(ctx, lambda: f"{distance:g} m on {topic}; it has counted {travelled:.3g} m"):
+    with as_action_failure(), log_missing(ctx, lambda: f"{distance:g} m on {topic}; found {travelled:.3g} m"):
         async with system.subscribing(topic, ODOMETRY, DEFAULT_QOS) as odometry:
             while travelled < distance:
                 message = (await next_message(ctx, odometry)).message
                 position = message.pose.pose.position
                 if not math.isfinite(position.x) or not math.isfinite(position.y):
-                    raise ActionFailed(f"a position on {topic} is no place: x {position.x:g}, y {position.y:g}")
+                    raise ActionFailed(f"invalid position on {topic}: x {position.x:g}, y {position.y:g}")
                 if last is not None:
                     travelled += math.hypot(position.x - last.x, position.y - last.y)
                 last = position
@@ -111,20 +111,20 @@ async def assert_tf_moving(
     tf_topic_namespace: str,
     use_sim_time: bool,
 ) -> None:
-    """Watch a frame; that it does not move or turn fast enough for too long is a failure."""
+    """Watch a frame, and fail if it does not move or turn fast enough for too long."""
     if timeout <= 0.0:
-        raise ActionFailed(f"`timeout` is above 0, not {timeout:g} s")
+        raise ActionFailed(f"invalid `timeout`: expected more than 0 s, found {timeout:g} s")
     movement, system = _Movement(threshold_translation, threshold_rotation), system_of(ctx)
-    waited = time.monotonic()  # the start of the current wait, by the clock of outages
+    waited = time.monotonic()  # start of the current wait, on the clock of outages
 
     def note(text: str) -> None:
         ctx.relay([text])
 
-    with failing():
+    with as_action_failure():
         async with system.frames(tf_topic_namespace, note) as frames, system.clock(note) as followed:
             clock = _SystemTime(followed) if use_sim_time else _MachineTime()
             poses = partial(frames.next_pose, frame_id, parent_frame_id)
-            rested = await meanwhile(ctx, clock.started())  # since when, as far as is known
+            rested = await meanwhile(ctx, clock.started())  # time of the last known motion
             if wait_for_first_transform:
                 movement.take(await meanwhile(ctx, poses()))
                 rested, waited = clock.now(), time.monotonic()
@@ -137,58 +137,58 @@ async def assert_tf_moving(
                     if loss := system.loss_since(waited):
                         raise BackendLost(loss)
                     absence = frames.absence(frame_id, parent_frame_id)
-                    raise ActionFailed(absence or movement.rest(frame_id, parent_frame_id, timeout))
+                    raise ActionFailed(absence or movement.describe_stillness(frame_id, parent_frame_id, timeout))
 
 
 class _MachineTime:
     """The time of this machine [s]."""
 
     async def started(self) -> float:
-        """Now, when there is a time."""
+        """Wait for the first clock message; return the time."""
         return self.now()
 
     def now(self) -> float:
-        """Now."""
+        """Return the current time."""
         return time.monotonic()
 
     async def wait_until(self, moment: float) -> None:
-        """Wait until it is so late."""
+        """Wait until a time."""
         await anyio.sleep(max(0.0, moment - self.now()))
 
     def has_jumped(self) -> bool:
-        """It does not jump."""
+        """Always False."""
         return False
 
 
 class _SystemTime:
-    """The time of a ROS 2 system [s], which may stand still.
+    """The time of a ROS 2 system [s], which may be paused.
 
     Args:
-        clock: Tells it.
+        clock: Its clock.
     """
 
     def __init__(self, clock: RosClock) -> None:
         self._clock = clock
         self._jumps = clock.jumps
-        self._now = -math.inf  # the last one, which holds while a clock that is new has told nothing yet
+        self._now = -math.inf  # last known time, used until a new clock publishes one
 
     async def started(self) -> float:
-        """Now, when there is a time."""
+        """Wait for the first clock message; return the time."""
         await self._clock.wait_until(-math.inf)
         return self.now()
 
     def now(self) -> float:
-        """Now."""
+        """Return the current time."""
         found = self._clock.at(time.time())
         self._now = self._now if found is None else found
         return self._now
 
     async def wait_until(self, moment: float) -> None:
-        """Wait until it is so late, or the time jumps."""
+        """Wait until a time, or until the clock jumps."""
         await self._clock.wait_until(moment)
 
     def has_jumped(self) -> bool:
-        """Whether it has jumped since this was asked the last time."""
+        """Whether the clock has jumped since the last call."""
         before, self._jumps = self._jumps, self._clock.jumps
         return self._jumps != before
 
@@ -196,7 +196,7 @@ class _SystemTime:
 async def _until(
     poses: Callable[[], Awaitable[FramePose]], clock: _MachineTime | _SystemTime, moment: float
 ) -> FramePose | None:
-    """The next pose, if it is not too late before there is one."""
+    """Return the next pose, or None if a time is reached first."""
     pose: FramePose | None = None
 
     async def take() -> None:
@@ -212,23 +212,23 @@ async def _until(
 
 
 class _Movement:
-    """How fast a frame moves and turns, by the stamps of its poses.
+    """Speed and turning rate of a frame, by the stamps of its poses.
 
     Args:
-        speed: At which it counts as moving [m/s].
-        rate: At which it counts as turning [rad/s].
+        speed: Threshold of motion [m/s].
+        rate: Threshold of rotation [rad/s].
     """
 
     def __init__(self, speed: float, rate: float) -> None:
         self._thresholds = speed, rate
-        self._from: FramePose | None = None  # where the speed is measured from
-        self._now = 0.0  # the last stamp [s]
+        self._from: FramePose | None = None  # start of the window
+        self._now = 0.0  # last stamp [s]
         self._speeds = 0.0, 0.0
 
     def take(self, pose: FramePose) -> bool:
-        """The next pose; whether the frame has been found to move by it."""
+        """Add a pose; return whether the frame has moved fast enough."""
         now = self._now if pose.stamp is None else pose.stamp
-        if self._from is None or self._from.stamp is None or now < self._from.stamp:  # time was set back
+        if self._from is None or self._from.stamp is None or now < self._from.stamp:  # the time was reset
             self._from, self._now = pose, now
             return False
         self._now = now
@@ -240,12 +240,12 @@ class _Movement:
         self._from, self._speeds = pose, (moved / period, turned / period)
         return any(found >= least for found, least in zip(self._speeds, self._thresholds, strict=True))
 
-    def rest(self, frame: str, parent: str, timeout: float) -> str:
-        """That it does not move, for people."""
+    def describe_stillness(self, frame: str, parent: str, timeout: float) -> str:
+        """Return the text for "the frame does not move"."""
         speed, rate = self._speeds
-        return f"`{frame}` has not moved in `{parent}` for {timeout:g} s: at {speed:.3g} m/s and {rate:.3g} rad/s"
+        return f"`{frame}` has not moved in `{parent}` for {timeout:g} s: {speed:.3g} m/s and {rate:.3g} rad/s"
 
 
 def _angle(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> float:
-    """By which angle one rotation differs from another [rad]."""
+    """Return the angle between two rotations [rad]."""
     return 2 * math.acos(min(1.0, abs(sum(p * q for p, q in zip(a, b, strict=True)))))

@@ -1,18 +1,18 @@
-"""The action of `osc.ros` that watches the life cycle of a node."""
+"""The action of `osc.ros` that watches the lifecycle of a node."""
 
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Sequence
 
 from seoro.actions.reports import meanwhile
-from seoro.actions.ros_support import failing, system_of, telling
+from seoro.actions.ros_support import as_action_failure, log_missing, system_of
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Ros2System
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.ros2 import Ros2System
+from seoro.runtime.functions.actions import action
 
-GONE, FINAL = "gone", "finalized"  # a node may go once it is in its last state
+GONE, FINAL = "gone", "finalized"  # a node may disappear after its last state
 
 
 @action("assert_lifecycle_state", anywhere=Ros2System, open_ended=True)
@@ -24,15 +24,15 @@ async def assert_lifecycle_state(
     fail_on_unexpected: bool,
     keep_running: bool,
 ) -> None:
-    """Watch a node go through states, from the one that it is in; it may stay in the last.
+    """Watch a node pass through a sequence of states, starting at its present state; it may stay in the last.
 
-    With `keep_running` this goes on as long as it does, else it ends when the node has come there.
+    With `keep_running` the action continues after the last state; otherwise it ends there.
     """
     sequence = [state.member for state in state_sequence]
     if not sequence:
-        raise ActionFailed("`state_sequence` is empty: there is no state to be in")
-    place = -1  # of the last state of the sequence that the node has been in
-    with failing(), telling(ctx, lambda: _rest(node_name, sequence, place)):
+        raise ActionFailed("`state_sequence` is empty; expected at least one state")
+    place = -1  # index of the last state reached
+    with as_action_failure(), log_missing(ctx, lambda: _missing(node_name, sequence, place)):
         async with system_of(ctx).lifecycle(node_name) as states:
             while True:
                 state = await meanwhile(ctx, _next(states))
@@ -40,13 +40,13 @@ async def assert_lifecycle_state(
                 if found is not None:
                     place = found
                 elif fail_on_unexpected and not (state == GONE and sequence[: place + 1][-1:] == [FINAL]):
-                    raise ActionFailed(f"{node_name} is {state}, and {_expected(sequence, place)}")
+                    raise ActionFailed(f"{node_name} is {state}; expected {_expected(sequence, place)}")
                 if place == len(sequence) - 1 and not keep_running:
                     return
 
 
 def _place(state: str, sequence: Sequence[str], place: int, *, may_skip: bool) -> int | None:
-    """Where in the sequence a node is that comes to a state; None if it should not have come there."""
+    """Return the index of a new state in the sequence; None if it is unexpected."""
     if place < 0 and may_skip and state in sequence:
         return sequence.index(state)
     following = sequence[place + 1 : place + 2]
@@ -55,11 +55,11 @@ def _place(state: str, sequence: Sequence[str], place: int, *, may_skip: bool) -
 
 def _expected(sequence: Sequence[str], place: int) -> str:
     if place + 1 < len(sequence):
-        return f"should be {sequence[place + 1]}{f' after {sequence[place]}' if place >= 0 else ''}"
-    return f"should stay {sequence[-1]}"
+        return f"{sequence[place + 1]}{f' after {sequence[place]}' if place >= 0 else ''}"
+    return f"to stay {sequence[-1]}"
 
 
-def _rest(node: str, sequence: Sequence[str], place: int) -> str:
+def _missing(node: str, sequence: Sequence[str], place: int) -> str:
     rest = sequence[place + 1 :]
     return f"{node} being {', then '.join(rest)}" if rest else ""
 

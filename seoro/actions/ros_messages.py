@@ -1,7 +1,6 @@
-"""ROS messages as text: the methods of the struct `msg_conversion` in `osc.ros`, and what actions read.
+"""ROS messages as text: the methods of the struct `msg_conversion` in `osc.ros`, and the reader for actions.
 
-A message is text here: YAML, as `ros2 topic echo` prints it and `ros2 topic pub` reads it, or JSON, which is
-YAML too.
+Messages are YAML text, as printed by `ros2 topic echo` and read by `ros2 topic pub`, or JSON, a subset of YAML.
 """
 
 from __future__ import annotations
@@ -11,8 +10,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from seoro.errors import InvalidUse
-from seoro.runtime.contracts import (
+from seoro.errors import UsageError
+from seoro.robotics.geometry import (
     Orientation3D,
     OrientationRate3D,
     Pose3D,
@@ -21,29 +20,29 @@ from seoro.runtime.contracts import (
     Velocity6D,
 )
 
-MAX_SIZE = 256 * 1024  # characters; a message that a scenario looks into is far smaller
+MAX_SIZE = 256 * 1024  # characters; typical messages are far smaller
 
 
 def get_object_member(in_value: str, member_name: str) -> str:
-    """A member of a message: a number or a text as it is, anything else as JSON.
+    """Return a member of a message: numbers and strings as they are, anything else as JSON.
 
     Args:
         in_value: The message.
-        member_name: Path of the member, such as `pose.position.x`; elements of lists by their numbers from 0. The
-            whole message if it is empty.
+        member_name: Path of the member, such as `pose.position.x`; list elements by index. Empty for the whole
+            message.
 
     Raises:
-        InvalidUse: The text is no message, or has no such member.
+        UsageError: The text is invalid, or the member is missing.
     """
     found = member_of(read_message(in_value), member_name)
     return found if isinstance(found, str) else json.dumps(found, default=str)
 
 
 def member_of(message: Any, path: str) -> Any:
-    """A member of a message, which is a mapping of its members; see `get_object_member`.
+    """Return a member of a message given as a mapping; see `get_object_member`.
 
     Raises:
-        InvalidUse: It has none of that name.
+        UsageError: The member is missing.
     """
     found = message
     for name in path.split(".") if path else ():
@@ -58,41 +57,41 @@ def _member(value: Any, name: str, path: str) -> Any:
         case list() if name.isdecimal() and int(name) < len(value):
             return value[int(name)]
         case Mapping():
-            raise InvalidUse(f"there is no '{name}' of '{path}'; there are {', '.join(map(str, value))}")
+            raise UsageError(f"unknown member '{name}' in '{path}' (members: {', '.join(map(str, value))})")
         case list():
-            raise InvalidUse(f"there is no '{name}' of '{path}' in a list of {len(value)}")
+            raise UsageError(f"unknown index '{name}' in '{path}': the list has {len(value)} elements")
         case _:
-            raise InvalidUse(f"there is no '{name}' of '{path}': what is before it has no members")
+            raise UsageError(f"unknown member '{name}' in '{path}': the value before it has no members")
 
 
 def to_pose_3d(in_value: str) -> Pose3D:
-    """The pose of a `geometry_msgs` message: `Pose`, or one that has a `pose`, with a covariance or a stamp.
+    """Return the pose of a `geometry_msgs` message: `Pose`, or a message with a member `pose`.
 
     Raises:
-        InvalidUse: The text is no such message.
+        UsageError: The message has no pose.
     """
     found = read_message(in_value)
     while isinstance(found, dict) and "position" not in found and "pose" in found:
         found = found["pose"]
     if not isinstance(found, dict) or not {"position", "orientation"} <= found.keys():
-        raise InvalidUse("this is no pose: it has no `position` and `orientation`")
+        raise UsageError("invalid pose: expected the members `position` and `orientation`")
     x, y, z = _numbers(found["position"], "xyz")
     return Pose3D(Position3D(x, y, z), _angles(*_numbers(found["orientation"], "xyzw")))
 
 
 def to_twist(message: Mapping[str, Any]) -> Velocity6D:
-    """The velocity of a `geometry_msgs` message: `Twist`, or `TwistStamped`; what it leaves out is 0.
+    """Return the velocity of a `geometry_msgs` message, `Twist` or `TwistStamped`; missing members are 0.
 
     Raises:
-        InvalidUse: It is no such message.
+        UsageError: The message is invalid.
     """
     found = message.get("twist", message)
     if not isinstance(found, Mapping) or not found.keys() <= {"linear", "angular"}:
-        raise InvalidUse("this is no twist: it has parts other than `linear` and `angular`, or none")
+        raise UsageError("invalid twist: expected the members `linear` and `angular` only")
     still = {"x": 0.0, "y": 0.0, "z": 0.0}
     for part in found.values():
         if not isinstance(part, Mapping) or not part.keys() <= still.keys():
-            raise InvalidUse("this is no twist: its parts have `x`, `y` and `z`")
+            raise UsageError("invalid twist: expected parts with the members `x`, `y` and `z` only")
     linear, angular = ({**still, **found.get(part, {})} for part in ("linear", "angular"))
     return Velocity6D(
         TranslationalVelocity3D(*_numbers(linear, "xyz", "twist")),
@@ -102,18 +101,18 @@ def to_twist(message: Mapping[str, Any]) -> Velocity6D:
 
 def _numbers(value: Any, names: str, what: str = "pose") -> tuple[float, ...]:
     if not isinstance(value, Mapping) or not all(isinstance(value.get(name), int | float) for name in names):
-        raise InvalidUse(f"this is no {what}: `{', '.join(names)}` are not all numbers")
+        raise UsageError(f"invalid {what}: expected numbers for `{', '.join(names)}`")
     return tuple(float(value[name]) for name in names)
 
 
 def _angles(x: float, y: float, z: float, w: float) -> Orientation3D:
-    """Roll, pitch and yaw of a quaternion, yaw first (ISO 8855); its length does not matter.
+    """Return roll, pitch and yaw of a quaternion of any length, yaw first (ISO 8855).
 
-    The angles are read from the elements of the rotation matrix, each multiplied by the square of the length.
+    The angles are computed from elements of the rotation matrix, each multiplied by the square of the length.
     """
     square = x * x + y * y + z * z + w * w
     if not math.isfinite(square) or square == 0:
-        raise InvalidUse("this is no pose: its quaternion has no direction")
+        raise UsageError("invalid pose: its quaternion has no direction")
     return Orientation3D(
         roll=math.atan2(2 * (y * z + w * x), w * w - x * x - y * y + z * z),
         pitch=math.asin(max(-1.0, min(1.0, 2 * (w * y - x * z) / square))),
@@ -124,25 +123,25 @@ def _angles(x: float, y: float, z: float, w: float) -> Orientation3D:
 def _members(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     members = dict(pairs)
     if len(members) < len(pairs):
-        raise ValueError("a member is given twice")  # where, is told of the text as YAML
+        raise ValueError("duplicate member")  # reported with its place when read as YAML
     return members
 
 
 def read_message(text: str) -> Any:
-    """What a text says, in YAML or JSON.
+    """Read a message in YAML or JSON.
 
     Raises:
-        InvalidUse: It cannot be read.
+        UsageError: The text is invalid.
     """
     if len(text) > MAX_SIZE:
-        raise InvalidUse(f"the message is longer than {MAX_SIZE} characters")
+        raise UsageError(f"the message is too long: expected at most {MAX_SIZE} characters, found {len(text)}")
     try:
-        return json.loads(text, object_pairs_hook=_members)  # which is sooner read than YAML
+        return json.loads(text, object_pairs_hook=_members)  # faster than YAML
     except (ValueError, RecursionError):
         pass
-    from seoro.plain_yaml import read_yaml  # noqa: PLC0415 - slow to load, and seldom needed
+    from seoro.files.plain_yaml import read_yaml  # noqa: PLC0415 - slow to load, and seldom needed
 
     try:
         return read_yaml(text.removesuffix("\n---"))
     except ValueError as error:
-        raise InvalidUse(f"the message cannot be read: {error}") from error
+        raise UsageError(f"cannot read the message: {error}") from error

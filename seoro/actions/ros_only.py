@@ -1,4 +1,4 @@
-"""Parameters that name parts of a robot of ROS 2, which a scenario does not: it runs on robots of any kind."""
+"""Parameters that name parts of a ROS 2 robot, which scenarios leave to the backend: they run on any robot."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from seoro.errors import ActionFailed
 
 
 def refuse_unless(**parameters: tuple[object, object]) -> None:
-    """Refuse names that the robot does not take from scenarios.
+    """Refuse parameters that only the backend can set.
 
     Args:
-        parameters: For each name the value that was given, and the default, which asks for nothing.
+        parameters: Value and default by name.
 
     Raises:
-        ActionFailed: A value is not the default.
+        ActionFailed: A value differs from its default.
     """
     for name, (value, default) in parameters.items():
         if value != default:
             raise ActionFailed(
-                f"`{name}` cannot be chosen here; leave it out: a simulator has no such names, and those of a "
-                "robot behind a bridge are told to the bridge (`--robot PROFILE:NAME@NAMESPACE`, and its profile)"
+                f"`{name}` cannot be set in a scenario; omit it: simulators have no such names, and a bridge "
+                "takes those of its robot from `--robot PROFILE:NAME@NAMESPACE` and the profile"
             )

@@ -1,7 +1,7 @@
-"""The methods of the struct `ament` in `osc.ros`: where packages of ROS 2 are installed.
+"""Methods of the struct `ament` in `osc.ros`: installation folders of ROS 2 packages.
 
-The index of packages is a folder of marker files in each place where ROS 2 packages are installed, and the
-variable `AMENT_PREFIX_PATH` lists those places (the ament resource index, REP 124); neither needs ROS itself.
+Each prefix in `AMENT_PREFIX_PATH` has a folder of marker files, one per package (the ament resource index, REP
+124); reading it does not need ROS.
 """
 
 from __future__ import annotations
@@ -9,26 +9,24 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 
 _INDEX = Path("share/ament_index/resource_index/packages")
 
 
 def get_package_share_directory(package_name: str) -> str:
-    """The folder with the data of a package.
+    """Return the share folder of a package.
 
     Raises:
-        InvalidUse: There is no ROS 2 environment, or the package is not in it.
+        UsageError: ROS 2 or the package is not installed.
     """
     places = [Path(place) for place in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if place]
     if not places:
-        raise InvalidUse(
-            "there is no ROS 2 here: `AMENT_PREFIX_PATH` is not set; source the `setup.bash` of ROS 2"
-        )
+        raise UsageError("ROS 2 not found: `AMENT_PREFIX_PATH` is not set; source the `setup.bash` of ROS 2")
     if not package_name or Path(package_name).name != package_name:
-        raise InvalidUse(f"'{package_name}' is no name of a package")
+        raise UsageError(f"invalid package name '{package_name}'")
     for place in places:
         if (place / _INDEX / package_name).is_file():
             return str(place / "share" / package_name)
     looked = ", ".join(map(str, places))
-    raise InvalidUse(f"there is no ROS 2 package '{package_name}' in {looked}")
+    raise UsageError(f"unknown ROS 2 package '{package_name}'; searched in {looked}")

@@ -1,4 +1,4 @@
-"""Actions of `osc.ros` that run programs of ROS 2, which has to be installed for that."""
+"""Actions of `osc.ros` that run programs of an installed ROS 2."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from seoro.actions.processes import Ending, run_program
 from seoro.errors import ActionFailed
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.functions.actions import action
 
 ROS2 = "ros2"  # its command line
 
@@ -31,7 +31,7 @@ async def ros_run(
     wait_for_shutdown: bool,
     shutdown_timeout: float,
 ) -> None:
-    """Run a program of a package, and wait for its end or only until it runs."""
+    """Run a program of a package; wait for its end, or only for its start."""
     command = ["run", package_name, executable_name]
     await _run(ctx, command, wait_for_shutdown, shutdown_timeout)
 
@@ -45,21 +45,21 @@ async def ros_launch(
     wait_for_shutdown: bool,
     shutdown_timeout: float,
 ) -> None:
-    """Launch what a launch file says, and wait for its end or only until it runs."""
+    """Run a launch file; wait for its end, or only for its start."""
     for argument in arguments:
         if not argument.key or ":=" in argument.key:
-            raise ActionFailed(f"`{argument.key}` is no name of an argument of a launch file")
+            raise ActionFailed(f"invalid name of a launch argument: `{argument.key}`")
     given = [f"{argument.key}:={argument.value}" for argument in arguments]
     await _run(ctx, ["launch", package_name, launch_file, *given], wait_for_shutdown, shutdown_timeout)
 
 
 async def _run(ctx: ActionContext, arguments: Sequence[str], wait: bool, timeout: float) -> None:
     if timeout < 0:
-        raise ActionFailed(f"`shutdown_timeout` cannot be negative, it is {timeout:g} s")
+        raise ActionFailed(f"invalid `shutdown_timeout`: expected at least 0 s, found {timeout:g} s")
     if any(not word or word.startswith("-") or "\0" in word for word in arguments):
-        raise ActionFailed(f"`ros2 {' '.join(arguments)}` is no command: names are not empty, and no options")
+        raise ActionFailed(f"invalid command `ros2 {' '.join(arguments)}`; expected names, not options")
     if shutil.which(ROS2) is None:
         raise ActionFailed(
-            "there is no ROS 2 here: `ros2` is in none of the folders of `PATH`; source the `setup.bash` of ROS 2"
+            "ROS 2 not found: `ros2` is not in the folders of `PATH`; source the `setup.bash` of ROS 2"
         )
     await run_program(ctx, [ROS2, *arguments], Ending(signal.SIGINT, timeout), wait=wait)

@@ -1,7 +1,7 @@
-"""Structs of a scenario as members of messages of ROS.
+"""Structs of a scenario as members of ROS messages.
 
-Members keep their names, but for what `geometry_msgs` says otherwise: angles become a quaternion, `translational`
-is `linear`, and rates about the axes are called like these.
+Members keep their names, except where `geometry_msgs` differs: angles become a quaternion, `translational` becomes
+`linear`, and rates about axes become `x`, `y` and `z`.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ import math
 from collections.abc import Mapping
 
 from seoro.lang.plan import EnumValue
-from seoro.runtime.values import Struct, Value, plain
+from seoro.runtime.values.values import Struct, Value, plain
 
 _RENAMED: Mapping[str, str] = {"translational": "linear"}
 
 
 def of_struct(struct: Struct) -> dict[str, object]:
-    """The members of a message that a struct stands for."""
+    """Return the members of the message that corresponds to a struct."""
     names = {name.rpartition("::")[2] for name in struct.types}
     fields = struct.fields
     if "orientation_3d" in names:
@@ -39,7 +39,7 @@ def _value(value: Value) -> object:
 
 
 def _quaternion(roll: float, pitch: float, yaw: float) -> dict[str, object]:
-    """Of rotations about the fixed axes x, y and z, in this order: the product of those of yaw, pitch and roll."""
+    """Return the quaternion of rotations about the fixed axes x, y and z, in this order."""
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(half), math.sin(half)) for half in (roll / 2, pitch / 2, yaw / 2))
     return {
         "x": sr * cp * cy - cr * sp * sy,

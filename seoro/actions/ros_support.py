@@ -1,4 +1,4 @@
-"""What actions on a ROS 2 system have in common: failures in words, and values in and out."""
+"""Support for actions on a ROS 2 system: failures as messages, and values in and out."""
 
 from __future__ import annotations
 
@@ -14,80 +14,81 @@ from typing import Any, TypeAlias
 from seoro.actions.reports import DONE
 from seoro.actions.ros_messages import member_of, read_message
 from seoro.actions.ros_structs import of_struct
-from seoro.errors import ActionFailed, BackendError, BackendLost, InvalidUse
+from seoro.errors import ActionFailed, BackendError, BackendLost, UsageError
 from seoro.lang.plan import PrimitiveType
-from seoro.runtime.context import ActionContext, Pending
-from seoro.runtime.ros_system import Members, Ros2System, RosMessage, RosSubscription
-from seoro.runtime.values import INTEGER_LIMITS, Struct, Variable
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.actions.pending import Pending
+from seoro.runtime.contracts.ros2 import Members, Ros2System, RosMessage, RosSubscription
+from seoro.runtime.values.values import INTEGER_LIMITS, Struct, Variable
 
-Target: TypeAlias = Variable[object] | str  # a variable, or what is declared in the place of none
+Target: TypeAlias = Variable[object] | str  # a variable, or the declared default for none
 
 
 def system_of(ctx: ActionContext) -> Ros2System:
-    """The ROS 2 system of a run; for actions that said at `@action` that they need it."""
+    """Return the ROS 2 system of a run, for actions that declare `Ros2System` at `@action`."""
     return ctx.anywhere(Ros2System)
 
 
 @contextmanager
-def failing(place: Path = Path(), named: Path = Path()) -> Iterator[None]:
-    """In the block, what a ROS 2 system does not allow for or does not do is a failure of the action.
+def as_action_failure(place: Path = Path(), named: Path = Path()) -> Iterator[None]:
+    """Turn refusals and failures of a ROS 2 system within the block into failures of the action.
 
     Args:
-        place: Of a file that may be wrong.
-        named: How that is called for those who named it.
+        place: Path of an involved file.
+        named: Path of that file for messages.
     """
     try:
         yield
     except BackendLost:
         raise
-    except (InvalidUse, BackendError) as error:
+    except (UsageError, BackendError) as error:
         raise ActionFailed(_words(error).replace(str(place), str(named))) from error
     except ExceptionGroup as group:
         if (lost := group.subgroup(BackendLost)) is not None:
             raise _first(lost) from group
-        told, others = group.split((InvalidUse, BackendError))
-        if told is None or others is not None:
+        failures, others = group.split((UsageError, BackendError))
+        if failures is None or others is not None:
             raise
-        raise ActionFailed(_words(_first(told)).replace(str(place), str(named))) from group
+        raise ActionFailed(_words(_first(failures)).replace(str(place), str(named))) from group
 
 
 def _first(error: Exception) -> Exception:
-    """First exception in a group, of any depth."""
+    """Return the first exception of a group, at any depth."""
     return _first(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
 
 
 @contextmanager
-def telling(ctx: ActionContext, without: Callable[[], str]) -> Iterator[None]:
-    """In the block, an action that is ended from outside says what has not come by then, if anything."""
+def log_missing(ctx: ActionContext, describe: Callable[[], str]) -> Iterator[None]:
+    """Log the missing items, if any, when the action is cancelled within the block."""
     try:
         yield
     except asyncio.CancelledError:
-        if what := without():
+        if what := describe():
             ctx.log(f"`{ctx.name}` ends without: {what}")
         raise
 
 
 def _words(error: Exception) -> str:
-    help_text = error.help if isinstance(error, InvalidUse) else ""
+    help_text = error.help if isinstance(error, UsageError) else ""
     return f"{error}; {help_text}" if help_text else str(error)
 
 
 async def next_message(
     ctx: ActionContext, subscription: RosSubscription, limit: float | None = None
 ) -> RosMessage:
-    """The next message of a subscription; waits for it while the time of the run goes on.
+    """Wait for the next message of a subscription, while the time of the run goes on.
 
-    The subscription itself wakes the action: a task that waits for it in between would be two more turns of the
-    event loop from the message to what follows from it.
+    The subscription itself wakes the action: a task in between would add two turns of the event loop between a
+    message and its consequences.
 
     Args:
-        ctx: Of the action.
+        ctx: Context of the action.
         subscription: The subscription.
-        limit: How long to wait [s of the machine's clock]; without end when None.
+        limit: Time limit [s of the machine's clock]; None for no limit.
 
     Raises:
-        TimeoutError: None has come by then.
-        BackendLost: None has come by then, and the connection to the system was lost meanwhile.
+        TimeoutError: No message within the limit.
+        BackendLost: No message within the limit, and the connection to the system was interrupted.
     """
     loop = asyncio.get_running_loop()
     end, began = None if limit is None else loop.time() + limit, time.monotonic()
@@ -108,41 +109,41 @@ async def next_message(
 
 
 def to_members(value: object, what: str) -> Members:
-    """What a scenario gives for a message: a text, or a struct.
+    """Return the members of a message that a scenario gives as text or as a struct.
 
     Args:
-        value: It.
-        what: What it is for, for messages.
+        value: The text or the struct.
+        what: Name of the message for errors.
 
     Raises:
-        ActionFailed: It is none.
+        ActionFailed: The text is invalid.
     """
     found = of_struct(value) if isinstance(value, Struct) else _read(str(value), what)
     if found is None or found == "":
         return {}
     if not isinstance(found, Mapping):
-        raise ActionFailed(f"{what} has members, as in `{{data: 1}}`; `{value}` has none")
+        raise ActionFailed(f"{what} needs members, as in `{{data: 1}}`; found `{value}`")
     return found
 
 
 def _read(text: str, what: str) -> Any:
     try:
         return read_message(text)
-    except InvalidUse as error:
+    except UsageError as error:
         raise ActionFailed(f"{what}: {error}") from error
 
 
 def store(ctx: ActionContext, target: Target, found: object, what: str) -> None:
-    """Let a variable hold something that has come.
+    """Store a received value in a variable.
 
     Args:
-        ctx: Of the action.
-        target: The variable; nothing is done if there is none.
+        ctx: Context of the action.
+        target: The variable; nothing is stored without one.
         found: The value.
-        what: What it is, for messages.
+        what: Name of the value for errors.
 
     Raises:
-        ActionFailed: A variable of this type cannot hold it.
+        ActionFailed: The type of the variable does not fit.
     """
     if isinstance(target, Variable):
         value = fitted(found, target, what)
@@ -150,7 +151,7 @@ def store(ctx: ActionContext, target: Target, found: object, what: str) -> None:
 
 
 def fitted(found: object, variable: Variable[object], what: str) -> object:
-    """A value as a variable holds it: what is no text becomes JSON in a `string`, a whole number a `float`."""
+    """Convert a value for a variable: for `string`, other types become JSON; for `float`, integers convert."""
     match variable.type:
         case PrimitiveType("string"):
             return as_text(found)
@@ -166,18 +167,18 @@ def fitted(found: object, variable: Variable[object], what: str) -> object:
             pass
     type_name = getattr(variable.type, "name", "list")
     raise ActionFailed(
-        f"`{variable.path}` cannot hold {what}, which is `{shown(found)}`: it is a {type_name}; name a member "
-        "that fits, or take a variable of the type `string`"
+        f"cannot store {what}, `{shown(found)}`, in `{variable.path}` of the type {type_name}; choose a member "
+        "that fits, or a variable of the type `string`"
     )
 
 
 def as_text(found: object) -> str:
-    """A text as it is, anything else as JSON."""
+    """Return a string as it is, anything else as JSON."""
     return found if isinstance(found, str) else json.dumps(found, default=_plain)
 
 
 def shown(found: object) -> str:
-    """The same, short enough for messages."""
+    """Return the text of a value, shortened for messages."""
     text = as_text(found)
     return text if len(text) <= 200 else f"{text[:197]}..."
 
@@ -187,12 +188,12 @@ def _plain(value: object) -> object:
 
 
 def member(found: Members, path: str, what: str) -> Any:
-    """A member of what has come; all of it if the path is empty.
+    """Return a member of a received message; the whole message if the path is empty.
 
     Raises:
-        ActionFailed: There is none of that name.
+        ActionFailed: The member is missing.
     """
     try:
         return member_of(found, path)
-    except InvalidUse as error:
+    except UsageError as error:
         raise ActionFailed(f"{what}: {error}") from error

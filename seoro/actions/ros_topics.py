@@ -1,34 +1,34 @@
-"""Actions of `osc.ros` on topics: publishing, waiting for messages, and variables that follow them."""
+"""Actions of `osc.ros` on topics: publishing, waiting for messages, and copying them into variables."""
 
 from __future__ import annotations
 
 import anyio
 
 from seoro.actions.ros_messages import to_twist
-from seoro.actions.ros_support import failing, member, next_message, store, system_of, to_members
+from seoro.actions.ros_support import as_action_failure, member, next_message, store, system_of, to_members
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import DrivenRobots
-from seoro.runtime.context import ActionContext
-from seoro.runtime.lasting import Kept
-from seoro.runtime.ros_system import Ros2System, RosPublisher
-from seoro.runtime.values import Variable
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.robots import DrivenRobots
+from seoro.runtime.contracts.ros2 import Ros2System, RosPublisher
+from seoro.runtime.execution.background import BackgroundResource
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Variable
 
-MATCH_WITHIN = 1.0  # [s] until what is published reaches those who have subscribed
+MATCH_WITHIN = 1.0  # [s] for the discovery of subscriptions
 TRANSIENT = "transient_local"
 TWISTS = frozenset({"Twist", "TwistStamped"})
 
 
 class Publishers:
-    """The publishers of a run: they last as long as it, so that late subscriptions get what was published."""
+    """The publishers of a run. They live until its end, so that late subscriptions receive messages."""
 
     def __init__(self) -> None:
-        self._open: dict[tuple[str, str, str], Kept[RosPublisher]] = {}
+        self._open: dict[tuple[str, str, str], BackgroundResource[RosPublisher]] = {}
         self._opening = anyio.Lock()
 
     async def find(self, ctx: ActionContext, topic: str, type_name: str, qos: str) -> RosPublisher:
-        """The publisher of a topic, with a type and a QoS."""
+        """Return the publisher of a topic with a type and a QoS, created on the first call."""
         key = (topic, type_name, qos)
         async with self._opening:
             if key not in self._open:
@@ -40,28 +40,27 @@ class Publishers:
 async def topic_publish(
     ctx: ActionContext, topic_name: str, topic_type: str, value: object, qos_profile: EnumValue
 ) -> None:
-    """Publish one message; without a ROS 2 system, commands of velocity to robots of the simulator."""
+    """Publish one message; without a ROS 2 system, a velocity command to a robot of the simulator."""
     if ctx.find(Ros2System) is None:
         await _command(ctx, topic_name, topic_type, value)
         return
     message = to_members(value, f"a message of {topic_name}")
-    with failing():
+    with as_action_failure():
         publisher = await ctx.shared(Publishers).find(ctx, topic_name, topic_type, qos_profile.member)
         if not await publisher.wait_for_subscription(MATCH_WITHIN) and TRANSIENT not in qos_profile.member:
-            ctx.log(f"nobody subscribes to {topic_name}: the message reaches nobody", "warning")
+            ctx.log(f"no subscription to {topic_name}: the message is lost", "warning")
         publisher.publish(message)
 
 
 async def _command(ctx: ActionContext, topic: str, topic_type: str, value: object) -> None:
-    """A command of velocity to a robot of the simulator, on whose way nothing gets lost."""
+    """Send a velocity command to a robot of the simulator."""
     package, _, kind = topic_type.replace("/", ".").rpartition(".")
     if package.partition(".")[0] != "geometry_msgs" or kind not in TWISTS:
         raise ActionFailed(
-            f"a message of type '{topic_type}' can be published on a ROS 2 system only, which `--ros` reaches; "
-            "robots in a simulator take 'geometry_msgs.msg.Twist' and 'geometry_msgs.msg.TwistStamped' on their "
-            "topics /cmd_vel"
+            f"publishing '{topic_type}' needs a ROS 2 system (`--ros`); robots in a simulator accept "
+            "'geometry_msgs.msg.Twist' and 'geometry_msgs.msg.TwistStamped' on their topics /cmd_vel"
         )
-    with failing():
+    with as_action_failure():
         velocity = to_twist(to_members(value, f"a message of {topic}"))
     robot, _, _ = topic.strip("/").rpartition("/")
     await ctx.ask(ctx.by_name(robot, DrivenRobots).command_velocity(topic, velocity))
@@ -70,7 +69,7 @@ async def _command(ctx: ActionContext, topic: str, topic_type: str, value: objec
 @action("wait_for_data", anywhere=Ros2System)
 async def wait_for_data(ctx: ActionContext, topic_name: str, topic_type: str, qos_profile: EnumValue) -> None:
     """Wait for the next message on a topic."""
-    with failing():
+    with as_action_failure():
         async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
             await next_message(ctx, subscription)
 
@@ -84,9 +83,9 @@ async def topic_monitor(
     qos_profile: EnumValue,
     member_name: str,
 ) -> None:
-    """Let a variable hold what each message on a topic says, until this is ended."""
+    """Store each message of a topic in a variable, until cancelled."""
     what = f"`{member_name}` of {topic_name}" if member_name else f"a message of {topic_name}"
-    with failing():
+    with as_action_failure():
         async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
 
             def take() -> None:

@@ -1,7 +1,7 @@
-"""Actions of `osc.ros` that wait for something to be there: nodes, topics, services, and who has them.
+"""Actions of `osc.ros` that wait for nodes, topics, services and their endpoints.
 
-They end as soon as what they wait for is announced; nothing is asked for again and again. When one is ended
-before, such as by `timeout`, it says what was not there.
+They end as soon as the entities are announced, without polling. An action that is cancelled before, for example by
+`timeout`, logs the missing entities.
 """
 
 from __future__ import annotations
@@ -9,28 +9,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from seoro.actions.reports import meanwhile
-from seoro.actions.ros_support import failing, system_of, telling
+from seoro.actions.ros_support import as_action_failure, log_missing, system_of
 from seoro.errors import ActionFailed
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Ros2System, Wanted
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.ros2 import Ros2System, Wanted
+from seoro.runtime.functions.actions import action
 
 
 @action("wait_for_nodes", anywhere=Ros2System)
 async def wait_for_nodes(ctx: ActionContext, nodes: Sequence[str]) -> None:
-    """Wait until all of some nodes are there."""
+    """Wait until all of the nodes exist."""
     await _wait(ctx, [Wanted("node", name) for name in nodes])
 
 
 @action("wait_for_topics", anywhere=Ros2System)
 async def wait_for_topics(ctx: ActionContext, topics: Sequence[str]) -> None:
-    """Wait until somebody publishes or subscribes to all of some topics."""
+    """Wait until each topic has a publisher or a subscription."""
     await _wait(ctx, [Wanted("topic", name) for name in topics])
 
 
 @action("wait_for_services", anywhere=Ros2System)
 async def wait_for_services(ctx: ActionContext, services: Sequence[str]) -> None:
-    """Wait until all of some services are served."""
+    """Wait until each service has a server."""
     await _wait(ctx, [Wanted("service", name) for name in services])
 
 
@@ -54,7 +54,7 @@ async def wait_for_service_server(ctx: ActionContext, service: str, node_name: s
 
 async def _wait(ctx: ActionContext, wanted: Sequence[Wanted]) -> None:
     if not wanted:
-        raise ActionFailed("there is nothing to wait for: the list is empty")
+        raise ActionFailed("the list is empty; expected at least one name")
     system = system_of(ctx)
-    with failing(), telling(ctx, lambda: ", ".join(system.missing(wanted))):
+    with as_action_failure(), log_missing(ctx, lambda: ", ".join(system.missing(wanted))):
         await meanwhile(ctx, system.wait_for(wanted))

@@ -1,14 +1,14 @@
-"""Actions of `osc.sensors`: waiting for what sensors of robots say, and checking that they say something."""
+"""Actions of `osc.sensors`: waiting for samples of sensors, and checking their rate."""
 
 from __future__ import annotations
 
 from functools import partial
 
 from seoro.actions.reports import finish
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Sensors
-from seoro.runtime.context import ActionContext
-from seoro.runtime.values import Actor
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.sensors import Sensors
+from seoro.runtime.functions.actions import action
+from seoro.runtime.values.values import Actor
 
 
 @action("robot.wait_for_sample", home=Sensors)
@@ -29,7 +29,7 @@ async def wait_for_bump(ctx: ActionContext, robot: Actor, zone: str, entity: str
 async def wait_for_range(
     ctx: ActionContext, robot: Actor, nearer_than: float, from_bearing: float, to_bearing: float, sensor: str
 ) -> None:
-    """Wait until a lidar sees something near."""
+    """Wait until a lidar measures a distance below a limit."""
     sensors, name = ctx.home(robot, Sensors)
     watch = partial(sensors.watch_range, name, sensor, nearer_than, from_bearing, to_bearing)
     await finish(ctx, watch, sensors.cancel_sensor_watch)

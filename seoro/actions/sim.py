@@ -1,7 +1,7 @@
-"""`osc.sim`: the simulator by the terms of ROS `simulation_interfaces`, and contacts in it.
+"""`osc.sim`: the simulator in terms of ROS `simulation_interfaces`, and contacts.
 
-`set_simulation_state` and `unload_world` are not among them: a run grants its simulator every step of time, so
-that there is nothing that a scenario could pause or play, and without a world no time would pass.
+`set_simulation_state` and `unload_world` are not supported: a run grants the simulator each step of time, so a
+scenario cannot pause it, and without a world no time would pass.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from seoro.errors import ActionFailed
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Simulation, Worlds
-from seoro.runtime.context import ActionContext
-from seoro.runtime.contracts import Child, Interrupt, ModifierContext, Pose3D, Velocity6D
-from seoro.runtime.modifiers import modifier
-from seoro.runtime.values import Struct
+from seoro.robotics.geometry import Pose3D, Velocity6D
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.modifiers import Child, Interrupt, ModifierContext
+from seoro.runtime.contracts.worlds import Simulation, Worlds
+from seoro.runtime.functions.actions import action
+from seoro.runtime.functions.modifiers import modifier
+from seoro.runtime.values.values import Struct
 from seoro.runtime.verdict import Outcome, Status
 
 
@@ -29,7 +30,7 @@ async def spawn_entity(
 ) -> None:
     """Spawn an entity."""
     if entity_namespace:
-        raise ActionFailed("`entity_namespace` is for models with ROS 2 topics of their own; leave it out here")
+        raise ActionFailed("unsupported `entity_namespace`: models have no ROS 2 topics here; omit it")
     simulation = ctx.anywhere(Simulation)
     await ctx.ask(simulation.spawn_entity(entity_name, uri, initial_pose, allow_renaming=allow_renaming))
 
@@ -44,28 +45,28 @@ async def delete_entity(ctx: ActionContext, entity: str) -> None:
 async def set_entity_state(
     ctx: ActionContext, entity: str, pose: Pose3D, twist: Velocity6D, acceleration: Struct
 ) -> None:
-    """Put an entity somewhere, with a velocity."""
+    """Set the pose and velocity of an entity."""
     parts = [part for part in acceleration.fields.values() if isinstance(part, Struct)]
     if any(value for part in parts for value in part.fields.values()):
-        raise ActionFailed("an acceleration cannot be set here; leave it out")
+        raise ActionFailed("unsupported `acceleration`: it cannot be set; omit it")
     await ctx.ask(ctx.anywhere(Simulation).set_entity_state(entity, pose, twist))
 
 
 @action("reset_simulation", anywhere=Simulation)
 async def reset_simulation(ctx: ActionContext) -> None:
-    """Put the world back to its initial state; the time of the run goes on."""
+    """Reset the world to its initial state; the time of the run goes on."""
     await ctx.ask(ctx.anywhere(Simulation).reset_simulation())
 
 
 @action("load_world", anywhere=Worlds, uris=("uri",))
 async def load_world(ctx: ActionContext, uri: str) -> None:
-    """Go on in another world; the time of the run goes on."""
+    """Continue in another world; the time of the run goes on."""
     await ctx.ask(ctx.anywhere(Worlds).change_world(uri))
 
 
 @action("step_simulation", anywhere=Simulation)
 async def step_simulation(ctx: ActionContext, steps: int) -> None:
-    """Make physics steps while paused."""
+    """Run physics steps while paused."""
     await ctx.ask(ctx.anywhere(Simulation).step_simulation(steps))
 
 
@@ -74,7 +75,7 @@ async def step_simulation(ctx: ActionContext, steps: int) -> None:
 
 @modifier("allow_contact")
 async def allow_contact(ctx: ModifierContext, child: Child, entities: Sequence[str]) -> Outcome:
-    """Let robots touch entities within the behavior; anything if none is named."""
+    """Allow robots to touch entities within the behavior; all entities if empty."""
     with ctx.allow_contact(entities):
         outcome = await child.run()
     assert outcome is not None, "it has no limit"
@@ -85,7 +86,7 @@ async def allow_contact(ctx: ModifierContext, child: Child, entities: Sequence[s
 async def forbid_contact(
     ctx: ModifierContext, child: Child, robots: Sequence[str], allowed: Sequence[str], also_struck: bool
 ) -> Outcome:
-    """Fail as soon as a robot strikes something that is not allowed."""
+    """Fail as soon as a robot strikes an entity that is not allowed."""
     found = Interrupt()
     with ctx.forbid_contact(robots, allowed, found, also_struck=also_struck):
         outcome = await child.run(interrupt=found)

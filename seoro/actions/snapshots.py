@@ -1,10 +1,10 @@
-"""Actions of `osc.snapshots`: the whole simulation, saved and gone back to."""
+"""Actions of `osc.snapshots`: saving and restoring the whole simulation."""
 
 from __future__ import annotations
 
-from seoro.runtime.actions import action
-from seoro.runtime.capabilities import Snapshots
-from seoro.runtime.context import ActionContext
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.worlds import Snapshots
+from seoro.runtime.functions.actions import action
 
 
 @action("save_snapshot", anywhere=Snapshots)
@@ -15,5 +15,5 @@ async def save_snapshot(ctx: ActionContext, name: str) -> None:
 
 @action("restore_snapshot", anywhere=Snapshots)
 async def restore_snapshot(ctx: ActionContext, name: str, seed: int) -> None:
-    """Go back to what was saved under a name."""
+    """Restore the simulation that was saved under a name."""
     await ctx.ask(ctx.anywhere(Snapshots).restore_snapshot(name, seed if seed >= 0 else None))

@@ -1,6 +1,6 @@
-"""Binds declarations to Python when a scenario is loaded: actions, modifiers and external methods.
+"""Binding of actions, modifiers and external methods to Python when a scenario is loaded.
 
-The modules of libraries are imported before a scenario is checked, since what their functions take says which
-arguments are right; afterwards, functions are matched with declarations. What does not match is a message, like
-all else that is wrong with a scenario.
+The modules of libraries are imported before a scenario is checked, since parameters of their functions determine
+which arguments are valid. Afterwards, functions are matched with declarations. Mismatches are diagnostics of the
+scenario.
 """

@@ -1,30 +1,34 @@
-"""Finds the Python functions of external methods (7.3.7.4), and binds them.
+"""Lookup and binding of the Python functions of external methods (7.3.7.4).
 
-The module of a dotted path is looked for beside the file of the declaration (for a library: beside its module),
-and then among all that Python can import.
+The module of a dotted path is searched beside the file of the declaration (for a library: beside its module), then
+on `sys.path`.
 """
 
 from __future__ import annotations
 
 import importlib
+from typing import TYPE_CHECKING
 
-from seoro.bindings.modules import ImportFailed, Root, import_beside, is_module, reason_of, root_of, root_of_folder
-from seoro.lang.check.checker import Checked
+from seoro.bindings.imports import ImportFailed, Root, import_beside, is_module, reason_of, root_of, root_of_folder
+from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import bindings as messages
 from seoro.lang.libraries import Library, Origin, folder_around
-from seoro.lang.plan import External
+from seoro.lang.plan import External, Methods
 from seoro.lang.source import SourceFile
-from seoro.runtime.fitting import Fitting
-from seoro.runtime.functions import bind_function
-from seoro.runtime.signatures import Misfit
+from seoro.runtime.functions.external import bind_function
+from seoro.runtime.functions.fitting import Fitting
+from seoro.runtime.functions.signatures import SignatureMismatch
+
+if TYPE_CHECKING:
+    from seoro.lang.check.checker import Checked
 
 
 class _NotFound(Exception):
-    """There is no such function.
+    """The function was not found.
 
     Args:
-        message: What is wrong.
+        message: Diagnostic.
     """
 
     def __init__(self, message: Message) -> None:
@@ -33,20 +37,20 @@ class _NotFound(Exception):
 
 
 def bind_externals(checked: Checked, fitting: Fitting, is_own_only: bool, bag: Bag) -> None:
-    """Give external methods their functions.
+    """Bind external methods to their functions.
 
     Args:
-        checked: The scenario, whose methods are given them.
-        fitting: For the types.
-        is_own_only: Whether to leave methods alone that seoro's own libraries do not declare.
-        bag: For messages.
+        checked: Scenario whose methods are bound.
+        fitting: Conversion of types.
+        is_own_only: Whether to bind only methods of seoro's own libraries.
+        bag: Bag for diagnostics.
     """
     libraries = {library.name: library for library in checked.sources.libraries}
-    homes = {module.file: module.library for module in checked.sources.modules}
+    library_names = {module.file: module.library for module in checked.sources.modules}
     wrong = {found.primary.span.file for found in checked.errors}  # types may be unknown there
     for method, external in checked.program.methods.externals():
         file = external.span.file
-        library = libraries.get(homes[file] or "")
+        library = libraries.get(library_names[file] or "")
         is_own = library is not None and library.origin is Origin.OWN
         if (is_own_only and not is_own) or "." not in external.path:  # that is reported already
             continue
@@ -59,22 +63,38 @@ def bind_externals(checked: Checked, fitting: Fitting, is_own_only: bool, bag: B
             continue
         try:
             checked.program.methods.bind(external, bind_function(function, method, external, fitting))
-        except Misfit as misfit:
-            bag.add(messages.OtherArguments(external.span, external.path, method.name, str(misfit)))
+        except SignatureMismatch as mismatch:
+            bag.add(messages.MethodSignatureMismatch(external.span, external.path, method.name, str(mismatch)))
+
+
+def bind_own_externals(methods: Methods, fitting: Fitting) -> None:
+    """Bind the external methods of seoro's own libraries to their functions.
+
+    Raises:
+        ValueError: A method is not declared in the text of a library.
+        Exception: A function is missing, or does not match.
+    """
+    files = set(builtin_libraries().values())
+    for method, external in methods.externals():
+        span = external.span
+        if span.file.path not in files or not span.text.startswith(f"external {external.path}("):
+            raise ValueError(f"{external.path} is not declared in a library of seoro")
+        function = find_function(external, None)
+        methods.bind(external, bind_function(function, method, external, fitting))
 
 
 def _root(file: SourceFile, library: Library | None) -> Root | None:
-    """Where modules lie that the external methods of a file may name."""
+    """Return the folder of modules for the external methods of a file."""
     if library is not None:
         return root_of(library)
     return root_of_folder(folder_around(file.path) or file.path.parent) if file.path is not None else None
 
 
 def find_function(external: External, root: Root | None) -> object:
-    """The Python function at a dotted path: of a module, or of a class in one.
+    """Find the Python function at a dotted path, in a module or a class.
 
     Raises:
-        _NotFound: There is none.
+        _NotFound: The function is missing.
     """
     parts = external.path.split(".")
     found, length = _find_module(external, parts, root)
@@ -82,7 +102,7 @@ def find_function(external: External, root: Root | None) -> object:
         if not hasattr(found, part):
             holder = ".".join(parts[:length])
             raise _NotFound(
-                messages.NoPythonFunction(external.span, external.path, holder, part, tuple(dir(found)))
+                messages.MissingFunction(external.span, external.path, holder, part, tuple(dir(found)))
             )
         found = getattr(found, part)
         length += 1
@@ -90,7 +110,7 @@ def find_function(external: External, root: Root | None) -> object:
 
 
 def _find_module(external: External, parts: list[str], root: Root | None) -> tuple[object, int]:
-    """The module that a path begins with, and how many parts of the path are its name."""
+    """Import the module at the start of a path; return it, and the number of parts of its name."""
     lengths = range(len(parts) - 1, 0, -1)
     try:
         if root is not None:
@@ -106,11 +126,11 @@ def _find_module(external: External, parts: list[str], root: Root | None) -> tup
         raise _NotFound(
             messages.BrokenFunction(external.span, external.path, error.module, error.reason, error.hint)
         ) from error
-    raise _NotFound(messages.NoPythonModule(external.span, external.path, ".".join(parts[:-1])))
+    raise _NotFound(messages.MissingModule(external.span, external.path, ".".join(parts[:-1])))
 
 
 def _import(name: str) -> object | None:
-    """A module that Python can import; None if there is none of that name."""
+    """Import a module; return None if it does not exist."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:

@@ -1,15 +1,15 @@
-"""The Python functions that carry out actions and modifiers, and whether they fit what is declared."""
+"""Lookup of Python functions that implement actions and modifiers, and their match with declarations."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from seoro.bindings.modules import ImportFailed, function_name, library_module
+from seoro.bindings.bound_functions import BoundFunctions
+from seoro.bindings.imports import ImportFailed, function_name, library_module
 from seoro.lang import ast
 from seoro.lang.check.arguments import Traits
 from seoro.lang.check.checker import Checked
@@ -20,21 +20,21 @@ from seoro.lang.diagnostics import listing
 from seoro.lang.frozen import Value
 from seoro.lang.libraries import Library, Origin
 from seoro.lang.loader import Sources
-from seoro.lang.symbols import Kind, TypeSymbol, all_fields, do_directive
+from seoro.lang.symbols import Kind, TypeSymbol
 from seoro.lang.traits import ParameterTrait
-from seoro.runtime.actions import ACTION_MARK, BoundAction, Mark, bind
-from seoro.runtime.fitting import Fitting
-from seoro.runtime.modifiers import MODIFIER_MARK, BoundModifier, ModifierMark, bind_modifier
-from seoro.runtime.signatures import Declaration, Misfit, traits
+from seoro.runtime.functions.actions import ACTION_MARK, Mark, bind
+from seoro.runtime.functions.fitting import Fitting
+from seoro.runtime.functions.modifiers import MODIFIER_MARK, ModifierMark, bind_modifier
+from seoro.runtime.functions.signatures import Declaration, SignatureMismatch, traits
 
 
 class Implementation(Value):
-    """A function that says what it carries out.
+    """Function with the decorator of an action or a modifier.
 
     Args:
-        mark: What it says.
+        mark: Data of the decorator.
         function: The function.
-        library: The library whose module defines it; None if it comes from elsewhere.
+        library: Library whose module defines it, if any.
     """
 
     mark: Mark | ModifierMark
@@ -43,26 +43,26 @@ class Implementation(Value):
 
     @property
     def key(self) -> tuple[Kind, str]:
-        """What it carries out: an action or a modifier, and its name."""
+        """Kind (action or modifier) and name of the implemented declaration."""
         return Kind.ACTION if isinstance(self.mark, Mark) else Kind.MODIFIER, self.mark.name
 
 
 Implementations = Mapping[tuple[Kind, str], Implementation]
 
 
-# ---------------------------------------------------------------- finding them
+# ---------------------------------------------------------------- lookup
 
 
 def find_implementations(
     sources: Sources, given: Iterable[ModuleType], is_own_only: bool, bag: Bag
 ) -> Implementations:
-    """The functions that carry something out.
+    """Find the implementations of actions and modifiers.
 
     Args:
-        sources: The scenario, with its libraries.
-        given: Modules that a program gives; what they carry out goes before what libraries do.
-        is_own_only: Whether to leave libraries alone that are not seoro's own.
-        bag: For messages.
+        sources: Scenario with its libraries.
+        given: Modules of the calling program; they take precedence over libraries.
+        is_own_only: Whether to import only seoro's own libraries.
+        bag: Bag for diagnostics.
     """
     found = {made.key: made for module in given for made in _marked(module, None)}
     first: dict[tuple[Kind, str], Implementation] = {}
@@ -94,7 +94,7 @@ def _of_library(library: Library, sources: Sources, bag: Bag) -> Iterator[Implem
 
 
 def _declared_actions(library: Library, sources: Sources) -> list[str]:
-    """Names of the actions of a library that Python would have to carry out."""
+    """Return the names of the actions of a library that need an implementation in Python."""
     return [
         statement.name.span.text
         for module in sources.modules
@@ -114,12 +114,12 @@ def _marked(module: ModuleType, library: Library | None) -> Iterator[Implementat
 
 
 def traits_of(found: Implementations) -> Traits:
-    """How arguments for the parameters of actions and modifiers are checked and passed."""
+    """Return the traits of parameters, which control checks and passing of arguments."""
     return {key: {**traits(made.function), **_file_traits(made.mark)} for key, made in found.items()}
 
 
 def _file_traits(mark: Mark | ModifierMark) -> dict[str, ParameterTrait]:
-    """The traits of parameters that name files."""
+    """Return the traits of parameters that are file names."""
     if isinstance(mark, ModifierMark):
         return {}
     return {
@@ -128,24 +128,17 @@ def _file_traits(mark: Mark | ModifierMark) -> dict[str, ParameterTrait]:
     }
 
 
-# ---------------------------------------------------------------- matching them
-
-
-class BoundFunctions(Value):
-    """The functions that carry out what a scenario and its libraries declare, by qualified names."""
-
-    actions: dict[str, BoundAction] = field(default_factory=dict)
-    modifiers: dict[str, BoundModifier] = field(default_factory=dict)
+# ---------------------------------------------------------------- match
 
 
 def bind_implementations(checked: Checked, found: Implementations, fitting: Fitting, bag: Bag) -> BoundFunctions:
-    """Match functions with what they carry out.
+    """Match functions with declarations.
 
     Args:
-        checked: The scenario with its libraries, which declare it.
+        checked: Scenario with its libraries.
         found: The functions.
-        fitting: For the types.
-        bag: For messages.
+        fitting: Conversion of types.
+        bag: Bag for diagnostics.
     """
     symbols = _symbols(checked)
     wrong = {message.primary.span.file for message in checked.errors}  # types may be unknown there
@@ -160,14 +153,15 @@ def bind_implementations(checked: Checked, found: Implementations, fitting: Fitt
         elif symbol.span.file not in wrong:
             try:
                 _match(symbol, made, checked, fitting, bound)
-            except Misfit as misfit:
+            except SignatureMismatch as mismatch:
                 name, kind = function_name(made.function), key[0].value
-                bag.add(messages.OtherParameters(symbol.span, name, kind, key[1], str(misfit), misfit.expected))
+                reason, expected = str(mismatch), mismatch.expected
+                bag.add(messages.ImplementationMismatch(symbol.span, name, kind, key[1], reason, expected))
     return bound
 
 
 def _symbols(checked: Checked) -> dict[tuple[Kind, str], TypeSymbol]:
-    """The declarations of actions and modifiers."""
+    """Return the declarations of actions and modifiers by kind and name."""
     program = checked.program
     declared = (*program.behaviors.values(), *program.modifiers.values())
     return {(symbol.kind, symbol.plan_name): symbol for symbol in declared}
@@ -175,7 +169,7 @@ def _symbols(checked: Checked) -> dict[tuple[Kind, str], TypeSymbol]:
 
 def _report_undeclared(made: Implementation, symbols: Mapping[tuple[Kind, str], TypeSymbol], bag: Bag) -> None:
     if made.library is None:
-        return  # its module may have more than this scenario needs
+        return  # the module may serve other scenarios, too
     kind, name = made.key
     declared = tuple(
         other for (is_kind, other), symbol in symbols.items()
@@ -188,9 +182,9 @@ def _report_undeclared(made: Implementation, symbols: Mapping[tuple[Kind, str], 
 def _match(
     symbol: TypeSymbol, made: Implementation, checked: Checked, fitting: Fitting, bound: BoundFunctions
 ) -> None:
-    if do_directive(symbol) is not None:
-        raise Misfit("the declaration has a `do`, which carries it out")
-    fields = all_fields(symbol).values()
+    if symbol.do is not None:
+        raise SignatureMismatch("the declaration has a `do`, and so needs no function")
+    fields = symbol.inventory.fields.values()
     parameters = {field.name: plan_type(field.type, checked.program) for field in fields}
     declaration = Declaration(symbol.actor is not None, parameters)
     if isinstance(made.mark, Mark):

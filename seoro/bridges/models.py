@@ -1,8 +1,8 @@
-"""Finding models by name: `name://path`, along the model path.
+"""Models by name: `name://path`, found along the model path.
 
-The model path is: folders given by the user, in their order, each with a folder `name`; then what installed
-packages register in the entry-point group `seoro.models` (`name = "package.module"`, whose folder is that of
-`name`); then seoro's own models. `file://` names a file directly.
+The model path begins with the folders of the user, in order, each with a folder `name`. Packages in the
+entry-point group `seoro.models` follow: `name = "package.module"` declares the folder of that module. Seoro's
+own models come last. `file://` names a file directly.
 """
 
 from __future__ import annotations
@@ -14,56 +14,56 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from seoro.input_files import Kind, read_input_text
-from seoro.located import Locate, as_named
+from seoro.files.inputs import Kind, read_input_text
+from seoro.files.path_mapping import Locate, unchanged_path
 
 OWN_MODELS = Path(__file__).resolve().parent.parent / "models"
 
 
 class ModelNotFound(Exception):
-    """No model by that name; the message says where was looked."""
+    """The model is unknown; the message lists the searched folders."""
 
 
 @dataclass(frozen=True)
 class ModelPath:
-    """Where models are looked up.
+    """Search path of models.
 
     Args:
-        folders: Given by the user; looked at first.
-        locate: Gives the places of files that are named by absolute paths.
+        folders: Folders of the user, searched first.
+        locate: Maps absolute paths of files.
     """
 
     folders: Sequence[Path] = ()
-    locate: Locate = as_named
+    locate: Locate = unchanged_path
 
     def read(self, uri: str) -> str:
-        """The text of a model.
+        """Return the text of a model.
 
         Args:
             uri: `name://path` or `file:///path`.
 
         Raises:
-            ModelNotFound: There is none, it is too large, or the path leaves its folder.
+            ModelNotFound: The model is missing or too large, or the path leaves its folder.
         """
-        # Not urlsplit: names may hold underscores, which schemes of URIs must not.
+        # `urlsplit` rejects names with underscores.
         name, separator, rest = uri.partition("://")
         if not separator or not name or not rest:
-            raise ModelNotFound(f"'{uri}' names no model: write `name://path`, or `file:///path` for a file")
+            raise ModelNotFound(f"invalid model '{uri}': expected `name://path`, or `file:///path` for a file")
         relative = unquote(rest)
         if name == "file":
             return _read(self.locate(Path(relative)), uri)
-        looked = []
+        searched = []
         for root in self._roots(name):
             path = (root / relative).resolve()
             if not path.is_relative_to(root.resolve()):
-                raise ModelNotFound(f"'{uri}' leaves the folder of its models")
+                raise ModelNotFound(f"'{uri}' leads out of the folder of its models")
             if path.is_file():
                 return _read(path, uri)
-            looked.append(str(path))
-        raise ModelNotFound(f"there is no model '{uri}'; looked at {', '.join(looked)}")
+            searched.append(str(path))
+        raise ModelNotFound(f"unknown model '{uri}' (searched: {', '.join(searched)})")
 
     def files(self, suffixes: Container[str]) -> Iterator[tuple[str, Path]]:
-        """All files with one of some suffixes, each after the URI by which `read` finds it, and no other first."""
+        """Yield all files that `read` finds and that have one of some suffixes, each with its URI."""
         for name in dict.fromkeys(self._names()):
             seen: set[str] = set()
             for root in self._roots(name):
@@ -74,10 +74,10 @@ class ModelPath:
                         yield f"{name}://{quote(relative)}", path
 
     def _names(self) -> Iterator[str]:
-        """Names that there may be models by."""
+        """Yield the names of folders and packages with models."""
         for folder in (*self.folders, OWN_MODELS):
             if folder.is_dir():
-                yield from sorted(each.name for each in folder.iterdir() if each.is_dir())
+                yield from sorted(path.name for path in folder.iterdir() if path.is_dir())
         yield from sorted(entry_points(group="seoro.models").names)
 
     def _roots(self, name: str) -> Iterator[Path]:
@@ -91,12 +91,12 @@ class ModelPath:
 
 
 def files_in(folder: Path, suffixes: Container[str]) -> Iterator[Path]:
-    """The files in and below a folder that have one of some suffixes, sorted; none that links lead out to."""
+    """Yield the files in and below a folder with one of some suffixes, sorted; no links out of the folder."""
     if not folder.is_dir():
         return
-    home = folder.resolve()
+    root = folder.resolve()
     for path in sorted(folder.rglob("*")):
-        if path.suffix in suffixes and path.is_file() and path.resolve().is_relative_to(home):
+        if path.suffix in suffixes and path.is_file() and path.resolve().is_relative_to(root):
             yield path
 
 
@@ -104,4 +104,4 @@ def _read(path: Path, uri: str) -> str:
     try:
         return read_input_text(path, Kind.MODEL)
     except (OSError, UnicodeDecodeError) as error:
-        raise ModelNotFound(f"the model '{uri}' cannot be read: {error}") from error
+        raise ModelNotFound(f"cannot read the model '{uri}': {error}") from error

@@ -1,28 +1,28 @@
-"""Files with snapshots."""
+"""Snapshot files."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from seoro.bridges import wire
-from seoro.errors import InvalidUse
-from seoro.input_files import Kind, read_input
+from seoro.errors import UsageError
+from seoro.files.inputs import Kind, read_input
 
 
 def read_snapshot(path: Path) -> wire.Snapshot:
-    """The snapshot in a file that a run has left.
+    """Read a snapshot from an output file of a run.
 
     Raises:
-        InvalidUse: The file cannot be read, or holds no snapshot.
+        UsageError: The file cannot be read, or is invalid.
     """
     try:
         content = read_input(path, Kind.SNAPSHOT)
     except OSError as error:
-        raise InvalidUse(f"the snapshot {path} cannot be read: {error.strerror}") from error
+        raise UsageError(f"cannot read the snapshot {path}: {error.strerror}") from error
     try:
         return wire.decode(wire.Snapshot, content, wire.BYTES)
     except wire.WireError:
-        raise InvalidUse(
-            f"{path} holds no snapshot",
+        raise UsageError(
+            f"invalid snapshot: {path}",
             help="`save_snapshot` of osc.snapshots saves one, and `seoro exec -o DIR` writes it to DIR",
         ) from None

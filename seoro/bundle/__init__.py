@@ -1,7 +1,6 @@
-"""Bundles: a scenario with all that it consists of, as it travels to where it is run.
+"""Bundles: a scenario with all its files and options, for a run on an executor.
 
-A bundle is a manifest (`seoro.bridges.executor.messages`) and blobs, which are single files known by the
-SHA-256 of their content: no archive is written or read. `packing.py` makes one of a scenario that was loaded,
-and of how it is to be run; `unpacking.py` lays one out in a folder, and trusts nothing in it; `places.py` says
-which paths may stand in one.
+A bundle consists of a manifest (`seoro.bridges.executor.messages`) and blobs, which are files identified by the
+SHA-256 of their content. No archive is written or read. `pack.py` makes a bundle of a loaded scenario and its
+options. `unpack.py` writes an untrusted bundle to a folder, and `paths.py` checks its paths.
 """

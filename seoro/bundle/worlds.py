@@ -1,4 +1,4 @@
-"""The files of worlds. Their form is a matter of simulators: a process of theirs says what a world names."""
+"""Files of worlds. Simulators define their format, so a process of `sim_nodes` lists them."""
 
 from __future__ import annotations
 
@@ -10,46 +10,46 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import unquote
 
-from seoro.errors import InvalidUse
-from seoro.input_files import Kind, open_input
+from seoro.errors import UsageError
+from seoro.files.inputs import Kind, open_input
 
 TIMEOUT: Final = 60.0  # [s]
 SUFFIXES: Final = frozenset({".yaml", ".yml"})
 XML_SUFFIXES: Final = frozenset({".sdf", ".urdf", ".world", ".xml"})
-FILE_ATTRIBUTES: Final = ("file", "filename")  # of elements, which name files; so does the text of `uri`
+FILE_ATTRIBUTES: Final = ("file", "filename")  # XML attributes that name files, like the text of `uri`
 FILE_SCHEME: Final = "file://"
 
 
 def is_world_file(world: str) -> bool:
-    """Whether a world is named by its file, and not by a name that simulators know."""
+    """Return whether a world is a file, not a name known to simulators."""
     return Path(world).suffix in SUFFIXES
 
 
 def is_file_uri(world: str) -> bool:
-    """Whether a world is named by `file://`."""
+    """Return whether a world is a `file://` URI."""
     return world.startswith(FILE_SCHEME)
 
 
 def file_here(world: str) -> Path | None:
-    """The file of this machine that a world of a foreign simulator names; None if the name is that simulator's."""
+    """Return the local file of a world of a foreign simulator; None if it is a name of that simulator."""
     path = Path(unquote(world.removeprefix(FILE_SCHEME)) if is_file_uri(world) else world)
     return path if path.is_file() else None
 
 
 def files_of_foreign_world(world: Path) -> list[Path]:
-    """A world file of a simulator of a ROS 2 system with the files and folders beside it that it names.
+    """List a world file for a simulator of a ROS 2 system, with the files that it names.
 
-    Those of YAML are seoro's; of XML, such as SDF, what it names by relative paths goes along, and of others only
-    the file itself.
+    YAML files are worlds of seoro. XML files, such as SDF, are listed with the files that they name by relative
+    paths; other files are listed alone.
 
     Raises:
-        InvalidUse: As `files_of_world`, or it cannot be read.
+        UsageError: As `files_of_world`, or the file cannot be read.
     """
     return files_of_world(str(world)) if is_world_file(str(world)) else [*_with_named(world, set())]
 
 
 def _with_named(file: Path, seen: set[Path]) -> Iterator[Path]:
-    """A file, with those that it names if it is XML, and those that they name."""
+    """Yield a file; for XML, also the files that it names, recursively."""
     if file in seen:
         return
     seen.add(file)
@@ -63,14 +63,14 @@ def _with_named(file: Path, seen: set[Path]) -> Iterator[Path]:
 
 
 def _named_in(file: Path) -> list[Path]:
-    """What an XML file names by paths relative to it."""
+    """Return the files that an XML file names by relative paths."""
     from xml.etree import ElementTree  # noqa: PLC0415 - takes long to load
 
     try:
         with open_input(file, Kind.WORLD) as stream:
-            tree = ElementTree.parse(stream)  # noqa: S314 - of the user's own, and the parser limits what entities become
+            tree = ElementTree.parse(stream)  # noqa: S314 - file of the user; the parser limits entities
     except (OSError, ElementTree.ParseError) as error:
-        raise InvalidUse(f"cannot read the world file {file}: {error}") from error
+        raise UsageError(f"cannot read the world file {file}: {error}") from error
     names = [element.text or "" for element in tree.iter("uri")]
     names += [element.get(attribute, "") for element in tree.iter() for attribute in FILE_ATTRIBUTES]
     stripped = {name.strip() for name in names} - {""}
@@ -78,22 +78,21 @@ def _named_in(file: Path) -> list[Path]:
 
 
 def files_of_world(world: str) -> list[Path]:
-    """A world file with all that it names.
+    """List a world file with all files that it names.
 
     Raises:
-        InvalidUse: One of them is not there, or is wrong, as a run here would say it; or there is no simulator
-            here that could tell.
+        UsageError: A file is missing or invalid, or no simulator is installed to read it.
     """
     command = [sys.executable, "-m", "sim_nodes.worlds.files", world]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
     except subprocess.TimeoutExpired as error:
-        raise InvalidUse(f"the world {world} was not read within {TIMEOUT:g} s") from error
+        raise UsageError(f"reading the world {world} took more than {TIMEOUT:g} s") from error
     if done.returncode == 0:
         return [Path(file) for file in json.loads(done.stdout)]
     if "ModuleNotFoundError" in done.stderr:
-        raise InvalidUse(
-            "which files a world names is known to simulators only, and what these need is not installed here",
-            help="pip install 'seoro[node]'; or name a world that the executor's simulators have, such as `maze`",
+        raise UsageError(
+            "cannot list the files of the world: the packages of simulators are not installed here",
+            help="pip install 'seoro[node]', or name a world of the executor's simulators, such as `maze`",
         )
-    raise InvalidUse(done.stderr.strip() or f"the world {world} cannot be read")
+    raise UsageError(done.stderr.strip() or f"cannot read the world {world}")

@@ -1,1 +1,5 @@
-"""The command line: the only place that parses arguments, prints or exits. One command, one file."""
+"""Command line: the only package that parses arguments, prints or exits.
+
+A module `NAME_command` has the options and the `run` function of the command NAME; `main` imports only that of the
+chosen command. Modules `*_arguments` declare options that several commands have. May import every other package.
+"""

@@ -1,4 +1,4 @@
-"""`seoro accept`: whether a trace is accepted by a scenario."""
+"""`seoro accept`: check a recorded trace against its scenario."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import argparse
 import json
 import sys
 
-from seoro.cli.exits import Exit
-from seoro.cli.files import count, open_bytes
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
+from seoro.cli.files import count
 from seoro.cli.output import use_colour
+from seoro.cli.trace_input import read_records
 from seoro.embed import accept, load
-from seoro.errors import InvalidUse
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.render import render_text
 from seoro.runtime.accept import Acceptance, Unchecked, Violation
-from seoro.traces.read import Record, Unreadable, only_records, read_trace
+from seoro.traces.reader import Record
 
 EXAMPLES = """examples:
   seoro exec maze.osc --clock virtual --trace trace.jsonl
@@ -29,14 +30,14 @@ _MAX_SHOWN = 50  # violations, and things not checked, on the terminal
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("trace", metavar="TRACE", help="the trace, as `seoro exec --trace` writes it; - for stdin")
-    parser.add_argument("file", metavar="SCENARIO", help="the scenario file (.osc) that was run")
-    parser.add_argument("--json", action="store_true", help="print the result as one JSON object on stdout")
+    parser.add_argument("trace", metavar="TRACE", help="trace of `seoro exec --trace`; - for stdin")
+    parser.add_argument("file", metavar="SCENARIO", help="scenario file (.osc) of the run")
+    add_option(parser, "--json", "print the result as one JSON object on stdout")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    records = _read(options.trace)
+    records = read_records(options.trace)
     acceptance = accept(load(options.file), records)
     if options.json:
         print(json.dumps(acceptance.plain(), ensure_ascii=False, indent=1))
@@ -45,43 +46,28 @@ def run(options: argparse.Namespace) -> int:
     return Exit.PASSED if acceptance.accepted else Exit.FAILED
 
 
-def _read(name: str) -> list[Record]:
-    """The records of a trace."""
-    problems: list[Unreadable] = []
-    try:
-        with open_bytes(name) as file:
-            records = list(only_records(read_trace(file), problems))
-    except OSError as error:
-        raise InvalidUse(f"cannot read the trace {name}: {error.strerror}") from error
-    if problems:
-        raise InvalidUse(f"cannot read the trace {name}: {problems[0]}")
-    if not records:
-        raise InvalidUse(f"the trace {name} is empty", help="`seoro exec --trace FILE` writes one")
-    return records
-
-
 def _show(acceptance: Acceptance, records: list[Record]) -> None:
-    """Print what was found: violations on stderr, the rest on stdout."""
+    """Print violations on stderr, everything else on stdout."""
     colour = use_colour(sys.stderr)
     for violation in acceptance.violations[:_MAX_SHOWN]:
         print(_violation(violation, records, colour=colour) + "\n", file=sys.stderr)
     hidden = len(acceptance.violations) - _MAX_SHOWN
     if hidden > 0:
-        print(f"and {count(hidden, 'more violation')}: `--json` has all of them", file=sys.stderr)
+        print(f"and {count(hidden, 'more violation')} (`--json` lists all)", file=sys.stderr)
     for unchecked in acceptance.unchecked[:_MAX_SHOWN]:
         print(_unchecked(unchecked))
     hidden = len(acceptance.unchecked) - _MAX_SHOWN
     if hidden > 0:
-        print(f"and {hidden} more that were not checked: `--json` has all of them")
+        print(f"and {hidden} more parts not checked (`--json` lists all)")
     what = count(acceptance.records, "record")
     if acceptance.accepted:
-        print(f"accepted: {what}" + (", as far as it was checked" if acceptance.unchecked else ""))
+        print(f"accepted: {what}" + (", apart from the parts not checked" if acceptance.unchecked else ""))
     else:
         print(f"not accepted: {what}, {count(len(acceptance.violations), 'violation')}", file=sys.stderr)
 
 
 def _violation(violation: Violation, records: list[Record], *, colour: bool) -> str:
-    """A violation with the text of the scenario, and the records that show it."""
+    """Format a violation with the scenario's text and the records that prove it."""
     message = f"{violation.message} ({_title(violation.rule.title, violation.rule.section)})"
     shown = ", ".join(_record(record) for record in records if record.get("seq") in violation.records)
     if violation.span is None:
@@ -92,7 +78,6 @@ def _violation(violation: Violation, records: list[Record], *, colour: bool) -> 
 
 
 def _record(record: Record) -> str:
-    """A record in few words."""
     return f"record {record.get('seq')} ({record.get('kind')} at {record.get('t')} s)"
 
 

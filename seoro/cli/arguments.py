@@ -1,4 +1,4 @@
-"""Reading command lines: what is wrong with one is said in one error, with what would be right."""
+"""Parsers and converters of command-line arguments; errors name the expected form."""
 
 from __future__ import annotations
 
@@ -7,130 +7,174 @@ import math
 import re
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import NoReturn, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
-from seoro.bridges.ros2.addresses import LARGEST_DOMAIN
-from seoro.cli.exits import Exit
+from seoro.bridges.addresses import LARGEST_DOMAIN
+from seoro.cli.exit_status import Exit
 from seoro.lang.diagnostics import near
 
 Container: TypeAlias = "argparse._ActionsContainer"
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors look like all others of seoro."""
+    """Argument parser that prints errors in the format of seoro."""
 
     def error(self, message: str) -> NoReturn:
         """Print an error and end the process."""
-        self.refuse(message, f"`{self.prog} --help` lists what there is")
+        self.refuse(message, f"see `{self.prog} --help`")
 
     def refuse(self, message: str, hint: str) -> NoReturn:
-        """Print an error with what to do, and end the process."""
+        """Print an error with a hint, and end the process."""
         print(f"error: {message}\n  = help: {hint}", file=sys.stderr)
         sys.exit(Exit.INVALID)
 
     def refuse_unknown(self, arguments: Sequence[str]) -> NoReturn:
-        """End the process because of arguments that the command does not take.
+        """End the process because of unknown or surplus arguments.
 
         Args:
             arguments: At least one.
         """
         unknown = next((argument for argument in arguments if argument.startswith("-")), None)
         if unknown is None:
-            self.error(f"`{arguments[0]}` is too much: `{self.prog}` takes no more arguments")
+            self.error(f"unexpected argument `{arguments[0]}`: `{self.prog}` takes no more arguments")
         name = unknown.partition("=")[0]
         options = _OPTION.findall(self.format_help())
         self.refuse(
-            f"`{self.prog}` has no option `{name}`",
-            near(name, options) or f"`{self.prog} --help` lists those that it has",
+            f"unknown option `{name}` of `{self.prog}`",
+            f"write it after `{self.prog}`"
+            if name in options
+            else near(name, options) or f"`{self.prog} --help` lists the options",
         )
 
 
 def seed(text: str) -> int:
-    """A seed of the command line.
+    """Convert a seed.
 
     Raises:
-        ArgumentTypeError: It is none.
+        ArgumentTypeError: The text is invalid.
     """
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, not {text!r}")
+        raise argparse.ArgumentTypeError(f"invalid seed {text!r}: expected a whole number from 0")
     return int(text)
 
 
-def number(text: str, wanted: str, fits: Callable[[float], bool]) -> float:
-    """A finite number of the command line.
+def number(wanted: str, fits: Callable[[float], bool]) -> Callable[[str], float]:
+    """Make a converter of finite numbers.
 
     Args:
-        text: What the command line has.
-        wanted: What it should be, for the message.
-        fits: Whether a number is that.
-
-    Raises:
-        ArgumentTypeError: It is none, or it does not fit.
+        wanted: Expected value, for the message.
+        fits: Whether a number is valid.
     """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and fits(value)):
-        raise argparse.ArgumentTypeError(f"expected {wanted}, not {text!r}")
-    return value
+
+    def convert(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and fits(value)):
+            raise argparse.ArgumentTypeError(f"expected {wanted}, found {text!r}")
+        return value
+
+    return convert
 
 
-def positive(text: str) -> float:
-    """A positive number of the command line.
-
-    Raises:
-        ArgumentTypeError: It is none.
-    """
-    return number(text, "a positive number", lambda value: value > 0.0)
+positive = number("a positive number", lambda value: value > 0.0)
+seconds = number("a number from 0", lambda value: value >= 0.0)
+_rate = number("a positive number, or max", lambda value: value > 0.0)
 
 
 def rate(text: str) -> float:
-    """Simulated seconds per second; infinite for `max`.
-
-    Raises:
-        ArgumentTypeError: It is no positive number.
-    """
-    return math.inf if text == "max" else number(text, "a positive number, or max", lambda value: value > 0.0)
+    """Convert a rate in simulated seconds per second; `max` becomes infinity."""
+    return math.inf if text == "max" else _rate(text)
 
 
 def whole(text: str) -> int:
-    """How many of something there are to be, at least one.
+    """Convert a whole number from 1.
 
     Raises:
-        ArgumentTypeError: It is no such number.
+        ArgumentTypeError: The text is invalid.
     """
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1, not {text!r}")
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1, found {text!r}")
     return int(text)
 
 
-def domain(text: str, called: str = "ROS_DOMAIN_ID") -> int:
-    """The number of a domain of ROS 2.
+def integer(text: str) -> int:
+    """Convert a whole number, which may be negative.
 
     Raises:
-        ArgumentTypeError: It is none.
+        ArgumentTypeError: The text is invalid.
+    """
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a whole number, found {text!r}") from None
+
+
+def domain(text: str) -> int:
+    """Convert a ROS 2 domain ID.
+
+    Raises:
+        ArgumentTypeError: The text is invalid.
     """
     if not (text.isascii() and text.isdecimal() and len(text) < 10 and int(text) <= LARGEST_DOMAIN):
-        raise argparse.ArgumentTypeError(f"a {called} is a whole number from 0 to {LARGEST_DOMAIN}, not {text!r}")
+        raise argparse.ArgumentTypeError(f"invalid domain ID {text!r}: expected 0 to {LARGEST_DOMAIN}")
     return int(text)
+
+
+def pattern(text: str) -> re.Pattern[str]:
+    """Compile a regular expression.
+
+    Raises:
+        ArgumentTypeError: The text is invalid.
+    """
+    try:
+        return re.compile(text)
+    except re.error as error:
+        raise argparse.ArgumentTypeError(f"invalid regular expression {text!r}: {error}") from None
+
+
+def add_option(parser: Container, spec: str, help_text: str, *, repeatable: bool = False, **more: Any) -> None:
+    """Declare an option.
+
+    Args:
+        parser: Parser or group.
+        spec: Names, and the placeholder of the value, such as `-o --output-dir DIR`. Without placeholder and
+            choices, the option is a flag.
+        help_text: Description.
+        repeatable: Whether the option may occur several times; its value is a list.
+        more: Other arguments of `add_argument`.
+    """
+    *names, last = spec.split()
+    if last.startswith("-"):
+        names.append(last)
+        if "choices" not in more:
+            more["action"] = "store_true"
+    else:
+        more["metavar"] = last
+    if repeatable:
+        more |= {"action": "append", "default": []}
+        help_text += " (repeatable)"
+    parser.add_argument(*names, help=help_text, **more)
+
+
+def add_command(commands: Commands, name: str, what: str) -> argparse.ArgumentParser:
+    """Add a subcommand; its help text is also its description."""
+    parser = commands.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.", allow_abbrev=False)
+    parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    parser.set_defaults(parser=parser)
+    return parser
 
 
 def add_dialect(parser: Container, when: str = "") -> None:
-    """Declare the option that says how a ROS 2 system uses Zenoh."""
-    parser.add_argument(
+    """Declare the option for the key format of a ROS 2 system on Zenoh."""
+    add_option(
+        parser,
         "--dialect",
+        f"{when}key format of the ROS 2 system on Zenoh (default: detected)",
         choices=("auto", "rmw_zenoh", "ros2dds"),
         default="auto",
-        help=f"{when}how the system uses Zenoh (default: what its tokens tell)",
-    )
-
-
-def add_folders(parser: Container, option: str, help_text: str) -> None:
-    """Declare an option that names a folder each time that it is given."""
-    parser.add_argument(
-        option, type=Path, action="append", default=[], metavar="DIR", help=f"{help_text} (repeatable)"
     )

@@ -1,4 +1,4 @@
-"""`seoro attach`: follow a run on an executor, from its first record to its end."""
+"""`seoro attach`: follow a run on an executor from its first record to its end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EXAMPLES = """examples:
   seoro attach 3f9a
   seoro attach 3f9a -o out/ --live-tree
 
-It shows what `seoro exec --on` would have shown, and has its exit status. Ctrl-C ends the command only."""
+Prints the same as `seoro exec --on`, with the same exit status. Ctrl-C ends this command; the run continues."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,10 +32,12 @@ def run(options: argparse.Namespace) -> int:
 
 async def _attach(options: argparse.Namespace, files: ResultFiles) -> int:
     from seoro.bridges.executor.clocks import describe  # noqa: PLC0415 - Zenoh, for this command only
-    from seoro.cli.following import Follower  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.cli.follower import Follower  # noqa: PLC0415 - Zenoh, for this command only
 
     async with named_run(options) as found:
         _, clock = await describe(found.executor)
         if clock is not None and clock.is_wrong:
-            print(f"note: the clock of {found.executor.name} is {clock} of ours", file=sys.stderr, flush=True)
+            print(
+                f"note: the clock of {found.executor.name} is {clock} of this machine", file=sys.stderr, flush=True
+            )
         return await Follower(options, files, stops=False).follow(found)

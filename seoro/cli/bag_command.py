@@ -1,16 +1,17 @@
-"""`seoro bag`: what is in a bag of ROS 2."""
+"""`seoro bag`: show or repair a ROS 2 bag."""
 
 from __future__ import annotations
 
 import argparse
 import json
 from datetime import datetime
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from seoro.cli.exits import Exit
-from seoro.errors import InvalidUse
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
+from seoro.cli.packages import ROS2, require
+from seoro.cli.tables import table
 
 if TYPE_CHECKING:
     from seoro.bridges.ros2.recording import Bag, BagTopic
@@ -18,29 +19,26 @@ if TYPE_CHECKING:
 EXAMPLES = """examples:
   seoro bag out/rosbag2_2026_05_31-16_04_05
   seoro bag drive.mcap --json
-  seoro bag out/drive --mend      # after its recorder was killed: write its index and metadata.yaml
+  seoro bag out/drive --repair    # after its recorder was killed: write its index and metadata.yaml
 
-exit status: 0, also when the bag is cut off; 2 if it is no bag"""
+exit status: 0, also for a truncated bag; 2 if the bag is missing or invalid"""
 
 _SECOND = 1_000_000_000  # [ns]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "bag", metavar="BAG", type=Path, help="a folder as rosbag2 makes it, or a file (.mcap or .db3)"
-    )
-    parser.add_argument("--mend", action="store_true", help="make MCAP files whole that end in the middle")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("bag", metavar="BAG", type=Path, help="rosbag2 folder, or file (.mcap or .db3)")
+    add_option(parser, "--repair", "complete truncated MCAP files")
+    add_option(parser, "--json", "print JSON")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    if find_spec("mcap") is None or find_spec("rosbags") is None:
-        raise InvalidUse("bags need mcap and rosbags", help="install them with: pip install 'seoro[ros2]'")
-    from seoro.bridges.ros2.recording import mend_bag, open_bag  # noqa: PLC0415 - slow to load, and optional
+    require("`seoro bag`", "ros2", *ROS2)
+    from seoro.bridges.ros2.recording import open_bag, repair_bag  # noqa: PLC0415 - slow to load, and optional
 
-    bag = mend_bag(options.bag) if options.mend else open_bag(options.bag)
+    bag = repair_bag(options.bag) if options.repair else open_bag(options.bag)
     if options.json:
         print(json.dumps(_summary(bag), indent=2, ensure_ascii=False))
     else:
@@ -49,19 +47,18 @@ def run(options: argparse.Namespace) -> int:
 
 
 def show_bag(bag: Bag) -> None:
-    """Print what is in a bag."""
+    """Print the topics, messages and duration of a bag."""
     extent, seconds = bag.extent, _duration(bag)
     begun = f", from {datetime.fromtimestamp(extent.start / _SECOND):%Y-%m-%d %H:%M:%S}" if extent.count else ""
     print(f"{bag.path}: {extent.count:,} messages, {seconds:.3f} s{begun}")
     rows = [_row(topic, seconds) for topic in sorted(bag.topics.values(), key=lambda topic: topic.name)]
-    widths = [max(len(row[column]) for row in rows) for column in range(4)] if rows else []
-    for name, type_name, count, rate in rows:
-        print(f"  {name:{widths[0]}}  {type_name:{widths[1]}}  {count:>{widths[2]}}  {rate:>{widths[3]}}")
+    if rows:
+        print(table(rows, "  ", right=(2, 3)))
     for name, text in bag.notes.items():
         for line in text.splitlines():
             print(f"  {name}: {line}")
     if bag.is_cut_off:
-        print("it ends in the middle, as its recorder was killed or still writes; `--mend` makes it whole")
+        print("truncated: its recorder was killed or is still writing; `--repair` completes it")
 
 
 def _row(topic: BagTopic, seconds: float) -> tuple[str, str, str, str]:

@@ -1,4 +1,4 @@
-"""`seoro check`: parse and check scenario files, without running anything."""
+"""`seoro check`: parse and check scenario files without running them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, find_files
 from seoro.cli.output import use_colour
 from seoro.embed.contradictions import find_contradictions
@@ -20,22 +21,18 @@ EXAMPLES = """examples:
   seoro check --strict scenarios/
   seoro check --format json scenarios/*.osc
 
-exit status: 0 without errors, 2 with"""
+exit status: 0 without errors, 2 with errors"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "files", metavar="FILE", nargs="+", help="scenario files (.osc), and folders with such files"
+        "files", metavar="FILE", nargs="+", help="scenario files (.osc), or folders with such files"
     )
-    parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="how to print what was found (default: text)"
-    )
-    parser.add_argument("--strict", action="store_true", help="report the use of extensions to the standard")
-    parser.add_argument(
-        "--no-import",
-        action="store_true",
-        help="do not import, and so run, the Python modules of libraries and external methods",
+    add_option(parser, "--format", "output format (default: text)", choices=("text", "json"), default="text")
+    add_option(parser, "--strict", "also report extensions to the standard")
+    add_option(
+        parser, "--no-import", "do not import (and thereby run) Python modules of libraries and external methods"
     )
 
 
@@ -61,7 +58,7 @@ def _check(files: Sequence[str], *, strict: bool, import_python: bool) -> Iterat
 
 
 def _once(diagnostics: Iterator[Diagnostic]) -> Iterator[Diagnostic]:
-    """Each of some diagnostics once: a file that others import is checked with each of them."""
+    """Drop duplicate diagnostics: imported files are checked once per importing file."""
     seen: set[tuple[str, int, int, str, str]] = set()
     for diagnostic in diagnostics:
         span = diagnostic.primary.span
@@ -82,7 +79,7 @@ def _show(found: Iterator[Diagnostic]) -> list[Diagnostic]:
 
 
 def _summarise(files: int, found: Sequence[Diagnostic]) -> None:
-    """Say how many files have how many errors and warnings; on stderr if there are errors."""
+    """Print the numbers of files, errors and warnings; on stderr if there are errors."""
     errors = _errors(found)
     warnings = len(found) - errors
     parts = [count(errors, "error") if errors else "no errors"]
@@ -91,7 +88,7 @@ def _summarise(files: int, found: Sequence[Diagnostic]) -> None:
     file = sys.stderr if errors else sys.stdout
     print(f"{count(files)} checked: {', '.join(parts)}", file=file)
     if found:
-        print(f"`seoro explain {found[0].code}` says more", file=file)
+        print(f"`seoro explain {found[0].code}` explains the error", file=file)
 
 
 def _errors(found: Sequence[Diagnostic]) -> int:

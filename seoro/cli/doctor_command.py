@@ -1,4 +1,4 @@
-"""`seoro doctor`: say what is installed and reachable, and what to do about what is not."""
+"""`seoro doctor`: check the installation and the network, and suggest fixes."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from collections.abc import Callable, Iterable
 
 import anyio
 
-from seoro.bridges.executor.addresses import ENDPOINT
-from seoro.cli.exits import Exit
-from seoro.cli.lab_command import LOCAL, add_lab_arguments, endpoints_of, guessed, lab_of
+from seoro.bridges.addresses import EXECUTOR
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
+from seoro.cli.lab_command import LOCAL, add_lab_arguments, default_endpoints, endpoints_of, lab_of
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.doctor.findings import Finding, Health
-from seoro.doctor.installed import look_here
-from seoro.errors import InvalidUse
-from seoro.runtime.jsonl import to_json
-from seoro.terminal_text import one_line
+from seoro.doctor.installation import check_installation
+from seoro.errors import UsageError
+from seoro.runtime.trace.jsonl import to_json
+from seoro.text.printable import one_line
 
 EXAMPLES = """examples:
   seoro doctor
@@ -24,25 +25,23 @@ EXAMPLES = """examples:
   seoro doctor --connect tcp/192.168.0.5:7447
   seoro doctor --executor tls/lab.example.org:7470 --json
 
-exit status: 0 if nothing has failed, warnings or not; 1 if something has"""
+exit status: 0 without failed checks (warnings are allowed), 1 with failed checks"""
 VARIABLE = "SEORO_EXECUTOR"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("--on", metavar="EXECUTOR", help="check the way to this executor (default: to all)")
+    add_option(parser, "--on EXECUTOR", "check the path to this executor (default: all)")
     add_executor_argument(parser)
     add_lab_arguments(parser)
-    parser.add_argument(
-        "--json", action="store_true", help="print a JSON list instead, with an object for each line"
-    )
+    add_option(parser, "--json", "print a JSON list with one object per check")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     found: list[Finding] = []
 
-    def tell(finding: Finding) -> None:
+    def report(finding: Finding) -> None:
         found.append(finding)
         if not options.json:
             text = one_line(f"{finding.what}: {finding.text}")
@@ -50,9 +49,9 @@ def run(options: argparse.Namespace) -> int:
             if finding.help:
                 print(f"{'':8} = help: {one_line(finding.help)}", flush=True)
 
-    for finding in look_here():
-        tell(finding)
-    anyio.run(_look_along, options, tell)
+    for finding in check_installation():
+        report(finding)
+    anyio.run(_check_network, options, report)
     if options.json:
         print(to_json([_plain(each) for each in found]))
     else:
@@ -60,35 +59,35 @@ def run(options: argparse.Namespace) -> int:
     return Exit.FAILED if any(each.health is Health.FAILED for each in found) else Exit.PASSED
 
 
-async def _look_along(options: argparse.Namespace, tell: Callable[[Finding], None]) -> None:
-    from seoro.doctor.lab import Places, look_at_lab  # noqa: PLC0415 - Zenoh; what is installed is told even without
-    from seoro.doctor.path import look_along  # noqa: PLC0415 - the same
+async def _check_network(options: argparse.Namespace, report: Callable[[Finding], None]) -> None:
+    from seoro.doctor.lab import Places, check_lab  # noqa: PLC0415 - Zenoh, which may be missing
+    from seoro.doctor.path import check_path_to_executors  # noqa: PLC0415 - the same
 
     chosen = options.executor or os.environ.get(VARIABLE)
     is_asked = chosen is not None or options.on is not None
-    endpoint = chosen or ENDPOINT
+    endpoint = chosen or EXECUTOR
     if not is_asked and not await _listens(endpoint):
-        tell(Finding("executor", Health.OK, f"none listens at {endpoint}, and none was asked for"))
+        report(Finding("executor", Health.OK, f"no executor at {endpoint} (none was requested)"))
         endpoint = ""
     try:
         lab, named = lab_of(options), endpoints_of(options)
-    except InvalidUse as error:
-        tell(Finding("lab file", Health.FAILED, str(error), error.help or "correct it"))
+    except UsageError as error:
+        report(Finding("lab file", Health.FAILED, str(error), error.help or "correct it"))
         lab, named = None, tuple(options.connect)
-    if guessed(options):
-        named = tuple([each for each in LOCAL if each != ENDPOINT and await _listens(each)])
+    if default_endpoints(options):
+        named = tuple([each for each in LOCAL if each != EXECUTOR and await _listens(each)])
     places = Places(named, lab)
     if endpoint:
-        async for finding in look_along(endpoint, options.on, options.keys, places):
-            tell(finding)
-    async for finding in look_at_lab(places, options.keys, endpoint, is_needed=not is_asked):
-        tell(finding)
+        async for finding in check_path_to_executors(endpoint, options.on, options.keys, places):
+            report(finding)
+    async for finding in check_lab(places, options.keys, endpoint, is_needed=not is_asked):
+        report(finding)
 
 
 async def _listens(endpoint: str) -> bool:
-    from seoro.doctor.endpoint import look_at_endpoint  # noqa: PLC0415 - as above
+    from seoro.doctor.endpoint import check_endpoint  # noqa: PLC0415 - as above
 
-    return (await look_at_endpoint(endpoint)).health is Health.OK
+    return (await check_endpoint(endpoint)).health is Health.OK
 
 
 def _plain(finding: Finding) -> dict[str, str]:

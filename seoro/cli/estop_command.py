@@ -1,4 +1,4 @@
-"""`seoro estop`: emergency stop of all robots of a lab, or of some."""
+"""`seoro estop`: emergency stop of all or some robots of a lab."""
 
 from __future__ import annotations
 
@@ -7,22 +7,25 @@ import os
 
 import anyio
 
+from seoro.cli.arguments import add_option
 from seoro.cli.keys_arguments import add_keys_argument
-from seoro.cli.lab_command import add_lab_arguments, stop_at_once
+from seoro.cli.lab_command import add_lab_arguments, emergency_stop
 
 EXAMPLES = """examples:
   seoro estop
   seoro estop --reason smoke
   seoro estop tb1 tb2
-  seoro lab release --estop tb1 --reason "nobody is near"
+  seoro lab release --estop tb1 --reason "area is clear"
   seoro lab release --all --reason "checked by hand"
 
-It stops at once, without a question. Bridges, simulators and executors that are stopped refuse every command until
-`seoro lab release --all`. With ROBOT, only these robots are stopped, until `seoro lab release --estop ROBOT`; runs
-that hold one of them end, and all other robots go on. A lab is its lab file (`--lab`, else that of SEORO_LAB), and
-what answers at endpoints (`--connect`); without either, what runs on this machine.
+The stop takes effect at once, without confirmation. Stopped bridges, simulators and executors refuse every
+command until `seoro lab release --all`. With ROBOT, only these robots stop, until `seoro lab release --estop
+ROBOT`. Runs that hold one of them end; other robots are not affected. The lab consists of the nodes in the lab
+file (`--lab`, default SEORO_LAB) and at the endpoints (`--connect`). Without both, it is everything on this
+machine.
 
-exit status: 0 all stand still, 2 the command line is invalid, 3 something was not reached or has not confirmed"""
+exit status: 0 all robots stand still, 2 the command line is invalid, 3 a node was not reached or did not
+confirm"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,12 +34,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "robots",
         nargs="*",
         metavar="ROBOT",
-        help="robots to stop, by their names in the lab file or at their nodes (default: everything)",
+        help="robots to stop, by their names in the lab file or at their nodes (default: all)",
     )
-    parser.add_argument("--reason", default="", metavar="TEXT", help="reason, shown to everybody in the lab")
+    add_option(parser, "--reason TEXT", "reason, shown to all users of the lab", default="")
     add_lab_arguments(parser)
-    parser.add_argument(
-        "--executor", metavar="ENDPOINT", help="endpoint of an executor or a router (default: SEORO_EXECUTOR)"
+    add_option(
+        parser, "--executor ENDPOINT", "Zenoh endpoint of an executor or a router (default: SEORO_EXECUTOR)"
     )
     add_keys_argument(parser)
 
@@ -44,4 +47,4 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     executor = options.executor or os.environ.get("SEORO_EXECUTOR")
-    return anyio.run(stop_at_once, options, *([executor] if executor else []))
+    return anyio.run(emergency_stop, options, *([executor] if executor else []))

@@ -1,4 +1,4 @@
-"""`seoro exec` without `--on`: run a scenario here, in this process."""
+"""`seoro exec` without `--on`: run a scenario in this process."""
 
 from __future__ import annotations
 
@@ -6,43 +6,33 @@ import argparse
 import asyncio
 import os
 import signal
-import sys
-import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
-from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import anyio
-
-from seoro.background import background
-from seoro.cli.concluding import Conclusion, conclude, progress_of, tell_dry_run
-from seoro.cli.exits import OF_STATUS, Exit
+from seoro.cli.exit_status import OF_STATUS, Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
-from seoro.cli.film_arguments import film_of
-from seoro.cli.lease_arguments import leasing_of
 from seoro.cli.output import error_text
-from seoro.cli.results import STDOUT, ResultFiles
-from seoro.cli.run_arguments import inputs_of, settings_of, use_file_settings
-from seoro.cli.signals import ending_signals
+from seoro.cli.report import RunReport, make_progress, report_dry_run, report_run
+from seoro.cli.results import ResultFiles
+from seoro.cli.run_arguments import inputs_of, leasing_of, settings_of, use_file_settings
+from seoro.cli.signals import termination_signals
+from seoro.cli.video_arguments import video_of
+from seoro.embed.plan_cache import load_cached
+from seoro.embed.preparation import announcement, prepare
+from seoro.embed.runnable import Runnable
 from seoro.embed.runs import Run
-from seoro.embed.scenarios import Scenario, check_file, load
-from seoro.embed.starting import announcement, prepare
-from seoro.embed.walltime import WallLimit
-from seoro.errors import BackendError, InvalidScenario, InvalidUse
-from seoro.film import DESCRIPTION
-from seoro.lang.loader import read_file
-from seoro.reasons import fault_text
-from seoro.runtime.trace import unwritten
+from seoro.embed.time_limit import WallLimit
+from seoro.errors import BackendError, InvalidScenario, UsageError
+from seoro.runtime.trace.records import write_error_text
 from seoro.runtime.verdict import Verdict
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
-    from seoro.film import Recording
+    from seoro.embed.video import Recording
 
-_LAST_WORDS = 2.0  # [s] for what is still to be written when everything is dropped
+_FLUSH_TIME = 2.0  # [s] for pending output when the run is dropped
 
 
 def run_local(options: argparse.Namespace) -> int:
@@ -50,35 +40,42 @@ def run_local(options: argparse.Namespace) -> int:
     files = ResultFiles(options)
     try:
         with _terminable():
-            scenario = _load(options.file)
+            scenario = _load(options)
             limit = use_file_settings(options, scenario).limit
             files.check_inputs(inputs_of(options, scenario))
-        with files:  # before there is a loop, which would keep Ctrl-C from one who waits for a pipe to be opened
-            return anyio.run(_Exec(options, scenario, files, limit).main, backend_options=_loop_for(options))
-    except (InvalidScenario, InvalidUse, BackendError) as error:
+        # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
+        with files, asyncio.Runner(loop_factory=_loop_factory(options)) as runner:
+            return runner.run(_Exec(options, scenario, files, limit).main())
+    except (InvalidScenario, UsageError, BackendError) as error:
         files.write_unrun(shown_name(options.file), error, error_text(error))
         raise
     except _Terminated:
         return Exit.CANCELLED
 
 
-def _loop_for(options: argparse.Namespace) -> dict[str, Any]:
-    """Which event loop a run gets: uvloop, which answers messages sooner, if any may come."""
-    return {"use_uvloop": options.ros is not None and find_spec("uvloop") is not None}
+def _loop_factory(options: argparse.Namespace) -> Callable[[], asyncio.AbstractEventLoop] | None:
+    """Return the factory of the event loop: uvloop, which handles messages faster, for runs with ROS 2."""
+    if options.ros is None:
+        return None
+    try:
+        from uvloop import new_event_loop  # noqa: PLC0415 - seldom needed
+    except ImportError:
+        return None
+    return new_event_loop
 
 
 class _Terminated(BaseException):
-    """SIGTERM or SIGHUP came before there was anything to clean up."""
+    """SIGTERM or SIGHUP arrived before the run had anything to clean up."""
 
 
 @contextmanager
 def _terminable() -> Iterator[None]:
-    """In the block, SIGTERM and SIGHUP are exceptions, as Ctrl-C is."""
+    """Raise `_Terminated` on SIGTERM and SIGHUP while the block runs."""
 
     def terminate(number: int, frame: object) -> None:
         raise _Terminated
 
-    numbers = [number for number in ending_signals() if number != signal.SIGINT]
+    numbers = [number for number in termination_signals() if number != signal.SIGINT]
     before = {number: signal.signal(number, terminate) for number in numbers}
     try:
         yield
@@ -87,87 +84,98 @@ def _terminable() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _load(file: str) -> Scenario:
-    if file != STDIN:
-        return load(file)
-    path, text = Path(STDIN_NAME), read_stdin()  # what it imports is looked for from the working directory
+def _load(options: argparse.Namespace) -> Runnable:
+    path = Path(options.file)
+    if options.file != STDIN and not options.set and options.params is None:
+        return load_cached(path, options.scenario)
+    from seoro.embed.scenarios import check_file, load  # noqa: PLC0415 - parser and checks, not needed for cached plans
+    from seoro.lang.loader import read_file  # noqa: PLC0415 - the same
+
+    if options.file != STDIN:
+        return load(path)
+    path, text = Path(STDIN_NAME), read_stdin()  # its imports are relative to the working directory
     return check_file(path, read=lambda other: text if other == path else read_file(other)).without_errors()
 
 
 class _Exec:
-    """One run of the command."""
+    """Run of the command."""
 
     def __init__(
-        self, options: argparse.Namespace, scenario: Scenario, files: ResultFiles, limit: WallLimit
+        self, options: argparse.Namespace, scenario: Runnable, files: ResultFiles, limit: WallLimit
     ) -> None:
         self._limit = limit
         self._options = options
         self._scenario = scenario
         self._files = files
-        self._film = film_of(options)
+        self._video = video_of(options)
         self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
         self._run: Run | None = None
-        # Where stdout is for a program, people are told on stderr.
-        self._progress = progress_of(
-            options, sys.stderr if options.json or options.trace == STDOUT else sys.stdout
-        )
+        self._clearing: asyncio.Task[None] | None = None
+        self._progress = make_progress(options)
 
     async def main(self) -> int:
-        """Run, and see to Ctrl-C from the first moment to the last."""
-        async with background() as group:
-            group.start_soon(self._watch_signals, group.cancel_scope)
-            try:
-                return await self._prepare_and_run()
-            finally:
-                with anyio.move_on_after(_LAST_WORDS, shield=True):
+        """Run the scenario, with signal handlers from start to end."""
+        loop = asyncio.get_running_loop()
+        work = loop.create_task(self._prepare_and_run())
+        for number in termination_signals():
+            loop.add_signal_handler(number, self._end, number, work)
+        try:
+            return await work
+        except asyncio.CancelledError:
+            return self._interrupted or Exit.INTERRUPTED
+        finally:
+            if self._clearing is not None:
+                await self._clearing
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_FLUSH_TIME):
                     await self._files.finish()
                     await self._progress.finish()
-        return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
 
-    async def _watch_signals(self, scope: anyio.CancelScope) -> None:
-        """The first signal stops the run in order; the second, or one before there is a run, drops everything."""
-        with anyio.open_signal_receiver(*ending_signals()) as signals:
-            async for number in signals:
-                name = "Ctrl-C" if number == signal.SIGINT else number.name
-                second = self._interrupted is not None
-                self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
-                if self._run is None or second:
-                    if self._run is not None:
-                        self._run.halt(f"interrupted by {name}")
-                        from seoro.actions.processes import kill_programs  # noqa: PLC0415 - has to be there by now
+    def _end(self, number: signal.Signals, work: asyncio.Task[Exit]) -> None:
+        """Stop the run at the first signal; drop it at the second, or at a signal before the run exists."""
+        name = "Ctrl-C" if number == signal.SIGINT else number.name
+        again = self._interrupted is not None
+        self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
+        if self._run is not None and not again:
+            self._progress.print_line(f"{name}: stopping robots and cleaning up; press again to stop at once")
+            self._run.stop(f"interrupted by {name}")
+            return
+        if self._run is not None:
+            self._run.halt(f"interrupted by {name}")
+            from seoro.actions.processes import kill_programs  # noqa: PLC0415 - rarely needed
 
-                        kill_programs()
-                    scope.cancel()
-                    if second:  # a clean-up is not cancelled with its task, and may hang
-                        asyncio.get_running_loop().call_later(_LAST_WORDS, os._exit, self._interrupted)
-                        await self._clear_simulator()
-                    return
-                self._progress.say(f"{name}: stopping robots and cleaning up; once more to stop at once")
-                self._run.stop(f"interrupted by {name}")
+            kill_programs()
+        work.cancel()
+        if again:  # a clean-up is not cancelled with its task and may hang
+            loop = asyncio.get_running_loop()
+            loop.call_later(_FLUSH_TIME, os._exit, self._interrupted)
+            self._clearing = loop.create_task(self._clear_simulator())
 
     async def _clear_simulator(self) -> None:
-        """Clear a simulator that may live on, when the order in which the run cleans up is not waited for."""
+        """Clear a simulator that outlives the run, if the regular clean-up is skipped."""
         if self._run is not None and self._run.simulator is not None:
-            with anyio.CancelScope(shield=True), suppress(BackendError):
+            with suppress(BackendError):
                 await self._run.simulator.clear()
 
     async def _prepare_and_run(self) -> Exit:
         options = self._options
-        settings = replace(
-            settings_of(options),
-            leasing=leasing_of(options, lambda why: self._progress.say(f"waiting: {why}")),
+        settings = settings_of(
+            options,
+            leasing=leasing_of(options, lambda reason: self._progress.print_line(f"waiting: {reason}")),
             observers=(self._progress, *self._files.traces),
             output_directory=options.output_dir,
+            external=options.external,
+            replay=options.recorded,
         )
         loop = asyncio.get_running_loop()
         async with prepare(self._scenario, settings) as run:
             if options.dry_run:
-                tell_dry_run(options, self._progress, run.seed, run.parameters, run.parameter_texts)
+                report_dry_run(options, self._progress, run.seed, run.parameters, run.parameter_texts)
                 return Exit.PASSED
-            self._progress.say(f"{shown_name(self._options.file)}: {announcement(run, settings)}\n")
+            self._progress.print_line(f"{shown_name(self._options.file)}: {announcement(run, settings)}\n")
             self._run = run
-            self._progress.follow(lambda: run.now)
-            self._files.when_failed(lambda error: loop.call_soon_threadsafe(run.give_up, unwritten(error)))
+            self._progress.set_clock(lambda: run.now)
+            self._files.on_failure(lambda error: loop.call_soon_threadsafe(run.abort, write_error_text(error)))
             async with self._recording(run) as recording, run.running(self._limit):
                 verdict = await run.result()
             artifacts = await run.artifacts() if options.output_dir else ()
@@ -176,21 +184,32 @@ class _Exec:
         return await self._conclude(verdict, run, artifacts)
 
     def _recording(self, run: Run) -> AbstractAsyncContextManager[Recording | None]:
-        """Record what is asked for while the block lasts."""
-        return nullcontext() if self._film is None else run.recording(*self._film)
+        """Record the requested video while the block runs."""
+        return nullcontext() if self._video is None else run.recording(*self._video)
 
     async def _conclude(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> Exit:
         files = [(file.path, file.description) for file in run.files]
-        if self._film is not None:
-            files.append((self._film[1], DESCRIPTION))
-        fault = run.fault
-        found = Conclusion(
+        if self._video is not None:
+            from seoro.embed.video import DESCRIPTION  # noqa: PLC0415 - for runs with a video
+
+            files.append((self._video[1], DESCRIPTION))
+        found = RunReport(
             verdict,
             run.parameters,
             files,
-            fault="" if fault is None else fault_text(fault),
-            traceback="" if fault is None else "".join(traceback.format_exception(fault)),
+            **_fault_texts(run.fault),
             artifacts=artifacts,
         )
-        verdict = await conclude(found, self._options, self._files, self._progress)
+        verdict = await report_run(found, self._options, self._files, self._progress)
         return self._interrupted or OF_STATUS[verdict.status]
+
+
+def _fault_texts(fault: Exception | None) -> dict[str, str]:
+    """Format the exception of an action in one line and as a traceback; empty without an exception."""
+    if fault is None:
+        return {}
+    from traceback import format_exception  # noqa: PLC0415 - for faults only
+
+    from seoro.runtime.explain.reasons import fault_text  # noqa: PLC0415 - the same
+
+    return {"fault": fault_text(fault), "traceback": "".join(format_exception(fault))}

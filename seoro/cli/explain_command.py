@@ -1,4 +1,4 @@
-"""`seoro explain`: what the codes of messages mean."""
+"""`seoro explain`: explain error codes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import sys
 from collections.abc import Sequence
 from itertools import groupby
 
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
 from seoro.cli.output import use_colour
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lang.explain import Explanation, explanation, explanations, near_codes
 
 EXAMPLES = """examples:
@@ -21,10 +22,8 @@ EXAMPLES = """examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("codes", metavar="CODE", nargs="*", help="codes such as E0312; all are listed by default")
-    parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="how to print what they mean (default: text)"
-    )
+    parser.add_argument("codes", metavar="CODE", nargs="*", help="error codes such as E0312 (default: list all)")
+    add_option(parser, "--format", "output format (default: text)", choices=("text", "json"), default="text")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,12 +42,12 @@ def _find(code: str) -> Explanation:
     found = explanation(code)
     if found is None:
         hint = near_codes(code) or "`seoro explain` lists all codes"
-        raise InvalidUse(f"there is no code `{code}`", help=hint)
+        raise UsageError(f"unknown code `{code}`", help=hint)
     return found
 
 
 def _show(found: Sequence[Explanation]) -> None:
-    """Print explanations: as they are written, or for a terminal."""
+    """Print explanations as Markdown, rendered on terminals."""
     if not use_colour(sys.stdout):
         print("\n".join(item.text for item in found), end="")
         return
@@ -62,7 +61,7 @@ def _show(found: Sequence[Explanation]) -> None:
 
 
 def _list(found: Sequence[Explanation]) -> None:
-    """Print codes with their titles, by phase."""
+    """Print codes with titles, grouped by phase."""
     bold, plain = ("\x1b[1m", "\x1b[0m") if use_colour(sys.stdout) else ("", "")
     for number, (phase, items) in enumerate(groupby(found, key=lambda item: item.phase)):
         print("\n" * bool(number) + f"{bold}{phase}{plain}")
@@ -71,12 +70,6 @@ def _list(found: Sequence[Explanation]) -> None:
 
 
 def _to_json(item: Explanation) -> dict[str, object]:
-    fields: dict[str, object] = {
-        "code": item.code,
-        "phase": item.phase,
-        "title": item.title,
-        "meaning": item.meaning,
-    }
-    example = item.example
-    fields |= {"wrong": example.wrong, "message": example.message, "right": example.right}
-    return fields if not example.files else {**fields, "files": example.files, "right_files": example.right_files}
+    fields = {name: getattr(item, name) for name in ("code", "phase", "title", "meaning")}
+    of_example = ("wrong", "message", "right", *(("files", "right_files") if item.example.files else ()))
+    return fields | {name: getattr(item.example, name) for name in of_example}

@@ -1,4 +1,4 @@
-"""The files that a command line names: scenario files and folders with such files, traces, stdin; and state."""
+"""Files named on the command line (scenarios, folders, traces, stdin), and state files of the user."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Final
+from typing import Final
 
-from seoro.errors import InvalidUse
-from seoro.input_files import Kind, open_input
+from seoro.errors import UsageError
+from seoro.files.inputs import Kind
 
 STDIN = "-"
 LARGEST: Final = Kind.SCENARIO.limit or 0  # [bytes] from stdin
@@ -20,33 +20,33 @@ SUFFIX = ".osc"
 
 
 def state_folder() -> Path:
-    """Where what goes on is kept for this user, beyond the end of a process."""
+    """Return the folder for persistent state of this user."""
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "seoro"
 
 
 def node_file(folder: str, name: str, endpoint: str, kind: str) -> Path:
-    """Where something of a node is kept, which is known by its name and where it is reached."""
+    """Return the path of a state file of a node, identified by its name and endpoint."""
     place = re.sub(r"[^A-Za-z0-9]+", "-", endpoint)
     return state_folder() / folder / f"{name}@{place}.{kind}"
 
 
 def find_files(arguments: Sequence[str]) -> list[str]:
-    """The files, each once, in the order in which they are named; those of a folder by name.
+    """List files once each, in the order of the arguments; files of a folder are sorted by name.
 
-    A file that does not exist is among them: whoever reads it says so.
+    Missing files are kept; reading them reports the error.
 
     Args:
-        arguments: Files, and folders, in which hidden folders are left out.
+        arguments: Files and folders. Hidden subfolders are skipped.
 
     Raises:
-        InvalidUse: A folder has no scenario files, or cannot be read.
+        UsageError: A folder has no scenario files, or cannot be read.
     """
     found: dict[str, str] = {}
     for argument in arguments:
         if Path(argument).is_dir():
             inside = list(_files_in(argument))
             if not inside:
-                raise InvalidUse(f"there are no {SUFFIX} files in `{argument}`")
+                raise UsageError(f"no {SUFFIX} files in the folder `{argument}`")
         else:
             inside = [argument]
         for file in inside:
@@ -56,7 +56,7 @@ def find_files(arguments: Sequence[str]) -> list[str]:
 
 def _files_in(folder: str) -> Iterator[str]:
     def fail(error: OSError) -> None:
-        raise InvalidUse(f"cannot read the folder `{error.filename}`: {error.strerror}")
+        raise UsageError(f"cannot read the folder `{error.filename}`: {error.strerror}")
 
     for place, folders, files in os.walk(folder, onerror=fail):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
@@ -66,34 +66,39 @@ def _files_in(folder: str) -> Iterator[str]:
 
 
 def shown_name(file: str) -> str:
-    """What a scenario file is called in messages."""
+    """Return the name of a scenario file in messages."""
     return STDIN_NAME if file == STDIN else file
 
 
 def read_stdin() -> str:
-    """The text of a scenario file that comes from stdin.
+    """Read a scenario from stdin.
 
     Raises:
-        InvalidUse: It is too large, or no text.
+        UsageError: The input is too large, or not UTF-8.
     """
     data = sys.stdin.buffer.read(LARGEST + 1)
     if len(data) > LARGEST:
-        raise InvalidUse(f"what comes from stdin is larger than {LARGEST // 2**20} MiB")
+        raise UsageError(f"stdin is too large: more than {LARGEST // 2**20} MiB")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
-        raise InvalidUse(f"what comes from stdin is not UTF-8 (byte {fault.start})") from None
+        raise UsageError(f"stdin is not UTF-8 (byte {fault.start})") from None
 
 
-def open_bytes(name: str) -> AbstractContextManager[IO[bytes]]:
-    """Open a trace, which is closed after the block, or stdin, which is not.
-
-    Raises:
-        OSError: It cannot be read, or is no regular file.
-    """
-    return nullcontext(sys.stdin.buffer) if name == STDIN else open_input(Path(name), Kind.TRACE)
+@contextmanager
+def write_errors(path: Path) -> Iterator[None]:
+    """Convert errors of writing a file into `UsageError`s."""
+    try:
+        yield
+    except FileExistsError as error:
+        raise UsageError(f"cannot write {path}: {error.filename} is not a folder") from error
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        inside = error.filename is not None and Path(error.filename).is_relative_to(path)
+        raise UsageError(f"cannot write {error.filename if inside else path}: {error.strerror}") from error
 
 
 def count(number: int, what: str = "file") -> str:
-    """A number of things in words: `1 file`, `2 files`."""
+    """Format a number of things: `1 file`, `2 files`."""
     return f"{number} {what}{'' if number == 1 else 's'}"

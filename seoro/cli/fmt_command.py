@@ -1,4 +1,4 @@
-"""`seoro fmt`: lay scenario files out after the standard's coding style guide."""
+"""`seoro fmt`: format scenario files (coding style guide of the standard)."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from collections.abc import Iterator
 from enum import Enum, auto
 from pathlib import Path
 
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
 from seoro.cli.output import print_error, use_colour
-from seoro.errors import InvalidScenario, InvalidUse
-from seoro.input_files import Kind, read_input, resolved
+from seoro.errors import InvalidScenario, UsageError
+from seoro.files.inputs import Kind, read_input, resolved
 from seoro.lang.format.fault import LayoutFault
 from seoro.lang.loader import read_source
 from seoro.lang.source import SourceFile
 
 EXAMPLES = """examples:
   seoro fmt maze.osc scenarios/
-  seoro fmt --check --diff scenarios/      (for continuous integration: nothing is written)
+  seoro fmt --check --diff scenarios/      (for continuous integration: writes nothing)
   seoro fmt - < maze.osc                   (to stdout)
 
-Only the layout changes: the meaning of a file and its comments stay. A file with syntax errors is left as it
-is.
+Only the layout changes, not the meaning and the comments. Files with syntax errors are not changed.
 
-exit status: 0 done, 1 with --check when a file is not laid out so, 2 when a file could not be"""
+exit status: 0 done, 1 with --check if a file would change, 2 if a file could not be formatted"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,18 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "files",
         metavar="FILE",
         nargs="+",
-        help="scenario files (.osc), and folders with such files; - for stdin, which goes to stdout",
+        help="scenario files (.osc), or folders with such files; - reads stdin and writes stdout",
     )
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="write nothing; list the files that would change, and fail if any does",
-    )
-    parser.add_argument("--diff", action="store_true", help="write nothing; print what would change")
+    add_option(parser, "--check", "write nothing; list files that would change, and exit with 1 if there are any")
+    add_option(parser, "--diff", "write nothing; print a diff")
 
 
 class _Outcome(Enum):
-    """What became of a file."""
+    """Result of formatting a file."""
 
     CHANGED = auto()
     SAME = auto()
@@ -57,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     if STDIN in options.files:
         if len(options.files) > 1:
-            raise InvalidUse("`-` is the only file where it is given")
+            raise UsageError("`-` cannot be combined with other files")
         outcomes = [_format_stdin(options)]
     else:
         outcomes = [_format_file(Path(file), options) for file in find_files(options.files)]
@@ -89,7 +85,7 @@ def _format_file(path: Path, options: argparse.Namespace) -> _Outcome:
     text = _format(file)
     if text is None:
         return _Outcome.REFUSED
-    if text.encode() == read_input(path, Kind.SCENARIO):  # which may begin with a byte order mark
+    if text.encode() == read_input(path, Kind.SCENARIO):  # the bytes may begin with a byte order mark
         return _Outcome.SAME
     if options.diff:
         _print_diff(file, text)
@@ -102,8 +98,8 @@ def _format_file(path: Path, options: argparse.Namespace) -> _Outcome:
 
 
 def _format(file: SourceFile) -> str | None:
-    """The text of a file as it is to be; None, with a message, if it has errors."""
-    from seoro.lang.format.formatter import format_text  # noqa: PLC0415 - of no use to other commands
+    """Format a file; print an error and return None if that fails."""
+    from seoro.lang.format.formatter import format_text  # noqa: PLC0415 - for this command only
 
     try:
         return format_text(file)
@@ -114,7 +110,7 @@ def _format(file: SourceFile) -> str | None:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Write a file at once or not at all, with the permissions that it had; a link stays one."""
+    """Replace a file atomically, keeping its permissions and links to it."""
     path = resolved(path)
     new = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
@@ -135,7 +131,7 @@ def _print_diff(file: SourceFile, text: str) -> None:
 
 
 def _diff(file: SourceFile, text: str) -> Iterator[str]:
-    """The lines of a unified diff, coloured for terminals."""
+    """Yield the lines of a unified diff, coloured on terminals."""
     from difflib import unified_diff  # noqa: PLC0415 - slow to load, and seldom needed
 
     colours = {"-": "\x1b[31m", "+": "\x1b[32m", "@": "\x1b[36m"} if use_colour(sys.stdout) else {}
@@ -147,11 +143,11 @@ def _diff(file: SourceFile, text: str) -> Iterator[str]:
 
 
 def _summarise(outcomes: list[_Outcome], *, writes: bool) -> None:
-    """Say on stderr what became of how many files."""
+    """Print the number of files per outcome on stderr."""
     changed, same, refused = (outcomes.count(which) for which in _Outcome)
     parts = [
         f"{count(changed)} {'changed' if writes else 'would change'}" if changed else "",
-        f"{count(same)} left as {'it is' if same == 1 else 'they are'}" if same else "",
+        f"{count(same)} unchanged" if same else "",
         f"{count(refused)} could not be formatted" if refused else "",
     ]
     print(", ".join(part for part in parts if part), file=sys.stderr)

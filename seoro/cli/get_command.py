@@ -1,4 +1,4 @@
-"""`seoro get`: bring home what a run on an executor has left."""
+"""`seoro get`: download the output files of a run."""
 
 from __future__ import annotations
 
@@ -7,27 +7,26 @@ from pathlib import Path
 
 import anyio
 
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
+from seoro.cli.files import write_errors
 from seoro.cli.output_folder import OutputFolder
 from seoro.cli.remote_arguments import add_run_argument, named_run
-from seoro.errors import InvalidUse
-from seoro.runtime.jsonl import to_line
-from seoro.terminal_text import one_line
+from seoro.runtime.trace.jsonl import to_line
+from seoro.text.printable import one_line
 
 EXAMPLES = """examples:
   seoro get 3f9a
   seoro get 3f9a -o out/
 
-Beside what its actions have left, that is the trace. `seoro attach RUN -o DIR` also writes test.xml and
+Downloads the trace and the files of its actions and simulator. `seoro attach RUN -o DIR` also writes test.xml and
 coverage.json."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_run_argument(parser)
-    parser.add_argument(
-        "-o", "--output-dir", type=Path, metavar="DIR", help="where to (default: a folder with the id of the run)"
-    )
+    add_option(parser, "-o --output-dir DIR", "output folder (default: the id of the run)", type=Path)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,12 +42,10 @@ async def _get(options: argparse.Namespace) -> list[Path]:
         trace = folder / "trace.jsonl"
         output = OutputFolder(folder)
         output.claim()
-        try:
+        with write_errors(trace):
             async with await anyio.open_file(trace, "wb") as file:
                 async for record in found.records_so_far():
                     await file.write(to_line(record))
-        except OSError as error:
-            raise InvalidUse(f"cannot write {trace}: {error.strerror}") from error
         try:
             return [trace, *await found.fetch(folder)]
         finally:

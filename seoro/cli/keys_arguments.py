@@ -1,4 +1,4 @@
-"""The option by which commands are given keys."""
+"""The option `--keys`."""
 
 from __future__ import annotations
 
@@ -8,26 +8,25 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from seoro.cli.arguments import Container
-from seoro.keys.folder import VARIABLE
+from seoro.cli.arguments import Container, add_option
+from seoro.security.keys import VARIABLE
 
 
 def add_keys_argument(parser: Container) -> None:
-    """Declare where the keys of this one are."""
-    parser.add_argument(
-        "--keys",
+    """Declare the option for the folder of keys."""
+    add_option(
+        parser,
+        "--keys DIR",
+        "folder of keys, for endpoints on other machines (default: SEORO_KEYS, else ~/.config/seoro/keys)",
         type=Path,
-        metavar="DIR",
-        help="folder of keys, for endpoints outside this machine (default: that of SEORO_KEYS, else "
-        "~/.config/seoro/keys)",
     )
 
 
 @contextmanager
 def using_keys(options: argparse.Namespace) -> Iterator[None]:
-    """Use the keys that the options name, in this process and in those that it starts.
+    """Use the keys of the options in this process and its child processes.
 
-    The environment is restored at the end of the block, for programs that call `main`.
+    The block restores the environment at its end, for programs that call `main`.
     """
     folder: Path | None = getattr(options, "keys", None)
     if folder is None:

@@ -1,4 +1,4 @@
-"""The robots of a lab as a table, for `seoro lab status`."""
+"""Table of the robots of a lab, for `seoro lab status`."""
 
 from __future__ import annotations
 
@@ -6,26 +6,27 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from seoro.terminal_text import one_line
+from seoro.cli.tables import table
+from seoro.text.printable import one_line
 
 if TYPE_CHECKING:
-    from seoro.bridges.wire import LabState, RobotState, Stopped
-    from seoro.lab.seeing import Known, Member
+    from seoro.bridges.wire import ActiveStop, LabState, RobotState
+    from seoro.lab.status import ListedRobot, Member
 
 _TITLES: Final = ("ROBOT", "TYPE", "AT", "STATE", "BATTERY", "LOCALISED", "SEEN", "BY", "WAITING")
 NOTHING: Final = "-"
-NOW: Final = 0.5  # [s] ago, and less
+NOW: Final = 0.5  # [s], longest age that is shown as "now"
 
 
 def plain(members: Sequence[Member]) -> dict[str, Any]:
-    """All that is known, for programs."""
+    """Return all details as JSON data."""
     return {
         "nodes": [
             {
                 "endpoint": member.endpoint,
                 "node": member.node,
                 "kind": "executor" if member.is_executor else "node",
-                "error": member.why,
+                "error": member.problem,
                 **({} if member.state is None else member.state.model_dump(mode="json")),
             }
             for member in members
@@ -33,42 +34,46 @@ def plain(members: Sequence[Member]) -> dict[str, Any]:
     }
 
 
-def table(members: Sequence[Member], known: Sequence[Known], *, quiet: Sequence[str]) -> str:
-    """The robots, and what is wrong with nodes.
+def lab_table(members: Sequence[Member], known: Sequence[ListedRobot], *, quiet: Sequence[str]) -> str:
+    """Format the robots, and the problems of nodes.
 
     Args:
-        members: Who is there.
-        known: The robots of the lab file, which come first.
-        quiet: Endpoints at which nobody has to live.
+        members: Nodes and executors that were found.
+        known: Robots of the lab file, listed first.
+        quiet: Optional endpoints, without errors if nothing answers there.
     """
     lines = list(_headlines(members))
     rows = list(_rows(members, known))
     if rows:
-        lines += _aligned([_TITLES, *rows])
+        lines += table(_without_empty_columns([_TITLES, *rows])).split("\n")
     elif not any(member.node for member in members):
-        lines.append("nobody is there: `--lab` or `--connect` says where the lab is")
+        lines.append("no node was reached; select the lab with `--lab` or `--connect`")
     else:
-        lines.append("there are no robots")
-    lines += [f"{each.called}: {each.why}" for each in members if each.why and each.called not in quiet]
+        lines.append("no robots")
+    lines += [
+        f"{each.display_name}: {each.problem}"
+        for each in members
+        if each.problem and each.display_name not in quiet
+    ]
     executors = [f"{member.node} ({member.endpoint})" for member in members if member.is_executor]
     if executors:
         lines.append(f"executors: {', '.join(executors)}")
     return "\n".join(one_line(line) for line in lines)
 
 
-def _rows(members: Sequence[Member], known: Sequence[Known]) -> Iterator[tuple[str, ...]]:
-    """The robots of the lab file, in its order, then all others."""
-    there = [(member, state) for member in members if member.state for state in member.state.robots]
+def _rows(members: Sequence[Member], known: Sequence[ListedRobot]) -> Iterator[tuple[str, ...]]:
+    """Yield a row per robot: those of the lab file in its order, then all others."""
+    served = [(member, state) for member in members if member.state for state in member.state.robots]
     shown: list[tuple[Member, RobotState]] = []
     for each in known:
-        found = [one for one in there if each.is_at(one[0]) and one[1].name == each.called]
+        found = [one for one in served if each.is_served_by(one[0]) and one[1].name == each.remote_name]
         shown += found
         for member, state in found:
             yield _row(each.name, each.type, member, state)
         if not found:
             rest = (NOTHING,) * (len(_TITLES) - 4)
-            yield each.name, each.type or NOTHING, each.called, "not there", *rest
-    for member, state in there:
+            yield each.name, each.type or NOTHING, each.remote_name, "not found", *rest
+    for member, state in served:
         if (member, state) not in shown:
             yield _row(state.name, "", member, state)
 
@@ -84,10 +89,10 @@ def _headlines(members: Sequence[Member]) -> Iterator[str]:
                 yield _headline(f"{robot.name} of {member.node}", robot.stopped)
 
 
-def _headline(what: str, stopped: Stopped) -> str:
+def _headline(what: str, stopped: ActiveStop) -> str:
     when = time.strftime("%d %b %X", time.localtime(stopped.since))
-    why = f": {stopped.reason}" if stopped.reason else ""
-    return f"EMERGENCY STOP of {what} by {stopped.by} at {when}{why}"
+    reason = f": {stopped.reason}" if stopped.reason else ""
+    return f"EMERGENCY STOP of {what} by {stopped.by} at {when}{reason}"
 
 
 def _row(name: str, kind: str, member: Member, robot: RobotState) -> tuple[str, ...]:
@@ -129,10 +134,9 @@ def _localised(robot: RobotState) -> str:
         return NOTHING
     if not robot.localised:
         return "no"
-    return "yes" if robot.deviation is None else f"to {robot.deviation:.2f} m"
+    return "yes" if robot.deviation is None else f"within {robot.deviation:.2f} m"
 
 
-def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+def _without_empty_columns(rows: list[tuple[str, ...]]) -> list[list[str]]:
     kept = [index for index in range(len(rows[0])) if any(row[index] != NOTHING for row in rows[1:])]
-    widths = {index: max(len(row[index]) for row in rows) for index in kept}
-    return ["  ".join(f"{row[index]:{widths[index]}}" for index in kept).rstrip() for row in rows]
+    return [[row[index] for index in kept] for row in rows]

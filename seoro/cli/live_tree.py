@@ -1,7 +1,7 @@
-"""`seoro exec --live-tree`: the tree of what a run is doing, drawn again as it changes.
+"""`seoro exec --live-tree`: the tree of running behaviors, redrawn as it changes.
 
-A thread draws `RATE` times a second, so that one sees times go on; the run itself only notes what happens.
-When the run is over the last picture stays, and what follows is printed below it.
+A thread draws the tree `RATE` times a second with the current time; the run itself only records changes. The last
+frame stays on the terminal after the run, and later output is printed below it.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from rich.text import Text
 
 from seoro.cli.output import Progress, use_colour
 from seoro.cli.tree import Node, Row, Tree
-from seoro.input_files import Kind, read_input
+from seoro.files.inputs import Kind, read_input
 from seoro.runtime.verdict import Verdict
-from seoro.terminal_text import one_line, printable
+from seoro.text.printable import one_line, printable
 
-RATE: Final = 6.0  # pictures a second
+RATE: Final = 6.0  # [Hz]
 _MESSAGES: Final = 6  # lines for logs
 _VARIABLES: Final = 4
-_SMALLEST: Final = 4  # lines for the tree, whatever the height
+_SMALLEST: Final = 4  # lines of the tree at least, at any height of the terminal
 
 _MARKS = {
     "running": (">", "cyan"),
@@ -40,10 +40,10 @@ _LEVELS = {"warning": "yellow", "error": "red", "debug": "dim"}
 
 
 class LiveTree:
-    """An observer of the trace that draws it; otherwise as `Progress`, which prints what comes after the run.
+    """Trace observer that draws a tree; it has the methods of `Progress`, which prints after the run.
 
     Args:
-        file: A terminal.
+        file: Terminal to draw on.
     """
 
     def __init__(self, file: TextIO) -> None:
@@ -58,72 +58,72 @@ class LiveTree:
         self._thread: threading.Thread | None = None
 
     def record(self, record: dict[str, Any]) -> None:
-        """An observer of the trace."""
+        """Update the tree with a record of the trace."""
         with self._lock:
             self._tree.record(record)
         if self._thread is None:
-            self._thread = threading.Thread(target=self._draw, name="draws the tree", daemon=True)
+            self._thread = threading.Thread(target=self._draw, name="live tree", daemon=True)
             self._thread.start()
         self._changed.set()
 
-    def follow(self, clock: Callable[[], float]) -> None:
-        """Show the times of a clock."""
+    def set_clock(self, clock: Callable[[], float]) -> None:
+        """Set the clock whose time is shown."""
         self._clock = clock
 
-    def say(self, text: str) -> None:
+    def print_line(self, text: str) -> None:
         """Print a line."""
         if self._over.is_set():
-            self._after.say(text)
+            self._after.print_line(text)
         else:
             self._head += text.strip().splitlines()
             self._changed.set()
 
-    def printed(self, line: str) -> None:
-        """Show a line that the process of the run has printed, among the messages."""
+    def print_output(self, line: str) -> None:
+        """Show a line printed by the process of the run among the messages."""
         with self._lock:
             self._tree.messages.append((self._clock(), "info", line))
         self._changed.set()
 
     async def end_of_run(self) -> None:
-        """Draw for the last time; what is said from now on is printed."""
+        """Draw the last frame; later lines are printed below it."""
         self._over.set()
         self._changed.set()
         if self._thread is not None:
             await anyio.to_thread.run_sync(self._thread.join, abandon_on_cancel=True)
         elif self._head:
-            self._after.say("\n".join(self._head))
+            self._after.print_line("\n".join(self._head))
 
     async def finish(self) -> None:
-        """Wait until everything is printed."""
+        """Wait until all output is printed."""
         if not self._over.is_set():
             await self.end_of_run()
         await self._after.finish()
 
-    def verdict(self, verdict: Verdict) -> None:
-        """Print the end of a run."""
-        self._after.verdict(verdict)
+    def print_verdict(self, verdict: Verdict) -> None:
+        """Print the verdict of a run."""
+        self._after.print_verdict(verdict)
 
     # -------------------------------------------------------- the thread that draws
 
     def _draw(self) -> None:
-        with suppress(OSError, ValueError), self._live() as live:  # nobody sees it any more
+        with suppress(OSError, ValueError), self._live() as live:  # the terminal is closed
             while not self._over.is_set():
-                live.update(self._picture(), refresh=True)
+                live.update(self._frame(), refresh=True)
                 self._over.wait(1 / RATE)
-                if self._tree.clock == "virtual":  # which stands still unless something happens
+                if self._tree.clock == "virtual":  # it stands still between records
                     self._changed.wait()
                     self._changed.clear()
-            live.update(self._picture(), refresh=True)
+            live.update(self._frame(), refresh=True)
 
     def _live(self) -> Live:
         return Live(console=self._console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
 
-    def _picture(self) -> Group:
+    def _frame(self) -> Group:
         height = self._console.size.height - 1
         with self._lock:
             messages = list(self._tree.messages)
             variables = list(self._tree.variables.items())[-_VARIABLES:]
-            # A picture that is higher than the terminal would scroll.
+            # A frame higher than the terminal would scroll.
             below = min(len(messages), _MESSAGES) + len(variables)
             room = height - len(self._head) - 1
             below = min(below, room // 3)
@@ -147,7 +147,7 @@ class LiveTree:
 def _row(row: Row, now: float) -> Text:
     indent = "  " * row.depth
     if row.node is None:
-        return Text(f"{indent}  ... and {row.folded} more that run", style="dim")
+        return Text(f"{indent}  ... and {row.folded} more running", style="dim")
     node = row.node
     mark, style = ("~", "cyan") if node.is_waiting else _MARKS[node.status]
     is_leaf = node.type in ("action", "wait", "emit", "call")
@@ -156,12 +156,12 @@ def _row(row: Row, now: float) -> Text:
     if node.end is None:
         text.append(f"  {now - node.start:.1f} s", style=style)
     else:
-        took = node.end - node.start
+        duration = node.end - node.start
         text.append("" if node.status == "succeeded" else f"  {node.status}", style=style)
-        text.append(f"  {took:.1f} s" if took else "", style="dim")
+        text.append(f"  {duration:.1f} s" if duration else "", style="dim")
         text.append(f"  {printable(node.reason)}" if node.reason else "", style=style)
     if row.folded:
-        text.append(f"  ({row.folded} ended in it)", style="dim")
+        text.append(f"  ({row.folded} ended)", style="dim")
     return text
 
 
@@ -177,7 +177,7 @@ def _message(when: float, level: str, text: str) -> Text:
 
 
 def _source_text(source: str) -> str:
-    """The text from a place (`file:line:column`) to the end of its line, as the file is now."""
+    """Read the rest of the line at a source location (`file:line:column`)."""
     name, line, column = source.rsplit(":", 2)
     lines = _lines(name)
     return lines[int(line) - 1][int(column) - 1 :].strip() if int(line) <= len(lines) else ""

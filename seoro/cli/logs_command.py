@@ -1,4 +1,4 @@
-"""`seoro logs`: what has happened in a run on an executor so far."""
+"""`seoro logs`: print the progress of a run on an executor so far."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import sys
 
 import anyio
 
-from seoro.cli.exits import Exit
+from seoro.cli.exit_status import Exit
 from seoro.cli.output import Progress
 from seoro.cli.remote_arguments import add_run_argument, named_run
 
 EXAMPLES = """examples:
   seoro logs 3f9a
 
-`seoro attach` follows a run to its end; `seoro get` brings its trace and what it has left."""
+`seoro attach` follows a run to its end; `seoro get` downloads its trace and output files."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,9 +31,9 @@ def run(options: argparse.Namespace) -> int:
 async def _print(options: argparse.Namespace) -> None:
     progress = Progress(sys.stdout)
     async with named_run(options) as found:
-        progress.say(f"{found.info.file}: {found.info.announcement or 'it has not begun'}\n")
+        progress.print_line(f"{found.info.file}: {found.info.announcement or 'not started'}\n")
         async for record in found.records_so_far():
             progress.record(record)
     info = found.info
-    progress.say(f"\n{info.state.value}" + (f": {info.reason}" if info.reason else ""))
+    progress.print_line(f"\n{info.state.value}" + (f": {info.reason}" if info.reason else ""))
     await progress.finish()

@@ -1,4 +1,4 @@
-"""`seoro`: the commands, and what happens with errors."""
+"""Entry point of `seoro`: parse the command line, run a command, report errors."""
 
 from __future__ import annotations
 
@@ -6,43 +6,46 @@ import argparse
 import gc
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from typing import Final
 
 from seoro import __version__
-from seoro.cli.arguments import Parser
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import Parser, add_option
+from seoro.cli.exit_status import Exit
 from seoro.cli.keys_arguments import using_keys
 from seoro.cli.output import print_error
-from seoro.errors import InvalidScenario, InvalidUse, SeoroError, cause_of
+from seoro.cli.terminal_size import terminal_columns
+from seoro.errors import InvalidScenario, SeoroError, UsageError, cause_of
 from seoro.lang.diagnostics import near
 
-# What each command does, in the order of `--help`; its module is loaded when it is asked for.
+# Help texts of the commands, in the order of `--help`; modules of commands are loaded on demand.
 COMMANDS: Final[Mapping[str, str]] = {
-    "exec": "run a scenario here, in this process, or on an executor",
-    "sweep": "run a scenario once for each combination of what varies in it",
-    "check": "parse and check scenario files, without running",
-    "trace": "show the trace of a run, sum it up, convert it",
-    "accept": "check whether the trace of a run is accepted by its scenario",
-    "bag": "show what is in a bag of ROS 2, and make one whole that was cut off",
-    "fmt": "lay scenario files out after the standard's coding style guide",
-    "explain": "say what the code of a message means, with examples",
-    "lsp": "serve editors: diagnostics, completion, hover, definitions (Language Server Protocol)",
-    "serve": "be an executor, which runs scenarios that come over the network",
-    "doctor": "say what is installed and reachable, and what to do about what is not",
+    "exec": "run a scenario in this process or on an executor",
+    "sweep": "run a scenario once per combination of varied parameters",
+    "check": "parse and check scenario files without running them",
+    "trace": "print, filter, summarise or convert the trace of a run",
+    "accept": "check a recorded trace against its scenario",
+    "replay": "repeat a recorded run, with the events that its application emitted",
+    "bag": "show the contents of a ROS 2 bag, or repair a truncated one",
+    "fmt": "format scenario files (coding style guide of the standard)",
+    "explain": "explain error codes, with examples",
+    "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
+    "serve": "run an executor: accept scenarios over the network and run them",
+    "doctor": "check the installation and the network, and suggest fixes",
     "ps": "list the runs of executors",
-    "attach": "follow a run on an executor, from its first record to its end",
-    "logs": "show what has happened in a run on an executor so far",
+    "attach": "follow a run on an executor from its first record to its end",
+    "logs": "print the progress of a run on an executor so far",
     "stop": "stop runs on executors",
-    "estop": "emergency stop: stop all robots of a lab, or those of some nodes, until they are released",
-    "get": "bring home what a run on an executor has left",
-    "rm": "have executors forget a run, with all that it has left",
-    "router": "be a Zenoh router, where executors, simulators and bridges meet",
-    "keys": "make the keys of a lab, which say who may take part over the network, and take them back",
-    "lab": "robots of a lab: how they are, who has them; lease, release and stop them",
-    "sim": "start a simulator node, for runs that connect to it",
-    "bridge": "stand between seoro and ROS 2: show a simulator as a ROS 2 system",
-    "ros": "look at a ROS 2 system, and talk to it",
+    "estop": "emergency stop: stop all robots, or the named ones, until they are released",
+    "get": "download the output files of a run",
+    "rm": "delete a run and its files",
+    "router": "run a Zenoh router that connects executors, simulators and bridges",
+    "keys": "create, renew and revoke the keys of a lab",
+    "lab": "show, lease, release and stop the robots of a lab",
+    "sim": "start a simulator node that runs connect to",
+    "bridge": "expose a simulator as ROS 2 nodes, or ROS 2 robots to seoro",
+    "ros": "inspect and use a ROS 2 system: topics, services, actions, parameters, bags",
 }
 
 
@@ -50,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command.
 
     Args:
-        arguments: Of the command line; those of the process if they are None.
+        arguments: Command line; None for that of the process.
 
     Returns:
         The exit status.
@@ -72,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _with_aliases(arguments: Sequence[str]) -> Sequence[str]:
-    """Replace what users of other tools type: `run` for `exec`, and `help COMMAND` for `COMMAND --help`."""
+    """Replace habits from other tools: `run` by `exec`, and `help COMMAND` by `COMMAND --help`."""
     match arguments:
         case ["run", *rest]:
             return ["exec", *rest]
@@ -82,25 +85,29 @@ def _with_aliases(arguments: Sequence[str]) -> Sequence[str]:
 
 
 def _status_of(error: Exception) -> Exit:
-    """The exit status of what went wrong, which is printed."""
+    """Print an error and return its exit status."""
     match error:
-        case InvalidScenario() | InvalidUse():
+        case InvalidScenario() | UsageError():
             print_error(error)
             return Exit.INVALID
         case BrokenPipeError():
-            # Whoever read the output has gone; nothing more can be said.
+            # The reader has closed the pipe; nothing more can be printed.
             sys.stderr.close()
         case SeoroError() | OSError():
             print_error(error)
         case _:
-            print_error(RuntimeError(f"internal error: {type(error).__name__}: {error}; `--debug` shows where"))
+            print_error(
+                RuntimeError(f"internal error: {type(error).__name__}: {error}; `--debug` shows the traceback")
+            )
     return Exit.ERROR
 
 
 def _parser(arguments: Sequence[str]) -> Parser:
-    """The parser of a command line: of the commands, it knows the options of the one that comes first."""
+    """Make the parser of a command line; only the chosen command has its options."""
+    columns = terminal_columns() - 2
     parser = Parser(
         prog="seoro",
+        formatter_class=partial(argparse.HelpFormatter, width=columns),
         description="Run OpenSCENARIO DSL scenarios against simulated and real robots.",
         allow_abbrev=False,
     )
@@ -109,9 +116,11 @@ def _parser(arguments: Sequence[str]) -> Parser:
     chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
     if chosen is not None and chosen not in COMMANDS:
         parser.refuse(f"unknown command `{chosen}`", near(chosen, COMMANDS) or "`seoro --help` lists the commands")
+    comes_first = chosen is not None and arguments[0] == chosen  # then no help lists the other commands
     for name, what in COMMANDS.items():
         if name != chosen:
-            commands.add_parser(name, help=what)
+            if not comes_first:
+                commands.add_parser(name, help=what, add_help=False)
             continue
         module = import_module(f"seoro.cli.{name}_command")
         command = commands.add_parser(
@@ -119,20 +128,20 @@ def _parser(arguments: Sequence[str]) -> Parser:
             help=what,
             description=what[0].upper() + what[1:] + ".",
             epilog=module.EXAMPLES,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
+            formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=columns),
             allow_abbrev=False,
         )
         module.add_arguments(command)
-        command.add_argument("--debug", action="store_true", help="show Python tracebacks of faults")
+        add_option(command, "--debug", "show Python tracebacks of errors")
         command.set_defaults(run=module.run, parser=command)
     return parser
 
 
 def run_process() -> int:
-    """Run the command that this process was started for.
+    """Run the command of this process, with a tuned garbage collector.
 
-    What is loaded and built here lasts nearly as long as the process, so that looking through it for garbage, as
-    Python does often and once more at its end, finds none and takes a tenth of a short run.
+    Most objects live as long as the process. Searching them for garbage, also at its end, finds none and takes a
+    tenth of a short run.
     """
     gc.set_threshold(200_000, 20, 100)
     status = main()

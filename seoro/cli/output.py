@@ -1,29 +1,29 @@
-"""What people see: errors with their place in the scenario, the progress of a run, its end."""
+"""Terminal output: errors with source lines, progress of a run, verdicts."""
 
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import IO, Any, TextIO
+from typing import IO, TYPE_CHECKING, Any, TextIO
 
-from seoro.cli.error_diagnostics import diagnostics_of
 from seoro.cli.results import silence
-from seoro.errors import BackendUnreachable, InvalidUse
-from seoro.lang.render import render_text
-from seoro.reasons import reason_text
-from seoro.runtime.tally import ItemCoverage
-from seoro.runtime.verdict import Cancelled, RunStatus, Verdict
-from seoro.runtime.writer import Writer, unbuffered
-from seoro.terminal_text import printable
+from seoro.cli.terminal_size import terminal_columns
+from seoro.errors import BackendUnreachable, InvalidScenario, UsageError
+from seoro.lang.frozen import replaced
+from seoro.runtime.trace.writer import Writer, unbuffered
+from seoro.runtime.verdict import Cancelled, ItemCoverage, RunStatus, Verdict
+from seoro.text.printable import printable
 
-_QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # what people follow are the actions
+if TYPE_CHECKING:
+    from seoro.lang.diagnostic import Diagnostic
+
+_QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # only actions are printed
 
 _MAX_ITEMS = 20  # of coverage and of clean-ups, on the terminal
-_NOTICED = 0.1  # [s] of a clean-up that people are told of
-_MAX_LINES = 100_000  # that wait for a terminal that was stopped, or a pipe that nobody reads
+_NOTICED = 0.1  # [s], shortest clean-up that is printed
+_MAX_LINES = 100_000  # buffered for a stopped terminal, or a pipe without a reader
 
 # Select Graphic Rendition (ECMA-48).
 _RED, _GREEN, _YELLOW, _DIM = "31", "32", "33", "2"
@@ -38,46 +38,62 @@ _STATUS_STYLES = {
 
 
 def use_colour(file: IO[str]) -> bool:
-    """Whether a file is a terminal of someone who has not refused colours."""
+    """Return whether a file is a terminal, and `NO_COLOR` is not set."""
     return is_terminal(file) and not os.environ.get("NO_COLOR")
 
 
 def is_terminal(file: IO[str]) -> bool:
-    """Whether a file is a terminal that can do more than print."""
+    """Return whether a file is a terminal with control sequences."""
     return file.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def paint(style: str, text: str, *, on: bool) -> str:
-    """A text in a style, as parameters of Select Graphic Rendition (ECMA-48); as it is if not `on`, or without."""
+    """Add a style (parameters of Select Graphic Rendition, ECMA-48) to a text, if `on` and not empty."""
     return f"\x1b[{style}m{text}\x1b[0m" if on and style else text
 
 
 def print_error(error: Exception) -> None:
-    """Print an error on stderr; with the text of the scenario, where there is one."""
+    """Print an error on stderr, with source lines if it has a place in a scenario."""
     print(error_text(error, colour=use_colour(sys.stderr)), file=sys.stderr)
 
 
+def diagnostics_of(error: Exception) -> tuple[Diagnostic, ...]:
+    """Return the diagnostics of an error; empty if it has no place in the text of a scenario."""
+    match error:
+        case InvalidScenario(diagnostics=diagnostics):
+            return diagnostics
+        case UsageError() if found := error.diagnostic:
+            return (replaced(found, message=printable(found.message)),)
+        case _:
+            return ()
+
+
 def error_text(error: Exception, colour: bool = False) -> str:
-    """An error for people; with the text of the scenario, where there is one."""
+    """Format an error, with source lines if it has a place in a scenario."""
+    from seoro.lang.render import render_text  # noqa: PLC0415 - for errors only
+
     if diagnostics := diagnostics_of(error):
         return "\n\n".join(render_text(found, colour=colour) for found in diagnostics)
     match error:
-        case InvalidUse(help=hint) | BackendUnreachable(help=hint) if hint:
+        case UsageError(help=hint) | BackendUnreachable(help=hint) if hint:
             return printable(f"error: {error}\n  = help: {hint}")
         case _:
             return printable(f"error: {error}")
 
 
 def print_reason(verdict: Verdict) -> None:
-    """Print on stderr why a run did not pass."""
-    width = shutil.get_terminal_size().columns if sys.stderr.isatty() else None
+    """Print on stderr the reason of a run that did not pass."""
+    if not verdict.reason:
+        return
+    from seoro.runtime.explain.reasons import reason_text  # noqa: PLC0415 - for runs that did not pass
+
+    width = terminal_columns() if sys.stderr.isatty() else None
     text = reason_text(verdict, colour=use_colour(sys.stderr), width=width)
-    if text:
-        print("\n" + text, file=sys.stderr)
+    print("\n" + text, file=sys.stderr)
 
 
-def _touch(arguments: Mapping[str, Any]) -> str:
-    """A contact in a line: who moved into whom, where that is known."""
+def _contact_text(arguments: Mapping[str, Any]) -> str:
+    """Format a contact event: the mover and the other object, if known."""
     first, second = arguments["first"], arguments["second"]
     strikers = arguments.get("strikers")
     if not strikers or len(strikers) > 1:
@@ -90,13 +106,13 @@ def _touch(arguments: Mapping[str, Any]) -> str:
 
 
 class Progress:
-    """Prints what happens in a run, as it happens, without holding up the run.
+    """Trace observer that prints the progress of a run without blocking it.
 
-    When nobody reads it any more, as after `| head`, it falls silent, and the run goes on. Lines that a terminal
-    does not take in time are left out, and it says so.
+    If the reader closes the pipe, like `| head`, output is dropped and the run continues. Lines that a terminal
+    does not accept in time are skipped, with a note.
 
     Args:
-        file: Where to.
+        file: Output file.
     """
 
     def __init__(self, file: TextIO) -> None:
@@ -110,7 +126,7 @@ class Progress:
         self._recovered: dict[str, int] = {}
 
     def record(self, record: dict[str, Any]) -> None:
-        """An observer of the trace."""
+        """Print a record of the trace."""
         match record["kind"]:
             case "behavior.start" if record["type"] not in _QUIET:
                 self._running[record["id"]] = (record["name"], record["t"])
@@ -122,16 +138,18 @@ class Progress:
                 self._line(record["t"], _LEVELS.get(record["level"], ""), " ", str(record["message"]))
             case "event" if record["name"] == "contact":
                 arguments = record["arguments"]
-                self._line(record["t"], _RED, "!", _touch(arguments))
+                self._line(record["t"], _RED, "!", _contact_text(arguments))
             case "event" if record["name"] == "navigation_feedback":
                 self._recoveries(record)
 
     def _recoveries(self, record: dict[str, Any]) -> None:
-        """A line when a robot has had to recover since it last said how far it is."""
+        """Print a line if a robot has recovered since its last navigation feedback."""
         robot, count = record["arguments"]["robot"], record["arguments"]["number_of_recoveries"]
         if count > self._recovered.get(robot, 0):
             left = record["arguments"]["distance_remaining"]
-            self._line(record["t"], _RED, "!", f"{robot} was blocked and recovers, {left:.1f} m from its goal")
+            self._line(
+                record["t"], _RED, "!", f"{robot} was blocked and is recovering, {left:.1f} m from its goal"
+            )
         self._recovered[robot] = count
 
     def _end(self, record: dict[str, Any]) -> None:
@@ -139,70 +157,70 @@ class Progress:
         if name == "log":
             return
         mark, style = _MARKS[record["status"]]
-        took = f" after {record['t'] - started:.2f} s" if record["t"] > started else ""
-        self._line(record["t"], style, mark, f"{name}  {record['status']}{took}")
+        duration = f" after {record['t'] - started:.2f} s" if record["t"] > started else ""
+        self._line(record["t"], style, mark, f"{name}  {record['status']}{duration}")
 
     def _line(self, time: float, style: str, mark: str, text: str) -> None:
         stamp = self._paint(_DIM, f"{time:9.3f} s")
         for part in printable(text).split("\n"):
-            self.say(f"{stamp}  " + self._paint(style, f"{mark} {part}"))
+            self.print_line(f"{stamp}  " + self._paint(style, f"{mark} {part}"))
 
     def _paint(self, style: str, text: str) -> str:
         return paint(style, text, on=self._colour)
 
-    def say(self, text: str) -> None:
+    def print_line(self, text: str) -> None:
         """Print a line."""
         if self._writer.waiting >= _MAX_LINES:
             self._left_out += 1
             return
         if self._left_out:
-            text = f"... {self._left_out} lines are left out: they were not taken in time\n{text}"
+            text = f"... skipped {self._left_out} lines: the terminal was too slow\n{text}"
             self._left_out = 0
         with suppress(OSError):
             self._writer.put(text + "\n")
 
-    def printed(self, line: str) -> None:
-        """Print a line that the process of the run has printed elsewhere."""
-        self.say(printable(line))
+    def print_output(self, line: str) -> None:
+        """Print a line of output of the process of the run."""
+        self.print_line(printable(line))
 
-    def follow(self, clock: Callable[[], float]) -> None:
-        """What shows time as it goes on follows a clock; lines have the times of their records."""
+    def set_clock(self, clock: Callable[[], float]) -> None:
+        """Do nothing: lines have the times of their records."""
 
     async def end_of_run(self) -> None:
-        """Nothing more comes of the run: what is said from now on is about it."""
+        """Do nothing: later lines are printed like those before."""
 
     async def finish(self) -> None:
-        """Wait until everything is printed."""
+        """Wait until all output is printed."""
         try:
             await self._writer.finish()
         except OSError:
             silence(self._file)
 
-    def verdict(self, verdict: Verdict) -> None:
-        """Print the end of a run."""
+    def print_verdict(self, verdict: Verdict) -> None:
+        """Print the verdict of a run."""
         status = self._paint(_STATUS_STYLES[verdict.status], verdict.status.value)
         times = f"{verdict.duration:.2f} s of its clock, {verdict.wall_duration:.2f} s real"
-        self.say(f"\n{status}  {verdict.scenario} in {times}")
+        self.print_line(f"\n{status}  {verdict.scenario} in {times}")
         self._clean_ups(
             [each for each in verdict.cancelled if each.type == "action" and each.clean_up >= _NOTICED]
         )
         if verdict.unobserved:
-            self.say(f"  contacts unobserved: {', '.join(verdict.unobserved)}")
+            self.print_line(f"  contacts not observed: {', '.join(verdict.unobserved)}")
         self._coverage([item for item in verdict.coverage if item.grade is not None])
 
     def _clean_ups(self, cancelled: Sequence[Cancelled]) -> None:
-        """Print which actions took noticeably long to clean up."""
+        """Print slow clean-ups of actions."""
         for each in cancelled[:_MAX_ITEMS]:
             name = each.path.rpartition("/")[2]
-            too_long = ", longer than it may" if each.overran else ""
-            self.say(f"  the clean-up of {name} ({each.span}) took {each.clean_up:.2f} s{too_long}")
+            too_long = ", longer than allowed" if each.overran else ""
+            self.print_line(f"  clean-up of {name} ({each.span}) took {each.clean_up:.2f} s{too_long}")
         if len(cancelled) > _MAX_ITEMS:
-            self.say(f"  and {len(cancelled) - _MAX_ITEMS} more clean-ups: `--json` has all of them")
+            self.print_line(f"  and {len(cancelled) - _MAX_ITEMS} more clean-ups (`--json` lists all)")
 
     def _coverage(self, items: Sequence[ItemCoverage]) -> None:
-        """Print how much of the goals of coverage was reached."""
+        """Print the grades of coverage items."""
         for item in items[:_MAX_ITEMS]:
             reached = f"{item.reached} of {item.total} buckets ({item.grade:.0%})"
-            self.say(f"  {item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else ""))
+            self.print_line(f"  {item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else ""))
         if len(items) > _MAX_ITEMS:
-            self.say(f"  and {len(items) - _MAX_ITEMS} more items: `--json` has all of them")
+            self.print_line(f"  and {len(items) - _MAX_ITEMS} more items (`--json` lists all)")

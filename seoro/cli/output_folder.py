@@ -1,16 +1,15 @@
-"""The folder for the results of one run: the results of the run before are removed, files of others are kept.
+"""Output folder of a run. It removes the results of an earlier run, and keeps all other files.
 
-An index in the folder lists what a run has left there. A run that is killed leaves an index, too, since names are
-added before files are written.
+An index in the folder lists the results of a run. Names are added before files are written, so that a killed run
+also has an index.
 """
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
-from seoro.errors import InvalidUse
-from seoro.runtime.outputs import INDEX, RESULT_NAMES, add_to_index
+from seoro.cli.files import write_errors
+from seoro.runtime.execution.outputs import INDEX, RESULT_NAMES, add_to_index
 
 _STANDARD = RESULT_NAMES - {"log.txt"}  # the printed output of a run on an executor; a common name for other files
 
@@ -19,7 +18,7 @@ class OutputFolder:
     """Output folder of a run.
 
     Args:
-        folder: The folder; it is made if it does not exist.
+        folder: The folder; created if missing.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -27,23 +26,21 @@ class OutputFolder:
         self._others: frozenset[str] = frozenset()
 
     def claim(self) -> None:
-        """Remove the results of an earlier run, and start an index of those of this one.
+        """Remove the results of an earlier run, and start the index of this one.
 
         Raises:
-            InvalidUse: The folder cannot be made or written, or a result cannot be removed.
+            UsageError: The folder cannot be created or written, or a result cannot be removed.
         """
-        try:
+        with write_errors(self._folder):
             self._folder.mkdir(parents=True, exist_ok=True)
             for name in _listed(self._folder):
                 _remove(self._folder / name)
             self._others = self._names()
             (self._folder / INDEX).write_text("", encoding="utf-8")
             add_to_index(self._folder, *sorted(_STANDARD - self._others))
-        except OSError as error:
-            raise InvalidUse(f"cannot write {error.filename or self._folder}: {error.strerror}") from error
 
     def close(self) -> None:
-        """Add what has appeared in the folder during the run, such as files of programs that it started."""
+        """Add new files to the index, such as those of programs that the run started."""
         add_to_index(self._folder, *sorted(self._names() - self._others - _STANDARD - {INDEX}))
 
     def _names(self) -> frozenset[str]:
@@ -61,6 +58,8 @@ def _listed(folder: Path) -> list[str]:
 
 def _remove(path: Path) -> None:
     if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
+        from shutil import rmtree  # noqa: PLC0415 - seldom needed
+
+        rmtree(path)
     elif path.is_file() or path.is_symlink():
         path.unlink()

@@ -1,4 +1,4 @@
-"""`seoro ps`: the runs of executors, and how these do."""
+"""`seoro ps`: list the runs and the state of executors."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 import anyio
 
-from seoro.cli.arguments import whole
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import add_option, whole
+from seoro.cli.exit_status import Exit
 from seoro.cli.remote_arguments import add_executor_argument
+from seoro.cli.tables import table
 from seoro.errors import BackendLost
-from seoro.runtime.jsonl import to_json
-from seoro.terminal_text import one_line
+from seoro.runtime.trace.jsonl import to_json
+from seoro.text.printable import one_line
 
 if TYPE_CHECKING:
     from seoro.bridges.executor.messages import RunInfo
@@ -26,54 +27,47 @@ EXAMPLES = """examples:
   seoro ps --on lab-a --json
   seoro ps --verbose
 
-Of runs that wait, `queued #3` is the third; for whom others wait that need robots is in the last column. Times
-are right though the executor's clock may not be."""
+`queued #3` is the third run in the queue. The last column shows the users that a run waits for to get its robots.
+Times are corrected for wrong clocks of executors."""
 _TITLES = ("RUN", "EXECUTOR", "STATE", "SINCE", "TOOK", "BY", "FILE", "WAITING FOR")
-_EXECUTOR_TITLES = ("EXECUTOR", "VERSION", "AT A TIME", "RUNNING", "WAITING", "CLOCK", "ROUND TRIP")
-PATIENCE = 2.0  # [s] with an executor that does not answer
+_EXECUTOR_TITLES = ("EXECUTOR", "VERSION", "JOBS", "RUNNING", "QUEUED", "CLOCK", "ROUND TRIP")
+PATIENCE = 2.0  # [s] for the answer of an executor
 _UNITS = ((86_400, "d"), (3_600, "h"), (60, "min"))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("--on", metavar="EXECUTOR", help="only the runs of this executor (default: of all)")
+    add_option(parser, "--on EXECUTOR", "list only the runs of this executor (default: all)")
     add_executor_argument(parser)
-    parser.add_argument(
-        "--limit", type=whole, default=20, metavar="N", help="the N youngest runs (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--verbose", action="store_true", help="tell how the executors do, too: what they have to do, their clocks"
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print a JSON list, with all that is known of each run"
-    )
+    add_option(parser, "--limit N", "list the N latest runs (default: %(default)s)", type=whole, default=20)
+    add_option(parser, "--verbose", "also list the executors with their load and clocks")
+    add_option(parser, "--json", "print a JSON list with all details of each run")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    executors, found, silent = anyio.run(_look, options)
+    executors, found, silent = anyio.run(_query, options)
     for reason in silent:
-        print(f"note: {one_line(reason)}: its runs are not listed", file=sys.stderr)
+        print(f"note: {one_line(reason)}; its runs are not listed", file=sys.stderr)
     status = Exit.ERROR if silent else Exit.PASSED
     ahead = {each.name: each.clock.offset if each.clock is not None else 0.0 for each in executors}
     if options.json:
         print(to_json([_plain(each) for each in found]))
         return status
     if options.verbose:
-        _print_table([_EXECUTOR_TITLES, *map(_executor_row, executors)])
-        print()
+        print(table([_EXECUTOR_TITLES, *map(_executor_row, executors)]) + "\n")
     if not found:
-        print("there are no runs")
+        print("no runs")
     else:
         rows = [_row(each, time.time() + ahead[each.executor.name]) for each in found]
         if not any(each.info.waits for each in found):
             rows = [row[:-1] for row in rows]
-        _print_table([_TITLES[: len(rows[0])], *rows])
+        print(table([_TITLES[: len(rows[0])], *rows]))
     return status
 
 
-async def _look(options: argparse.Namespace) -> tuple[list[ExecutorStatus], list[RemoteRun], list[str]]:
-    """How executors do, their runs, and of those that do not answer why."""
+async def _query(options: argparse.Namespace) -> tuple[list[ExecutorStatus], list[RemoteRun], list[str]]:
+    """Return the states of executors, their runs, and errors of executors that did not answer."""
     from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this command only
 
     statuses: list[ExecutorStatus] = []
@@ -88,14 +82,14 @@ async def _look(options: argparse.Namespace) -> tuple[list[ExecutorStatus], list
             except BackendLost as error:
                 silent.append(str(error))
         if not statuses and not silent:
-            await client.describe()  # says what there is instead
+            await client.describe()  # raises an error with the known executors
     return statuses, sorted(runs, key=lambda run: run.info.submitted, reverse=True)[:limit], silent
 
 
 def _executor_row(status: ExecutorStatus) -> tuple[str, ...]:
     info, clock = status.info, status.clock
-    told = ("unknown", "unknown") if clock is None else (str(clock), f"{1000.0 * clock.round_trip:.1f} ms")
-    return status.name, one_line(info.version), str(info.jobs), str(info.running), str(info.waiting), *told
+    timing = ("unknown", "unknown") if clock is None else (str(clock), f"{1000.0 * clock.round_trip:.1f} ms")
+    return status.name, one_line(info.version), str(info.jobs), str(info.running), str(info.waiting), *timing
 
 
 def _plain(run: RemoteRun) -> dict[str, object]:
@@ -103,12 +97,12 @@ def _plain(run: RemoteRun) -> dict[str, object]:
 
 
 def _row(run: RemoteRun, now: float) -> tuple[str, ...]:
-    """A run in the table; `now` is the time by the clock of its executor."""
+    """Format a run as a row; `now` is the time on the clock of its executor."""
     info = run.info
-    took = "" if info.started is None else _span((info.ended or now) - info.started)
+    duration = "" if info.started is None else _span((info.ended or now) - info.started)
     since = _span(now - (info.ended or info.started or info.submitted))
-    told = map(one_line, (info.by, info.file, info.waits))
-    return run.id[:8], run.executor.name, _state(info), since, took, *told
+    texts = map(one_line, (info.by, info.file, info.waits))
+    return run.id[:8], run.executor.name, _state(info), since, duration, *texts
 
 
 def _state(info: RunInfo) -> str:
@@ -121,9 +115,3 @@ def _span(seconds: float) -> str:
         if seconds >= size:
             return f"{seconds / size:.0f} {unit}"
     return f"{max(seconds, 0.0):.1f} s"
-
-
-def _print_table(rows: list[tuple[str, ...]]) -> None:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        print("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip())

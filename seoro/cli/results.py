@@ -1,4 +1,4 @@
-"""The files that a run leaves: traces, which grow with it, and its result as JUnit XML and JSON."""
+"""Output files of a run: traces, written during the run, and its result as JUnit XML and JSON."""
 
 from __future__ import annotations
 
@@ -7,58 +7,60 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Self
 
-from seoro.cli.error_diagnostics import diagnostics_of
-from seoro.cli.output_folder import OutputFolder
-from seoro.errors import BackendError, InvalidUse, SeoroError
-from seoro.input_files import resolved
-from seoro.lang.render import to_json as diagnostic_json
-from seoro.runtime.jsonl import JsonLines, to_json
-from seoro.runtime.outputs import RESULT_NAMES
+from seoro.cli.arguments import add_option
+from seoro.cli.files import write_errors
+from seoro.errors import BackendError, SeoroError, UsageError
+from seoro.files.inputs import resolved
+from seoro.runtime.execution.outputs import RESULT_NAMES
+from seoro.runtime.trace.writer import unbuffered
 from seoro.runtime.verdict import Verdict
-from seoro.runtime.writer import unbuffered
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
+    from seoro.cli.output_folder import OutputFolder
+    from seoro.runtime.trace.jsonl import JsonLines
 
 STDOUT = "-"
 _COVERAGE = "coverage.json"
 
 
 def add_result_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options that say what is shown and written of a run."""
-    parser.add_argument(
-        "-o",
-        "--output-dir",
+    """Declare the options for the output of a run."""
+    add_option(
+        parser,
+        "-o --output-dir DIR",
+        "write the trace, test.xml, coverage.json and other results to this folder",
         type=Path,
-        metavar="DIR",
-        help="write trace, test.xml, coverage.json and pictures there",
     )
-    parser.add_argument("--trace", metavar="FILE", help="write the trace (JSON Lines) there; - for stdout")
-    parser.add_argument(
-        "-t", "--live-tree", action="store_true", help="show the tree of what runs, drawn again as it changes"
-    )
-    parser.add_argument("--junit", type=Path, metavar="FILE", help="write the result as JUnit XML there")
-    parser.add_argument(
-        "--json", action="store_true", help="print the result, or the chosen values, as one JSON object on stdout"
-    )
+    add_option(parser, "--trace FILE", "write the trace (JSON Lines) to this file; - for stdout")
+    add_option(parser, "-t --live-tree", "show a live tree of running behaviors")
+    add_option(parser, "--junit FILE", "write the result as JUnit XML to this file", type=Path)
+    add_option(parser, "--json", "print the result (or the values of a dry run) as one JSON object on stdout")
 
 
 class ResultFiles:
-    """The files that the options of a command line ask for; traces are open while the block lasts.
+    """Output files that the options ask for; traces are open while the block lasts.
 
     Args:
-        options: With `trace`, `junit` and `output_dir`.
+        options: Options with `trace`, `junit` and `output_dir`.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
-        self._folder = OutputFolder(options.output_dir) if options.output_dir else None
+        self._folder: OutputFolder | None = None
+        if options.output_dir is not None:
+            from seoro.cli.output_folder import OutputFolder  # noqa: PLC0415 - for `-o` only
+
+            self._folder = OutputFolder(options.output_dir)
+        trace = None if options.trace in (None, STDOUT) else Path(options.trace)
+        self._trace_paths = self._with_folder(trace, "trace.jsonl")
+        self._junit_paths = self._with_folder(options.junit, "test.xml")
         self._open = ExitStack()
         self._is_claimed = False
         self._are_inputs = False
@@ -68,7 +70,7 @@ class ResultFiles:
         """Open the traces; a dry run writes nothing.
 
         Raises:
-            InvalidUse: One cannot be written, or there will be no place for the result.
+            UsageError: A file cannot be written.
         """
         options = self._options
         if options.dry_run:
@@ -76,16 +78,14 @@ class ResultFiles:
         self._check()
         self._claim()
         with ExitStack() as opened:
-            if options.trace == STDOUT:
-                self.traces.append(JsonLines(unbuffered(sys.stdout), "stdout"))
-            self.traces += [self._trace(path, opened) for path in self._trace_paths()]
+            self.traces += self._traces(opened)
             self._open = opened.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with suppress(OSError):  # said by `finish`
+        with suppress(OSError):  # reported by `finish`
             self._open.close()
         if self._folder is not None and self._is_claimed:
             with suppress(OSError):  # a folder that was removed during the run
@@ -98,32 +98,40 @@ class ResultFiles:
             self._is_claimed = True
 
     def _check(self) -> None:
-        """Refuse before the run what would be wrong after it."""
+        """Check before the run that all results can be written."""
         options = self._options
         if options.trace == STDOUT and options.json:
-            raise InvalidUse("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
-        traces = {resolved(path) for path in self._trace_paths()}
-        results = [*self._junit_paths(), *self._with_folder([], _COVERAGE)]
+            raise UsageError("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
+        traces = {resolved(path) for path in self._trace_paths}
+        results = [*self._junit_paths, *self._with_folder(None, _COVERAGE)]
         for path in results:
             if resolved(path) in traces and resolved(path).parent != Path("/dev"):
-                raise InvalidUse(f"both the trace and the result would be written to {path}")
+                raise UsageError(f"the trace and the result would be written to the same file, {path}")
         for path in results:
-            check_place(path)
+            check_writable(path)
 
-    @staticmethod
-    def _trace(path: Path, opened: ExitStack) -> JsonLines:
-        return JsonLines(opened.enter_context(_create(path)), str(path))
+    def _traces(self, opened: ExitStack) -> Iterator[JsonLines]:
+        """Open the requested traces."""
+        paths = self._trace_paths
+        if self._options.trace != STDOUT and not paths:
+            return
+        from seoro.runtime.trace.jsonl import JsonLines  # noqa: PLC0415 - for runs with a trace only
+
+        if self._options.trace == STDOUT:
+            yield JsonLines(unbuffered(sys.stdout), "stdout")
+        for path in paths:
+            yield JsonLines(opened.enter_context(_create(path)), str(path))
 
     def check_inputs(self, inputs: Iterable[Path]) -> None:
-        """Refuse to write over a file that the run reads.
+        """Check that no output overwrites a file that the run reads.
 
         Args:
             inputs: Files that the run reads.
 
         Raises:
-            InvalidUse: An output is one of them.
+            UsageError: An output is an input.
         """
-        outputs = {path.resolve() for path in [*self._trace_paths(), *self._junit_paths()]}
+        outputs = {path.resolve() for path in [*self._trace_paths, *self._junit_paths]}
         if self._options.output_dir:
             outputs |= {(self._options.output_dir / name).resolve() for name in RESULT_NAMES}
         if self._options.record_video:
@@ -131,15 +139,17 @@ class ResultFiles:
         for path in inputs:
             if path.resolve() in outputs:
                 self._are_inputs = True
-                raise InvalidUse(f"the run reads {path}, and would write over it", help="choose another output")
+                raise UsageError(
+                    f"the output would overwrite {path}, which the run reads", help="choose another output"
+                )
 
-    def when_failed(self, tell: Callable[[Exception], object]) -> None:
-        """Have something called, in another thread, as soon as a trace cannot be written."""
+    def on_failure(self, callback: Callable[[Exception], object]) -> None:
+        """Register a callback for write errors of traces; it is called in another thread."""
         for trace in self.traces:
-            trace.when_failed(tell)
+            trace.on_failure(callback)
 
     async def finish(self) -> Exception | None:
-        """Wait until the traces are complete; returns why one is not."""
+        """Wait until the traces are complete; return the first error, if any."""
         failed: Exception | None = None
         for trace in self.traces:
             try:
@@ -151,76 +161,71 @@ class ResultFiles:
         return failed
 
     def write(
-        self, verdict: Verdict, parameters: Mapping[str, object], why: str, artifacts: Sequence[Artifact]
+        self, verdict: Verdict, parameters: Mapping[str, object], reason: str, artifacts: Sequence[Artifact]
     ) -> list[tuple[Path, str]]:
-        """Write the rest; returns all files, and what they are.
+        """Write all other files; return all files with descriptions.
 
         Raises:
-            InvalidUse: One cannot be written.
+            UsageError: A file cannot be written.
         """
         folder: Path | None = self._options.output_dir
-        written = [(path, "every step of the run") for path in self._trace_paths()]
+        written = [(path, "trace of the run") for path in self._trace_paths]
         if folder:
             for artifact in artifacts:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
             written += _write_coverage(folder / _COVERAGE, verdict)
-        if self._junit_paths():
-            from seoro.runtime.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load
+        if self._junit_paths:
+            from seoro.runtime.trace.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load
 
-            written += self._write_junit(junit([case_of(verdict, parameters, why)]))
+            written += self._write_junit(junit([case_of(verdict, parameters, reason)]))
         return written
 
     def write_unrun(self, file: str, error: SeoroError, text: str) -> None:
-        """Write, and print for `--json`, the result of a file that could not be run.
+        """Write the result of a file that could not be run, and print it for `--json`.
 
-        What cannot be written is not said besides.
+        Write errors are ignored.
 
         Args:
             file: The file.
-            error: What is wrong with it, with how it was to be run, or with the simulator.
-            text: The same in full, for people.
+            error: Error in the file, in the options, or of the simulator.
+            text: Full text of the error, for people.
         """
         found = unrun(file, error)
         self._remove_empty_traces()
         if self._options.json and self._options.trace != STDOUT:
-            print(to_json(found))
-        if self._junit_paths() and not self._options.dry_run and not self._are_inputs:
-            from seoro.runtime.junit import junit, unrun_case  # noqa: PLC0415 - as above
+            print_json(found)
+        if self._junit_paths and not self._options.dry_run and not self._are_inputs:
+            from seoro.runtime.trace.junit import junit, unrun_case  # noqa: PLC0415 - as above
 
-            with suppress(InvalidUse):
+            with suppress(UsageError):
                 self._claim()
                 self._write_junit(junit([unrun_case(file, found["status"], found["reason"], text)]))
 
     def _remove_empty_traces(self) -> None:
-        """Remove the traces of a run that has not begun, which were opened to find out whether they can be."""
-        for path in self._trace_paths() if self.traces else ():
+        """Remove empty traces of a run that did not start."""
+        for path in self._trace_paths if self.traces else ():
             with suppress(OSError):
                 if path.is_file() and not path.is_symlink() and path.stat().st_size == 0:
                     path.unlink()
 
     def _write_junit(self, document: str) -> list[tuple[Path, str]]:
-        for path in self._junit_paths():
+        for path in self._junit_paths:
             _write(path, document.encode())
-        return [(path, "result as JUnit XML") for path in self._junit_paths()]
+        return [(path, "result as JUnit XML") for path in self._junit_paths]
 
-    def _trace_paths(self) -> list[Path]:
-        trace = [Path(self._options.trace)] if self._options.trace not in (None, STDOUT) else []
-        return self._with_folder(trace, "trace.jsonl")
-
-    def _junit_paths(self) -> list[Path]:
-        return self._with_folder([self._options.junit] if self._options.junit else [], "test.xml")
-
-    def _with_folder(self, named: list[Path], name: str) -> list[Path]:
-        """The files that are named, and that of the output folder if it is another."""
-        folder = self._options.output_dir
-        inside = [folder / name] if folder else []
-        return [*named, *(path for path in inside if resolved(path) not in {resolved(other) for other in named})]
+    def _with_folder(self, named: Path | None, name: str) -> list[Path]:
+        """Return the named file, if any, and the file of this name in the output folder."""
+        folder: Path | None = self._options.output_dir
+        files: dict[Path, Path] = {}
+        for path in filter(None, (named, folder and folder / name)):
+            files.setdefault(resolved(path), path)
+        return list(files.values())
 
 
 def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
-    """Write what was sampled of coverage items, if there are any."""
+    """Write the samples of coverage items, if there are any."""
     if not verdict.coverage:
         return []
     found = {
@@ -229,14 +234,16 @@ def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
         "seed": verdict.seed,
         "coverage": [item.plain() for item in verdict.coverage],
     }
+    from seoro.runtime.trace.jsonl import to_json  # noqa: PLC0415 - seldom needed
+
     _write(path, f"{to_json(found)}\n".encode())
-    return [(path, "what was sampled of coverage items")]
+    return [(path, "samples of coverage items")]
 
 
 def result(
     verdict: Verdict, parameters: Mapping[str, object], files: Sequence[tuple[Path, str]]
 ) -> dict[str, Any]:
-    """The result of a run as plain data, for `--json`."""
+    """Return the result of a run as JSON data."""
     return {
         "status": verdict.status.value,
         "reason": verdict.reason,
@@ -256,7 +263,10 @@ def result(
 
 
 def unrun(file: str, error: SeoroError) -> dict[str, Any]:
-    """The result of a file that could not be run, as plain data: `invalid`, or an error of the simulator."""
+    """Return the result of a file that could not be run as JSON data, with status `invalid` or `error`."""
+    from seoro.cli.output import diagnostics_of  # noqa: PLC0415 - imports this module
+    from seoro.lang.render import to_json as diagnostic_json  # noqa: PLC0415 - the same
+
     diagnostics = diagnostics_of(error)
     more = f", and {len(diagnostics) - 1} more" if len(diagnostics) > 1 else ""
     return {
@@ -267,47 +277,45 @@ def unrun(file: str, error: SeoroError) -> dict[str, Any]:
     }
 
 
-def silence(file: IO[str]) -> None:
-    """Let what is still written to a file that nobody reads any more, such as a pipe to `head`, go nowhere.
+def print_json(value: object) -> None:
+    """Print data as JSON in one line."""
+    from seoro.runtime.trace.jsonl import to_json  # noqa: PLC0415 - for `--json` only
 
-    Else Python itself would complain when it flushes the file at its end.
+    print(to_json(value))
+
+
+def silence(file: IO[str]) -> None:
+    """Discard further output to a file without a reader, such as a pipe to `head`.
+
+    Otherwise Python would print an error when it flushes the file at exit.
     """
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
 def _create(path: Path) -> FileIO:
-    """Open a file for writing, in a folder that is made for it."""
-    with _refusing(path):
+    """Open a file for writing; create its folder if missing."""
+    with write_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         return path.open("wb", buffering=0)
 
 
 def _write(path: Path, data: bytes) -> None:
-    with _refusing(path):
+    with write_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             path.write_bytes(data)
         except OSError:
             if path.is_file() and not path.is_symlink():
-                path.unlink()  # half of a result would be taken for one
+                path.unlink()  # a partial result could be mistaken for a complete one
             raise
 
 
-@contextmanager
-def _refusing(path: Path) -> Iterator[None]:
-    """Says for a file that cannot be written which one it is."""
-    try:
-        yield
-    except OSError as error:
-        raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
-
-
-def check_place(path: Path) -> None:
-    """Check that a file can be written, without writing it: an empty one would be taken for a result."""
-    with _refusing(path):
+def check_writable(path: Path) -> None:
+    """Check that a file can be written, without creating it: an empty file could be mistaken for a result."""
+    with write_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
-        raise InvalidUse(f"cannot write {path}: it is a folder")
+        raise UsageError(f"cannot write {path}: is a folder")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise InvalidUse(f"cannot write {path}: {os.strerror(errno.EACCES)}")
+        raise UsageError(f"cannot write {path}: {os.strerror(errno.EACCES)}")

@@ -1,4 +1,4 @@
-"""`seoro rm`: have executors forget runs."""
+"""`seoro rm`: delete a run and its files."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import argparse
 
 import anyio
 
-from seoro.cli.exits import Exit
+from seoro.cli.exit_status import Exit
 from seoro.cli.remote_arguments import add_run_argument, named_run
 
 EXAMPLES = """examples:
   seoro rm 3f9a
 
-Its trace and all that it has left are removed with it. A run that is not over is to be stopped first."""
+Deletes the run on its executor, with its trace and output files. Stop a running run first (`seoro stop`)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,4 +29,4 @@ def run(options: argparse.Namespace) -> int:
 async def _remove(options: argparse.Namespace) -> None:
     async with named_run(options) as found:
         await found.remove()
-        print(f"run {found.id[:8]} is removed")
+        print(f"deleted run {found.id[:8]}")

@@ -1,23 +1,30 @@
-"""`seoro ros`: look at a ROS 2 system, and talk to it, without an installation of ROS."""
+"""`seoro ros`: inspect and use a ROS 2 system without an installation of ROS."""
 
 from __future__ import annotations
 
 import argparse
 import asyncio
 import os
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TypeAlias
 
-from seoro.bridges.ros2.addresses import ROUTER
-from seoro.cli.arguments import add_dialect, add_folders, domain, number, whole
-from seoro.cli.exits import Exit
-from seoro.cli.signals import Ended, ending_by_signals, status_of
-from seoro.errors import InvalidUse
-
-Kinds: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+from seoro.bridges.addresses import ROS_ROUTER
+from seoro.cli.arguments import (
+    Commands,
+    add_command,
+    add_dialect,
+    add_option,
+    domain,
+    pattern,
+    positive,
+    seconds,
+    whole,
+)
+from seoro.cli.exit_status import Exit
+from seoro.cli.packages import ROS2, require
+from seoro.cli.signals import Terminated, cancel_on_signals, status_of
+from seoro.errors import UsageError
 
 PRESETS = (
     "sensor_data",
@@ -29,7 +36,7 @@ PRESETS = (
     "parameter_events",
 )
 
-ENDLESS = ("topics.echo", "topics.measure_rate", "topics.publish", "bags.record_topics")  # until a signal
+ENDLESS = ("topics.echo", "topics.measure_rate", "topics.publish", "bags.record_topics")  # end by a signal
 
 EXAMPLES = """examples:
   seoro ros graph
@@ -43,213 +50,220 @@ EXAMPLES = """examples:
   seoro ros bag record /scan /odom /tf /tf_static -o out/drive
   seoro ros bag play out/drive --topic /scan --rate 2
 
-`seoro ros topic --help` and so on say more.
+`seoro ros topic --help` and `seoro ros topic echo --help` list the subcommands and options.
 
-exit status: 0; 1 if a goal was rejected, aborted or canceled; 2 if what was asked for is wrong or not there; 3 if
-the system is not reached, or does not answer; 130 (Ctrl-C), 143 (SIGTERM) or 129 (SIGHUP) if a signal ended what
-would have ended by itself. A signal cancels the goal that was sent, and completes the bag that is recorded."""
+exit status: 0 success, 1 goal rejected, aborted or canceled, 2 invalid arguments or unknown name, 3 system
+unreachable or no answer, 130 (Ctrl-C), 143 (SIGTERM) or 129 (SIGHUP) if a signal ended a command that ends by
+itself. A signal cancels a sent goal and completes a recorded bag."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    kinds = parser.add_subparsers(title="things", metavar="THING", required=True)
-    _add_graph(_leaf(kinds, "graph", "nodes, topics, services and actions", "graph.show"))
-    _add_topics(_branch(kinds, "topic", "who publishes what; echo, rates, publishing"))
-    _add_services(_branch(kinds, "service", "services, and calling them"))
-    _add_actions(_branch(kinds, "action", "actions, and sending goals"))
-    _add_parameters(_branch(kinds, "param", "parameters of nodes"))
-    _add_bags(_branch(kinds, "bag", "recording topics into bags, and playing them"))
+    kinds = parser.add_subparsers(title="subcommands", metavar="SUBCOMMAND", required=True)
+    _add_graph(_leaf(kinds, "graph", "list nodes, topics, services and actions", "graph.show"))
+    _add_topics(_branch(kinds, "topic", "list, echo, measure and publish topics"))
+    _add_services(_branch(kinds, "service", "list and call services"))
+    _add_actions(_branch(kinds, "action", "list actions and send goals"))
+    _add_parameters(_branch(kinds, "param", "get and set parameters of nodes"))
+    _add_bags(_branch(kinds, "bag", "record topics into bags and play bags"))
 
 
-def _branch(kinds: Kinds, name: str, what: str) -> Kinds:
-    parser = kinds.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.", allow_abbrev=False)
+def _branch(kinds: Commands, name: str, what: str) -> Commands:
+    parser = add_command(kinds, name, what)
     return parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
 
-def _leaf(kinds: Kinds, name: str, what: str, act: str) -> argparse.ArgumentParser:
-    parser = kinds.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.", allow_abbrev=False)
-    system = parser.add_argument_group("the system")
-    system.add_argument(
-        "--ros", metavar="ENDPOINT", default=ROUTER, help=f"Zenoh endpoint of its router (default: {ROUTER})"
+def _leaf(kinds: Commands, name: str, what: str, act: str, place: str = "") -> argparse.ArgumentParser:
+    """Add a command.
+
+    Args:
+        kinds: Commands of the same kind.
+        name: Name of the command.
+        what: Description.
+        act: Module and function in `seoro.cli.ros` that run it.
+        place: Placeholder of its first argument, `name`, if any.
+    """
+    parser = add_command(kinds, name, what)
+    system = parser.add_argument_group("ROS 2 system")
+    add_option(
+        system,
+        "--ros ENDPOINT",
+        f"Zenoh endpoint of the router or bridge (default: {ROS_ROUTER})",
+        default=ROS_ROUTER,
     )
-    system.add_argument(
-        "--domain", type=_domain, metavar="N", default=None, help="domain (default: ROS_DOMAIN_ID, else 0)"
-    )
+    add_option(system, "--domain N", "domain ID (default: ROS_DOMAIN_ID, else 0)", type=domain)
     add_dialect(system)
-    add_folders(system, "--interfaces", "definitions of its own: PACKAGE/msg/X.msg, srv and action likewise")
-    system.add_argument(
-        "--distribution",
-        metavar="NAME",
-        default="jazzy",
-        help="ROS 2 distribution of definitions (default: jazzy)",
+    add_option(
+        system,
+        "--interfaces DIR",
+        "folder with more interface definitions: PACKAGE/msg/X.msg, PACKAGE/srv/X.srv, ...",
+        type=Path,
+        repeatable=True,
     )
-    parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
-    parser.set_defaults(act=act, parser=parser)
+    add_option(
+        system,
+        "--distribution NAME",
+        "ROS 2 distribution of the interface definitions (default: jazzy)",
+        default="jazzy",
+    )
+    parser.set_defaults(act=act)
+    if place:
+        parser.add_argument("name", metavar=place)
     return parser
 
 
 def _add_graph(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--node", metavar="NODE", help="what one node has, and its lifecycle state")
+    add_option(parser, "--node NODE", "show only this node, with its lifecycle state")
     _add_hidden(parser)
     _add_json(parser)
 
 
-def _add_topics(topics: Kinds) -> None:
+def _add_topics(topics: Commands) -> None:
     listing = _leaf(topics, "list", "list topics with their types", "topics.list_topics")
     _add_hidden(listing)
     _add_json(listing)
-    info = _leaf(topics, "info", "tell who publishes and subscribes, with quality of service", "topics.show_info")
-    info.add_argument("name", metavar="TOPIC")
-    echo = _leaf(topics, "echo", "print messages as they come", "topics.echo")
-    rate = _leaf(topics, "hz", "measure at which rate messages come", "topics.measure_rate")
+    _leaf(topics, "info", "show publishers and subscriptions with QoS", "topics.show_info", "TOPIC")
+    echo = _leaf(topics, "echo", "print messages as they arrive", "topics.echo", "TOPIC")
+    rate = _leaf(topics, "hz", "measure the rate of messages", "topics.measure_rate", "TOPIC")
     for parser in (echo, rate):
-        parser.add_argument("name", metavar="TOPIC")
         _add_type(parser)
-        _add_qos(parser, "what its publishers offer")
-        parser.add_argument("-n", "--count", type=whole, default=0, metavar="N", help="end after N messages")
-    rate.add_argument("--window", type=whole, default=0, metavar="N", help="of the last N messages only")
-    echo.add_argument("--member", metavar="PATH", help="print this member only: `pose.position.x`, `ranges.0`")
+        _add_qos(parser, "that of the publishers")
+        add_option(parser, "-n --count N", "end after N messages", type=whole, default=0)
+    add_option(rate, "--window N", "use only the last N messages", type=whole, default=0)
+    add_option(echo, "--member PATH", "print this member only: `pose.position.x`, `ranges.0`")
     _add_form(echo)
-    publishing = _leaf(topics, "pub", "publish a message", "topics.publish")
-    publishing.add_argument("name", metavar="TOPIC")
-    publishing.add_argument("value", metavar="VALUE", help="YAML; members that are left out have their defaults")
+    publishing = _leaf(topics, "pub", "publish a message", "topics.publish", "TOPIC")
+    publishing.add_argument("value", metavar="VALUE", help="message as YAML; omitted members have their defaults")
     _add_type(publishing)
-    _add_qos(publishing, "reliable, volatile, keeps 10")
-    publishing.add_argument("-r", "--rate", type=_positive, metavar="HZ", help="again and again, at this rate")
-    publishing.add_argument(
-        "-n",
-        "--count",
+    _add_qos(publishing, "reliable, volatile, depth 10")
+    add_option(publishing, "-r --rate HZ", "publish repeatedly at this rate", type=positive)
+    add_option(
+        publishing,
+        "-n --count N",
+        "number of messages (default: 1; with --rate: unlimited)",
         type=whole,
         default=0,
-        metavar="N",
-        help="so many times (default: once, or without end)",
     )
-    publishing.add_argument(
-        "--wait", type=_seconds, default=3.0, metavar="SECONDS", help="for somebody to subscribe (default: 3)"
+    add_option(
+        publishing,
+        "--wait SECONDS",
+        "wait for a subscription at most this long (default: 3)",
+        type=seconds,
+        default=3.0,
     )
 
 
-def _add_services(services: Kinds) -> None:
+def _add_services(services: Commands) -> None:
     listing = _leaf(services, "list", "list services with their types", "services.list_services")
     _add_hidden(listing)
     _add_json(listing)
-    calling = _leaf(services, "call", "call a service", "services.call")
-    calling.add_argument("name", metavar="SERVICE")
-    calling.add_argument("value", metavar="VALUE", nargs="?", default="", help="the request as YAML")
+    calling = _leaf(services, "call", "call a service", "services.call", "SERVICE")
+    calling.add_argument("value", metavar="VALUE", nargs="?", default="", help="request as YAML")
     _add_type(calling)
-    calling.add_argument(
-        "--timeout", type=_positive, default=10.0, metavar="SECONDS", help="for the response (default: 10)"
+    add_option(
+        calling,
+        "--timeout SECONDS",
+        "wait for the response at most this long (default: 10)",
+        type=positive,
+        default=10.0,
     )
     _add_form(calling)
 
 
-def _add_actions(actions: Kinds) -> None:
+def _add_actions(actions: Commands) -> None:
     listing = _leaf(actions, "list", "list actions with their types", "actions.list_actions")
     _add_json(listing)
-    sending = _leaf(actions, "send", "send a goal, and wait for its end; a signal cancels it", "actions.send")
-    sending.add_argument("name", metavar="ACTION")
-    sending.add_argument("value", metavar="VALUE", nargs="?", default="", help="the goal as YAML")
-    sending.add_argument("--feedback", action="store_true", help="print what is told on the way")
+    sending = _leaf(
+        actions, "send", "send a goal and wait for its result; a signal cancels it", "actions.send", "ACTION"
+    )
+    sending.add_argument("value", metavar="VALUE", nargs="?", default="", help="goal as YAML")
+    add_option(sending, "--feedback", "print feedback")
     _add_type(sending)
     _add_form(sending)
 
 
-def _add_parameters(parameters: Kinds) -> None:
-    getting = _leaf(parameters, "get", "print parameters with their values", "parameters.show")
+def _add_parameters(parameters: Commands) -> None:
+    getting = _leaf(parameters, "get", "print parameters", "parameters.show")
     getting.add_argument("node", metavar="NODE")
-    getting.add_argument("names", metavar="NAME", nargs="*", help="of parameters (default: all)")
+    getting.add_argument("names", metavar="NAME", nargs="*", help="names of parameters (default: all)")
     _add_form(getting)
-    setting = _leaf(parameters, "set", "set a parameter", "parameters.change")
+    setting = _leaf(parameters, "set", "set a parameter", "parameters.set_value")
     setting.add_argument("node", metavar="NODE")
     setting.add_argument("name", metavar="NAME")
-    setting.add_argument("value", metavar="VALUE", help="YAML: true, 0.5, text, [1, 2]")
+    setting.add_argument("value", metavar="VALUE", help="value as YAML: true, 0.5, text, [1, 2]")
 
 
-def _add_bags(bags: Kinds) -> None:
+def _add_bags(bags: Commands) -> None:
     recording = _leaf(bags, "record", "record topics until Ctrl-C", "bags.record_topics")
-    recording.add_argument("names", metavar="TOPIC", nargs="*", help="topics that have to be there")
-    recording.add_argument("--pattern", metavar="REGEX", help="topics whose full names match, when they are there")
-    recording.add_argument("-o", "--output", type=Path, metavar="DIR", help="the bag (default: rosbag2_DATE-TIME)")
-    recording.add_argument("--duration", type=_positive, metavar="SECONDS", help="end after that time")
-    recording.add_argument("--use-sim-time", action="store_true", help="messages have the time of /clock")
-    recording.add_argument(
-        "--compression", choices=("none", "lz4", "zstd"), default="none", help="of the messages (default: none)"
+    recording.add_argument("names", metavar="TOPIC", nargs="*", help="topics to wait for and record")
+    add_option(
+        recording, "--pattern REGEX", "also record topics whose full names match, as they appear", type=_pattern
     )
-    _add_hidden(recording, ", and all topics if none is named and there is no pattern")
-    playing = _leaf(bags, "play", "publish what is in a bag", "bags.play_bag")
-    playing.add_argument("bag", type=Path, metavar="BAG", help="a folder as rosbag2 makes it, or a file")
-    playing.add_argument(
-        "--topic", action="append", default=[], metavar="TOPIC", help="this topic only (repeatable)"
+    add_option(recording, "-o --output DIR", "output folder (default: rosbag2_DATE-TIME)", type=Path)
+    add_option(recording, "--duration SECONDS", "stop after this time", type=positive)
+    add_option(recording, "--use-sim-time", "use the time of /clock for messages")
+    add_option(
+        recording,
+        "--compression",
+        "compression of messages (default: none)",
+        choices=("none", "lz4", "zstd"),
+        default="none",
     )
-    playing.add_argument("-r", "--rate", type=_positive, default=1.0, metavar="N", help="so fast (default: 1)")
-    playing.add_argument(
-        "--start-offset", type=_seconds, default=0.0, metavar="SECONDS", help="leave out the beginning"
-    )
-    playing.add_argument("--clock", type=_positive, metavar="HZ", help="publish /clock, at this rate")
+    _add_hidden(recording, "; without TOPIC and --pattern, record all topics")
+    playing = _leaf(bags, "play", "publish the messages of a bag", "bags.play_bag")
+    playing.add_argument("bag", type=Path, metavar="BAG", help="rosbag2 folder, or file (.mcap or .db3)")
+    add_option(playing, "--topic TOPIC", "play only this topic", repeatable=True)
+    add_option(playing, "-r --rate N", "speed factor (default: 1)", type=positive, default=1.0)
+    add_option(playing, "--start-offset SECONDS", "skip the first seconds", type=seconds, default=0.0)
+    add_option(playing, "--clock HZ", "publish /clock at this rate", type=positive)
 
 
 def _add_hidden(parser: argparse.ArgumentParser, more: str = "") -> None:
-    parser.add_argument("--all", action="store_true", help=f"hidden ones, too, whose names begin with `_`{more}")
+    add_option(parser, "--all", f"include hidden names, which begin with `_`{more}")
 
 
 def _add_json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    add_option(parser, "--json", "print JSON")
 
 
 def _add_form(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--full", action="store_true", help="do not cut off long lists and texts")
+    add_option(parser, "--full", "do not shorten long lists and texts")
     _add_json(parser)
 
 
 def _add_type(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--type", metavar="TYPE", help="its type (default: what it has in the system)")
+    add_option(parser, "--type TYPE", "type (default: its type in the system)")
 
 
 def _add_qos(parser: argparse.ArgumentParser, default: str) -> None:
-    parser.add_argument("--qos", choices=PRESETS, help=f"a preset of quality of service (default: {default})")
+    add_option(parser, "--qos", f"QoS preset (default: {default})", choices=PRESETS)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    for missing in _missing():
-        raise InvalidUse(f"`seoro ros` needs the package {missing}", help="pip install 'seoro[ros2]'")
+    require("`seoro ros`", "ros2", *ROS2)
     if options.domain is None:
         options.domain = _domain_of_environment()
     module, _, function = options.act.partition(".")
     act = getattr(import_module(f"seoro.cli.ros.{module}"), function)
     try:
         return asyncio.run(_until_signal(act, options))
-    except Ended as ended:
-        return Exit.PASSED if options.act in ENDLESS else status_of(ended.number)
+    except Terminated as terminated:
+        return Exit.PASSED if options.act in ENDLESS else status_of(terminated.number)
 
 
 async def _until_signal(act: Callable[[argparse.Namespace], Awaitable[int]], options: argparse.Namespace) -> int:
-    with ending_by_signals():
+    with cancel_on_signals():
         return int(await act(options))
-
-
-def _missing() -> Iterator[str]:
-    return (name for name in ("mcap", "rosbags", "xxhash") if find_spec(name) is None)
 
 
 def _domain_of_environment() -> int:
     text = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0"
     try:
-        return _domain(text)
+        return domain(text)
     except argparse.ArgumentTypeError as error:
-        raise InvalidUse(f"the environment variable ROS_DOMAIN_ID is wrong: {error}") from None
+        raise UsageError(f"environment variable ROS_DOMAIN_ID: {error}") from None
 
 
-def _domain(text: str) -> int:
-    return domain(text, "domain")
-
-
-def _positive(text: str) -> float:
-    value = _seconds(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"expected a number above 0, not {text!r}")
-    return value
-
-
-def _seconds(text: str) -> float:
-    return number(text, "a number from 0", lambda value: value >= 0.0)
+def _pattern(text: str) -> str:
+    return pattern(text).pattern

@@ -1,4 +1,4 @@
-"""`seoro router`: be a Zenoh router, where executors, simulators and bridges meet."""
+"""`seoro router`: run a Zenoh router that connects executors, simulators and bridges."""
 
 from __future__ import annotations
 
@@ -6,51 +6,40 @@ import argparse
 
 import anyio
 
-from seoro.background import background
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
 from seoro.cli.keys_arguments import add_keys_argument
-from seoro.cli.signals import ending_signals
-from seoro.errors import InvalidUse, cause_of
+from seoro.cli.serving import endpoint_errors, wait_for_signal
+from seoro.concurrency.background import background
 
 EXAMPLES = """examples:
   seoro router
   seoro router --keys hub.keys --listen tls/0.0.0.0:7447
   seoro serve --keys lab-a.keys --connect tls/hub.example.org:7447      (on another machine)
 
-It ends on Ctrl-C."""
+Ctrl-C ends the router."""
 ENDPOINT = "tcp/127.0.0.1:7447"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--listen", metavar="ENDPOINT", default=ENDPOINT, help="Zenoh endpoint to listen on (default: %(default)s)"
-    )
+    add_option(parser, "--listen ENDPOINT", "Zenoh endpoint to listen on (default: %(default)s)", default=ENDPOINT)
     add_keys_argument(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from seoro.bridges.session import SessionError  # noqa: PLC0415 - Zenoh, for this command only
-
-    try:
+    with endpoint_errors("`--listen`"):
         anyio.run(_route, options)
-    except (SessionError, ExceptionGroup) as error:
-        cause = cause_of(error)
-        if not isinstance(cause, SessionError):
-            raise
-        raise InvalidUse(str(cause), help="`--listen` names another endpoint") from error
     return Exit.PASSED
 
 
 async def _route(options: argparse.Namespace) -> None:
-    from seoro.bridges.routing import route  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.bridges.routing import run_router  # noqa: PLC0415 - Zenoh, for this command only
 
     def ready() -> None:
-        print(f"the router listens on {options.listen}; Ctrl-C ends it", flush=True)
+        print(f"router listening on {options.listen}; Ctrl-C ends it", flush=True)
 
-    with anyio.open_signal_receiver(*ending_signals()) as signals:
-        async with background() as tasks:
-            tasks.start_soon(route, options.listen, None, ready)
-            async for _ in signals:
-                break
+    async with background() as tasks:
+        tasks.start_soon(run_router, options.listen, None, ready)
+        await wait_for_signal()

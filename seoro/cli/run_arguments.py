@@ -1,15 +1,17 @@
-"""The options that say what is run, and where: those of `seoro exec`, and of what runs it again and again."""
+"""Options of a run: scenario, parameters, simulator, lab and ROS 2; for `seoro exec` and `seoro sweep`."""
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Unpack
 
-from seoro.bridges.ros2.addresses import ROUTER
-from seoro.cli.arguments import add_folders, domain, positive, rate, seed
+from seoro.bridges.addresses import ROS_ROUTER
+from seoro.cli.arguments import add_option, domain, positive, rate, seed
 from seoro.embed.file_settings import (
     CLOCK,
     ENDPOINT,
@@ -17,98 +19,97 @@ from seoro.embed.file_settings import (
     ROS,
     SNAPSHOT,
     FileSettings,
-    Given,
-    place_of,
+    GivenOptions,
     settings_of_file,
+    target_of,
 )
-from seoro.embed.options import OF_ROS, Lab, Options, Ros, Simulator
-from seoro.embed.scenarios import Scenario
-from seoro.errors import InvalidUse
-from seoro.input_files import resolved
+from seoro.embed.options import ROS_SIMULATOR, Lab, Leasing, OptionFields, Options, Ros, Simulator, options_from
+from seoro.embed.runnable import Runnable
+from seoro.errors import UsageError
+from seoro.files.inputs import resolved
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
 
 
 def add_run_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare them."""
-    parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, if the file has several")
-    parser.add_argument(
-        "--set",
-        metavar="PATH=VALUE",
-        action="append",
-        default=[],
-        help="give a parameter, of the scenario or of what it invokes, a value, an expression of the language: "
-        "--set robot.goal.x=3m, --set patrol.speed=1mps (repeatable)",
+    """Declare the options."""
+    add_option(parser, "--scenario NAME", "scenario to run, if the file has several")
+    add_option(
+        parser, "--set PATH=VALUE", "set a parameter to an expression, such as robot.goal.x=3m", repeatable=True
     )
-    parser.add_argument(
-        "--params",
+    add_option(
+        parser,
+        "--params FILE",
+        "YAML file with parameters: a mapping under the name of the scenario, numbers in SI base units",
         type=Path,
-        metavar="FILE",
-        help="values of parameters in YAML: a mapping under the scenario's name, numbers in SI base units",
     )
-    parser.add_argument("--seed", type=seed, metavar="N", help="seed of everything that is drawn (default: drawn)")
-    parser.add_argument(
-        "--clock", choices=("real", "virtual", "sim"), help="the run's clock (default: real; sim with a simulator)"
+    add_option(parser, "--seed N", "random seed (default: random)", type=seed)
+    add_option(
+        parser,
+        "--clock",
+        "clock of the run (default: real; sim with a simulator)",
+        choices=("real", "virtual", "sim"),
     )
     _add_simulator_arguments(parser)
     _add_ros_arguments(parser)
-    parser.add_argument(
-        "--timeout",
+    add_option(
+        parser,
+        "--timeout SECONDS",
+        "end the run with an error after this wall time (default: 3600)",
         type=positive,
-        metavar="SECONDS",
-        help="end the run as an error after this wall time (default: 3600)",
     )
 
 
 def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
     place = parser.add_mutually_exclusive_group()
-    place.add_argument(
-        "--sim",
-        metavar="NAME",
-        help="start this simulator for the run, and stop it after: mujoco or pybullet; ros is the simulator that "
-        "runs in the ROS 2 system of `--ros`",
+    add_option(
+        place,
+        "--sim NAME",
+        "start this simulator for the run: mujoco or pybullet; ros uses the running simulator of the ROS 2 "
+        "system (`--ros`)",
     )
-    place.add_argument(
-        "--lab", type=Path, metavar="FILE", help="a lab file says which simulator or robot serves which actor"
-    )
-    place.add_argument("--connect", metavar="ENDPOINT", help="use the simulator node that runs at this endpoint")
-    parser.add_argument(
-        "--world", metavar="WORLD", help="name or file of the simulator's world (default: its own)"
-    )
-    parser.add_argument(
-        "--from-snapshot",
+    add_option(place, "--lab FILE", "lab file that assigns robots or simulators to actors", type=Path)
+    add_option(place, "--connect ENDPOINT", "use the simulator node at this Zenoh endpoint")
+    add_option(parser, "--world WORLD", "name or file of the world (default: that of the simulator)")
+    add_option(parser, "--from-snapshot FILE", "start from a saved state, with its world and simulator", type=Path)
+    add_option(parser, "--rate R", "simulated seconds per second, or max (default: 1)", type=rate)
+    add_option(
+        parser,
+        "--model-path DIR",
+        "folder to search first for models `name://path`, as DIR/name/path",
         type=Path,
-        metavar="FILE",
-        help="begin at the state that a run has saved, with its world, in the simulator that saved it",
+        repeatable=True,
     )
-    parser.add_argument("--rate", type=rate, metavar="R", help="simulated seconds per second, or max (default: 1)")
-    add_folders(parser, "--model-path", "look up models `name://path` in DIR/name first")
 
 
 def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--ros",
+    add_option(
+        parser,
+        "--ros ENDPOINT",
+        "connect to a ROS 2 system over its Zenoh router or bridge, such as tcp/192.168.0.7:7447?domain=3 "
+        f"(default: {ROS_ROUTER}, domain ROS_DOMAIN_ID or 0)",
         nargs="?",
-        const=ROUTER,
-        metavar="ENDPOINT",
-        help="reach the ROS 2 system behind this Zenoh router or bridge, such as tcp/192.168.0.7:7447?domain=3 "
-        f"(without ENDPOINT: {ROUTER}; domain: that of ROS_DOMAIN_ID, else 0; dialect=rmw_zenoh or ros2dds)",
+        const=ROS_ROUTER,
     )
-    add_folders(
-        parser, "--ros-interfaces", "take definitions of messages, services and actions from the packages in DIR"
+    add_option(
+        parser,
+        "--ros-interfaces DIR",
+        "folder of packages with more definitions of messages, services and actions",
+        type=Path,
+        repeatable=True,
     )
 
 
-def use_file_settings(options: argparse.Namespace, scenario: Scenario, *, repeats: bool = False) -> FileSettings:
-    """Fill in the options that a scenario file gives by its directives, and print notes about the others.
+def use_file_settings(options: argparse.Namespace, scenario: Runnable, *, repeats: bool = False) -> FileSettings:
+    """Fill in options from the directives of a scenario file, and print notes about ignored directives.
 
     Args:
-        options: The parsed command line; options that are given stay as they are.
+        options: Parsed command line; its options take precedence.
         scenario: The checked file.
-        repeats: Whether the command runs the scenario with every seed.
+        repeats: Whether the command runs the scenario once per seed.
 
     Raises:
-        InvalidScenario, InvalidUse: As `settings_of_file`.
+        InvalidScenario, UsageError: As `settings_of_file`.
     """
     places = {
         SNAPSHOT: (options.from_snapshot, "--from-snapshot"),
@@ -117,52 +118,59 @@ def use_file_settings(options: argparse.Namespace, scenario: Scenario, *, repeat
         ROS: (options.ros, "--ros"),
         CLOCK: (options.clock, f"--clock {options.clock}"),
     }
-    given = Given(
+    given = GivenOptions(
         simulator=options.sim,
-        place=place_of(places, has_simulator=options.sim is not None),
+        target=target_of(places, has_simulator=options.sim is not None),
         world=options.world,
         seed=options.seed,
         timeout=options.timeout,
         timeout_option="--timeout SECONDS",
         parameters=None if options.params is not None else overrides_of(options.set),
     )
-    found = settings_of_file(scenario.checked, options.scenario, given, repeats=repeats)
+    found = settings_of_file(scenario, options.scenario, given, repeats=repeats)
     options.sim, options.world, options.seed = found.simulator, found.world, found.seed
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
     return found
 
 
-def inputs_of(options: argparse.Namespace, scenario: Scenario) -> list[Path]:
-    """Return the files that a run reads: the scenario with its imports, and those that options name."""
-    sources = [module.file.path for module in scenario.checked.sources.modules]
+def inputs_of(options: argparse.Namespace, scenario: Runnable) -> list[Path]:
+    """Return the files that a run reads: the scenario, its imports, and files named by options."""
+    sources = [file.path for file in scenario.files]
     named = [options.params, options.lab, options.from_snapshot, options.world]
     return [path for path in sources if path is not None] + [Path(name) for name in named if name is not None]
 
 
-def settings_of(options: argparse.Namespace) -> Options:
-    """How the options ask for a scenario to be run.
+def settings_of(options: argparse.Namespace, **more: Unpack[OptionFields]) -> Options:
+    """Convert the command line into the options of a run.
+
+    Args:
+        options: Options of the command line.
+        more: Other fields of `Options`.
 
     Raises:
-        InvalidUse: They do not go together.
+        UsageError: The options contradict each other.
     """
-    return Options(
-        name=options.scenario,
-        seed=options.seed,
-        overrides=overrides_of(options.set),
-        parameters=options.params,
-        clock=options.clock,
-        simulator=simulator_of(options),
-        ros=ros_of(options),
-        lab=lab_of(options),
+    return options_from(
+        {
+            "name": options.scenario,
+            "seed": options.seed,
+            "overrides": overrides_of(options.set),
+            "parameters": options.params,
+            "clock": options.clock,
+            "simulator": simulator_of(options),
+            "ros": ros_of(options),
+            "lab": lab_of(options),
+            **more,
+        }
     )
 
 
 def ros_of(options: argparse.Namespace) -> Ros | None:
-    """The ROS 2 system that the options ask for, if they do."""
+    """Return the ROS 2 system of the options, if any."""
     if options.ros is None:
         if options.ros_interfaces:
-            raise InvalidUse("`--ros-interfaces` is for a ROS 2 system, and there is none", help="add `--ros`")
+            raise UsageError("`--ros-interfaces` needs a ROS 2 system", help="add `--ros`")
         return None
     endpoint, _, query = options.ros.partition("?")
     given = dict(pair.partition("=")[::2] for pair in query.split("&") if pair)
@@ -170,35 +178,39 @@ def ros_of(options: argparse.Namespace) -> Ros | None:
     dialect = given.pop("dialect", None)
     if given or not endpoint:
         known = "tcp/192.168.0.7:7447?domain=3&dialect=rmw_zenoh"
-        raise InvalidUse(f"`--ros {options.ros}` is not of the form ENDPOINT?domain=N", help=f"such as {known}")
+        raise UsageError(f"invalid `--ros {options.ros}`: expected ENDPOINT?domain=N", help=f"for example {known}")
     try:
         number_of_domain = domain(text)
     except argparse.ArgumentTypeError as error:
-        raise InvalidUse(str(error)) from None
+        raise UsageError(str(error)) from None
     return Ros(endpoint, number_of_domain, dialect, options.ros_interfaces)
 
 
 def lab_of(options: argparse.Namespace) -> Lab | None:
-    """The lab that the options name, if they do."""
+    """Return the lab of the options, if any."""
     if options.lab is None:
         return None
     given = [name for name in ("world", "from_snapshot") if getattr(options, name) is not None]
     if given:
-        raise InvalidUse(
-            f"`--{given[0].replace('_', '-')}` does not go with `--lab`", help="the lab file names the world"
+        raise UsageError(
+            f"`--{given[0].replace('_', '-')}` contradicts `--lab`", help="name the world in the lab file"
         )
     return Lab(options.lab, DEFAULT_RATE if options.rate is None else options.rate, options.model_path)
 
 
 def simulator_of(options: argparse.Namespace) -> Simulator | None:
-    """The simulator that the options ask for, if they do."""
+    """Return the simulator of the options, if any."""
     if options.lab is not None:
         return None
     if options.sim is None and options.connect is None and options.from_snapshot is None:
-        theirs = {"--world": options.world, "--rate": options.rate, "--model-path": options.model_path or None}
-        given = [name for name, value in theirs.items() if value is not None]
+        of_simulator = {
+            "--world": options.world,
+            "--rate": options.rate,
+            "--model-path": options.model_path or None,
+        }
+        given = [name for name, value in of_simulator.items() if value is not None]
         if given:
-            raise InvalidUse(f"`{given[0]}` is a simulator's, and there is none", help="add `--sim mujoco`")
+            raise UsageError(f"`{given[0]}` needs a simulator", help="add `--sim mujoco`")
         return None
     return Simulator(
         name=options.sim,
@@ -211,22 +223,55 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
 
 
 def _world(world: str | None, simulator: str | None) -> str | None:
-    """The world as the simulator is to be told, which may run in another folder."""
+    """Return the world for the simulator, which may run in another folder: files become absolute paths."""
     if world is None:
         return None
-    # What simulators of ROS 2 systems call their worlds is theirs, unless it is a file that is here.
+    # Simulators of ROS 2 systems have their own names of worlds, which may look like files.
     path = Path(world)
-    is_file = (path.suffix != "" or simulator == OF_ROS) and path.is_file()
-    is_named_so = simulator != OF_ROS and path.suffix in {".yaml", ".yml"}
+    is_file = (path.suffix != "" or simulator == ROS_SIMULATOR) and path.is_file()
+    is_named_so = simulator != ROS_SIMULATOR and path.suffix in {".yaml", ".yml"}
     return str(resolved(path)) if is_file or is_named_so else world
 
 
 def overrides_of(settings: Sequence[str]) -> dict[str, str]:
-    """What `--set` gives, by path."""
+    """Parse the arguments of `--set` into expressions by path."""
     overrides = {}
     for setting in settings:
         path, equals, value = setting.partition("=")
         if not equals or not path.strip():
-            raise InvalidUse(f"`--set {setting}` is not of the form PATH=VALUE", help="such as `--set goal.x=3m`")
+            raise UsageError(
+                f"invalid `--set {setting}`: expected PATH=VALUE", help="for example `--set goal.x=3m`"
+            )
         overrides[path.strip()] = value.strip()
     return overrides
+
+
+def add_lease_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    group = parser.add_argument_group("shared robots")
+    waiting = group.add_mutually_exclusive_group()
+    add_option(waiting, "--when-free", "wait for busy robots, and for nodes that are not up yet")
+    add_option(
+        waiting, "--wait SECONDS", "wait for busy robots at most this long (default: do not wait)", type=positive
+    )
+    add_option(group, "--lease ID", "use the robots of this lease (`seoro lab lease`)")
+
+
+def leasing_of(options: argparse.Namespace, on_wait: Callable[[str], object] | None = None) -> Leasing:
+    """Return the leasing that the options ask for.
+
+    Args:
+        options: Options of the command line.
+        on_wait: Called with the users of busy robots, while the run waits.
+    """
+    named: dict[str, object] = {"--when-free": options.when_free, "--wait": options.wait, "--lease": options.lease}
+    if options.on is None:  # on an executor, the priority also orders its queue
+        named["--priority"] = options.priority
+    given = [name for name, value in named.items() if value is not None and value is not False]
+    if given and options.lab is None and options.connect is None:
+        raise UsageError(
+            f"`{given[0]}` needs shared robots, and the run has none",
+            help="add `--lab` or `--connect`",
+        )
+    wait = math.inf if options.when_free else options.wait
+    return Leasing(wait=wait, priority=options.priority or 0, lease=options.lease or "", on_wait=on_wait)

@@ -1,9 +1,8 @@
-"""`seoro serve`: be an executor, which runs scenarios that come over the network."""
+"""`seoro serve`: run an executor, which accepts scenarios over the network and runs them."""
 
 from __future__ import annotations
 
 import argparse
-import re
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,18 +10,19 @@ from typing import TYPE_CHECKING
 import anyio
 from anyio.abc import TaskGroup
 
-from seoro.background import background
-from seoro.bridges.executor.addresses import ENDPOINT
-from seoro.cli.arguments import number, whole
-from seoro.cli.exits import Exit
+from seoro.bridges.addresses import EXECUTOR
+from seoro.cli.arguments import add_option, number, whole
+from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
 from seoro.cli.keys_arguments import add_keys_argument
-from seoro.cli.signals import ending_signals
-from seoro.errors import InvalidUse
-from seoro.terminal_text import log_to_stderr
+from seoro.cli.serving import check_name, endpoint_errors, place_of
+from seoro.cli.signals import termination_signals
+from seoro.concurrency.background import background
+from seoro.errors import UsageError
+from seoro.text.printable import log_to_stderr
 
 if TYPE_CHECKING:
-    from seoro.executor.running import ExecutorOptions
+    from seoro.executor.service import ExecutorOptions
 
 EXAMPLES = """examples:
   seoro serve --name lab-a
@@ -30,58 +30,44 @@ EXAMPLES = """examples:
   seoro serve --name lab-a --jobs 4 --allow python
   seoro serve --keys lab-a.keys --listen tls/0.0.0.0:7470
 
-It ends on Ctrl-C: what runs is stopped and cleans up, what waits is run when it is started again."""
+Ctrl-C ends the executor. Active runs are stopped and clean up; queued runs are kept for the next start."""
 KEEP = 30.0  # [days]
+_days = number("a positive number of days", lambda days: days > 0.0)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--name", help="name of the executor, for `--on` (default: that in its keys if it has any, else local)"
-    )
+    add_option(parser, "--name NAME", "name of the executor, for `--on` (default: that of its keys, else local)")
     place = parser.add_mutually_exclusive_group()
-    place.add_argument("--listen", metavar="ENDPOINT", help=f"listen there for clients (default: {ENDPOINT})")
-    place.add_argument("--connect", metavar="ENDPOINT", help="be reached over the executor or Zenoh router there")
-    parser.add_argument(
-        "--folder",
-        type=Path,
-        metavar="DIR",
-        help="keep runs there (default: a folder with its name in ~/.local/state/seoro)",
-    )
-    parser.add_argument(
-        "--jobs", type=whole, default=1, metavar="N", help="run so many scenarios at a time (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--keep",
+    add_option(place, "--listen ENDPOINT", f"Zenoh endpoint to listen on (default: {EXECUTOR})")
+    add_option(place, "--connect ENDPOINT", "connect to the executor or Zenoh router at this endpoint instead")
+    add_option(parser, "--folder DIR", "folder for runs (default: ~/.local/state/seoro/NAME)", type=Path)
+    add_option(parser, "--jobs N", "number of simultaneous runs (default: %(default)s)", type=whole, default=1)
+    add_option(
+        parser,
+        "--keep DAYS",
+        f"delete finished runs after this time (default: {KEEP:g})",
         type=_days,
         default=KEEP,
-        metavar="DAYS",
-        help=f"forget runs that have been over for so long (default: {KEEP:g})",
     )
-    parser.add_argument(
-        "--allow",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="let scenarios do what they else may not: python, files, network, run_process, ros_run, ros_launch "
-        "(repeatable)",
+    add_option(
+        parser,
+        "--allow NAME",
+        "allow scenarios to use python, files, network, run_process, ros_run or ros_launch",
+        repeatable=True,
     )
-    parser.add_argument(
-        "--policy", type=Path, metavar="FILE", help="what those of each role may do, and how much of it (YAML)"
-    )
+    add_option(parser, "--policy FILE", "YAML file with permissions and limits per role", type=Path)
     add_keys_argument(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from seoro.bridges.session import SessionError  # noqa: PLC0415 - Zenoh, for this command only
-    from seoro.executor.limits import Policy, read_policy  # noqa: PLC0415 - the same
-    from seoro.executor.running import ExecutorOptions  # noqa: PLC0415 - the same
+    from seoro.executor.limits import Policy, read_policy  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.executor.service import ExecutorOptions  # noqa: PLC0415 - the same
 
-    listen = None if options.connect else options.listen or ENDPOINT
-    name = options.name or _name_in_keys(options.connect or options.listen or ENDPOINT) or "local"
-    if re.fullmatch(r"[a-z0-9_-]+", name) is None:
-        raise InvalidUse(f"'{name}' cannot name an executor: use lower-case letters, digits, '_' and '-'")
+    listen = None if options.connect else options.listen or EXECUTOR
+    name = options.name or _name_in_keys(options.connect or options.listen or EXECUTOR) or "local"
+    check_name(name, "an executor")
     settings = ExecutorOptions(
         name,
         options.folder or state_folder() / name,
@@ -93,48 +79,42 @@ def run(options: argparse.Namespace) -> int:
         policy=read_policy(options.policy) if options.policy else Policy(),
     )
     log_to_stderr("%(message)s")
-    try:
+    with endpoint_errors():
         return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
-    except SessionError as error:
-        raise InvalidUse(str(error), help="`--listen` or `--connect` says where clients reach it") from error
 
 
 async def _serve(settings: ExecutorOptions) -> int:
-    from seoro.executor.running import executing  # noqa: PLC0415 - as above
+    from seoro.executor.service import open_executor  # noqa: PLC0415 - as above
 
-    with anyio.open_signal_receiver(*ending_signals()) as signals:
-        async with executing(settings) as started:
-            where = f"listens on {settings.listen}" if settings.listen else f"is connected to {settings.connect}"
-            print(f"the executor '{settings.name}' {where}; Ctrl-C ends it", flush=True)
+    with anyio.open_signal_receiver(*termination_signals()) as signals:
+        async with open_executor(settings) as started:
+            where = place_of(settings.listen, settings.connect)
+            print(f"executor '{settings.name}' {where}; Ctrl-C ends it", flush=True)
             if started.no_sandbox:
                 print(f"runs are not sandboxed: {started.no_sandbox}", flush=True)
             if started.lost:
-                print(f"{started.lost} of its runs went on when it died: they are lost", flush=True)
+                print(f"{started.lost} runs were active when the executor died, and are lost", flush=True)
             async with background() as tasks:
-                tasks.start_soon(_cancel_when, started.name_lost, tasks)
+                tasks.start_soon(_cancel_on, started.name_lost, tasks)
                 async for _ in signals:
                     break
-            print("stopping what runs, and cleaning up", flush=True)
+            print("stopping active runs and cleaning up", flush=True)
     if started.name_lost.is_set():
-        raise InvalidUse(
+        raise UsageError(
             started.why_name_lost,
-            help=f"`--name` gives this one another; with `--folder {settings.folder}` it goes on with its runs",
+            help=f"choose another `--name`; `--folder {settings.folder}` keeps its runs",
         )
     return Exit.PASSED
 
 
-async def _cancel_when(happened: anyio.Event, tasks: TaskGroup) -> None:
-    await happened.wait()
+async def _cancel_on(event: anyio.Event, tasks: TaskGroup) -> None:
+    await event.wait()
     tasks.cancel_scope.cancel()
 
 
 def _name_in_keys(endpoint: str) -> str | None:
-    """Whose keys an executor would have at an endpoint; None if it would have none."""
-    from seoro.bridges.secured import SERVING_RUNS, keys_for  # noqa: PLC0415 - Zenoh, for this command only
+    """Return the name in the keys for an endpoint; None if it needs no keys."""
+    from seoro.security.network.endpoint_keys import SERVING_RUNS, keys_for  # noqa: PLC0415 - Zenoh, for this command only
 
     keys = keys_for(endpoint, SERVING_RUNS)
     return None if keys is None else keys.identity.name
-
-
-def _days(text: str) -> float:
-    return number(text, "a positive number of days", lambda value: value > 0.0)

@@ -1,4 +1,4 @@
-"""Signals that ask a command to end: Ctrl-C, those of `timeout` and service managers, a terminal that closes."""
+"""Termination signals: Ctrl-C, SIGTERM of `timeout` and service managers, SIGHUP of a closed terminal."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 
-def ending_signals() -> tuple[signal.Signals, ...]:
-    """The signals that ask this command to end. A SIGHUP that is ignored, as under `nohup`, stays ignored."""
+def termination_signals() -> tuple[signal.Signals, ...]:
+    """Return the signals that end this command. SIGHUP stays ignored under `nohup`."""
     is_ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     return (signal.SIGINT, signal.SIGTERM, *(() if is_ignored else (signal.SIGHUP,)))
 
 
 def status_of(number: signal.Signals) -> int:
-    """The exit status of a command that a signal has ended, as shells have it."""
+    """Return the exit status of a command ended by a signal, as shells do."""
     return 128 + number
 
 
-class Ended(Exception):
-    """A signal has ended a command, and all that it had started has been ended in order.
+class Terminated(Exception):
+    """A signal ended a command, after its clean-up.
 
     Args:
         number: The signal.
@@ -32,30 +32,30 @@ class Ended(Exception):
 
 
 @contextmanager
-def ending_by_signals() -> Iterator[None]:
-    """In the block, the first signal cancels the present task. Later ones are ignored: clean-up is bounded.
+def cancel_on_signals() -> Iterator[None]:
+    """Cancel the current task at the first signal in the block. Later signals are ignored: clean-up is bounded.
 
     Raises:
-        Ended: A signal has cancelled the task.
+        Terminated: A signal cancelled the task.
     """
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
     assert task is not None
-    came: list[signal.Signals] = []
+    received: list[signal.Signals] = []
 
     def end(number: signal.Signals) -> None:
-        if not came:
+        if not received:
             task.cancel()
-        came.append(number)
+        received.append(number)
 
-    numbers = ending_signals()
+    numbers = termination_signals()
     for number in numbers:
         loop.add_signal_handler(number, end, number)
     try:
         yield
     except asyncio.CancelledError:
-        if not came:
+        if not received:
             raise
-        raise Ended(came[0]) from None
+        raise Terminated(received[0]) from None
     finally:
         for number in numbers:
             loop.remove_signal_handler(number)

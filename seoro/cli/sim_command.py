@@ -1,4 +1,4 @@
-"""`seoro sim`: start a simulator node by hand."""
+"""`seoro sim`: start a simulator node."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import os
 import sys
 from pathlib import Path
 
-from seoro.cli.arguments import add_folders, rate, seed
+from seoro.cli.arguments import add_option, rate, seed
 from seoro.cli.files import node_file
 from seoro.cli.keys_arguments import add_keys_argument
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 
 DEFAULT_WORLD = "maze"
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
@@ -20,7 +20,7 @@ EXAMPLES = """examples:
   seoro exec obstacle.osc --connect tcp/127.0.0.1:7450      (in another terminal)
   seoro sim --from-snapshot out/entrance.snapshot --rate 1
 
-It ends on Ctrl-C."""
+Ctrl-C ends the simulator."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,55 +29,49 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "name",
         nargs="?",
         metavar="NAME",
-        help="the simulator: mujoco, pybullet, or one that an installed package brings (default: the one that "
-        "saved the snapshot)",
+        help="simulator: mujoco, pybullet, or that of an installed package (default: that of the snapshot)",
     )
-    parser.add_argument("--world", metavar="WORLD", help=f"name or file of the world (default: {DEFAULT_WORLD})")
-    parser.add_argument(
-        "--from-snapshot",
+    add_option(parser, "--world WORLD", f"name or file of the world (default: {DEFAULT_WORLD})")
+    add_option(
+        parser,
+        "--from-snapshot FILE",
+        "continue from a saved state, with its world, clock and robot commands",
         type=Path,
-        metavar="FILE",
-        help="go on from the state that a run has saved, with its world, its clock and what its robots do",
     )
-    parser.add_argument(
-        "--seed",
-        type=seed,
-        metavar="N",
-        help="seed of all it draws (default: 0, or what a snapshot goes on with)",
-    )
+    add_option(parser, "--seed N", "random seed (default: 0, or that of the snapshot)", type=seed)
     place = parser.add_mutually_exclusive_group()
-    place.add_argument(
-        "--listen", metavar="ENDPOINT", help=f"Zenoh endpoint to listen on (default: {DEFAULT_ENDPOINT})"
+    add_option(place, "--listen ENDPOINT", f"Zenoh endpoint to listen on (default: {DEFAULT_ENDPOINT})")
+    add_option(place, "--connect ENDPOINT", "connect to the Zenoh router at this endpoint instead")
+    add_option(
+        parser,
+        "--node NODE",
+        "name of the node, as in lab files with several nodes behind one router (default: that of its keys, "
+        "else NAME)",
     )
-    place.add_argument("--connect", metavar="ENDPOINT", help="be reached over the Zenoh router there")
-    parser.add_argument(
-        "--node",
-        metavar="NODE",
-        help="what lab files call it by `name`, where several are reached over one router (default: that in its "
-        "keys, else NAME)",
-    )
-    parser.add_argument(
-        "--rate",
+    add_option(
+        parser,
+        "--rate RATE",
+        "start unpaused at this rate (1 = real time, max = as fast as possible; default: paused until a run "
+        "advances time)",
         type=rate,
-        metavar="RATE",
-        help="let time pass from the start, this many times as fast as it does, or as fast as possible (max); "
-        "by default it passes while runs grant it",
     )
     add_keys_argument(parser)
-    add_folders(
+    add_option(
         parser,
-        "--model-path",
-        "look up models `name://path` in DIR/name first, where programs ask for them by name",
+        "--model-path DIR",
+        "folder to search first for models `name://path`, as DIR/name/path",
+        type=Path,
+        repeatable=True,
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command: the node takes the place of this process."""
-    from seoro.bridges.door import node_name  # noqa: PLC0415 - Zenoh, for this command only
+    """Run the command: replace this process by the node."""
     from seoro.bridges.launch import check_installed  # noqa: PLC0415 - the same
     from seoro.bridges.session import is_secured  # noqa: PLC0415 - the same
+    from seoro.security.network.listener import node_name  # noqa: PLC0415 - Zenoh, for this command only
 
-    name, arguments = _beginning(options)
+    name, arguments = _initial_state(options)
     check_installed(name)
     endpoint = options.connect or options.listen or DEFAULT_ENDPOINT
     if is_secured(endpoint):
@@ -92,25 +86,25 @@ def run(options: argparse.Namespace) -> int:
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606
 
 
-def _beginning(options: argparse.Namespace) -> tuple[str, list[str]]:
-    """The simulator, and how it is told what to begin at.
+def _initial_state(options: argparse.Namespace) -> tuple[str, list[str]]:
+    """Return the simulator, and its arguments for the initial state.
 
     Raises:
-        InvalidUse: It is not said which, or what was said contradicts itself.
+        UsageError: The simulator is missing, or options contradict each other.
     """
     path = options.from_snapshot
     if path is None:
         if options.name is None:
-            raise InvalidUse("it is not said which simulator", help="such as `seoro sim mujoco`")
+            raise UsageError("missing name of a simulator", help="for example `seoro sim mujoco`")
         return options.name, ["--world", options.world or DEFAULT_WORLD]
     from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
 
     if options.world is not None:
-        raise InvalidUse("a snapshot has its own world", help="leave out `--world`, or the snapshot")
+        raise UsageError("`--world` contradicts `--from-snapshot`", help="leave out one of them")
     snapshot = read_snapshot(path)
     if options.name not in (None, snapshot.engine):
-        raise InvalidUse(
-            f"{path} was saved by {snapshot.engine}, and means nothing to {options.name}",
-            help=f"leave out `{options.name}`: it goes on in the simulator that saved it",
+        raise UsageError(
+            f"{path} is a snapshot of {snapshot.engine}, not of {options.name}",
+            help=f"leave out `{options.name}`, or use `{snapshot.engine}`",
         )
     return snapshot.engine, ["--from-snapshot", str(path)]

@@ -6,41 +6,42 @@ import argparse
 
 import anyio
 
-from seoro.cli.exits import Exit
+from seoro.cli.arguments import add_option
+from seoro.cli.exit_status import Exit
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.client.runs import RemoteRun
-from seoro.errors import InvalidUse
-from seoro.people import whoami
+from seoro.embed.whoami import whoami
+from seoro.errors import UsageError
 
 EXAMPLES = """examples:
   seoro stop 3f9a
   seoro stop 3f9a 81c0
   seoro stop --mine
 
-It waits until the runs have cleaned up. A run that has ended stays as it is. `seoro estop` is the emergency stop,
-which stops robots."""
+Waits until the runs have cleaned up. Finished runs are not affected. `seoro estop` is the emergency stop, which
+stops robots."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "runs", metavar="RUN", nargs="*", help="ids of runs, or how they begin; `seoro ps` lists runs"
+        "runs", metavar="RUN", nargs="*", help="ids of runs, or their first characters; `seoro ps` lists runs"
     )
-    parser.add_argument("--mine", action="store_true", help="stop all runs that you have submitted and that go on")
+    add_option(parser, "--mine", "stop all active runs that you submitted")
     parser.add_argument("--all", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("--on", metavar="EXECUTOR", help="name of the executor (default: all are asked)")
+    add_option(parser, "--on EXECUTOR", "name of the executor (default: search all)")
     add_executor_argument(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     if options.all:
-        raise InvalidUse(
-            "`seoro stop` stops single runs",
-            help="`seoro estop` is the emergency stop of all robots, `seoro stop --mine` stops your runs",
+        raise UsageError(
+            "unsupported option `--all`",
+            help="`seoro estop` stops all robots, `seoro stop --mine` stops all your runs",
         )
     if options.mine == bool(options.runs):
-        raise InvalidUse("expected runs or `--mine`", help="`seoro ps` lists runs")
+        raise UsageError("expected either runs or `--mine`", help="`seoro ps` lists runs")
     anyio.run(_stop, options)
     return Exit.PASSED
 
@@ -53,7 +54,7 @@ async def _stop(options: argparse.Namespace) -> None:
             runs = [each for each in await client.runs(options.on) if each.info.by == whoami()]
             found = [each for each in runs if not each.state.is_final]
             if not found:
-                print("no run of yours goes on")
+                print("you have no active runs")
         else:
             found = [await client.run(name, options.on) for name in options.runs]
         async with anyio.create_task_group() as stopping:
@@ -63,7 +64,7 @@ async def _stop(options: argparse.Namespace) -> None:
 
 async def _stop_one(run: RemoteRun) -> None:
     if run.state.is_final:
-        print(f"run {run.id[:8]} has ended: {run.state.value}")
+        print(f"run {run.id[:8]} has already ended: {run.state.value}")
         return
     await run.stop("stopped by `seoro stop`")
     async for _ in run.parts():

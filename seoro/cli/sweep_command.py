@@ -1,8 +1,9 @@
-"""`seoro sweep`: run a scenario once for each combination of what varies in it."""
+"""`seoro sweep`: run a scenario once per combination of varied parameters."""
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import secrets
 import shutil
@@ -15,27 +16,20 @@ from pathlib import Path
 
 import anyio
 
-from seoro.background import background
-from seoro.cli.arguments import whole
-from seoro.cli.exits import Exit
-from seoro.cli.files import count
-from seoro.cli.film_arguments import BESIDE, add_view_arguments, film_of, film_texts
+from seoro.cli.arguments import add_option, whole
+from seoro.cli.exit_status import Exit
+from seoro.cli.files import count, write_errors
 from seoro.cli.output import is_terminal
-from seoro.cli.run_arguments import (
-    add_run_arguments,
-    lab_of,
-    overrides_of,
-    ros_of,
-    simulator_of,
-    use_file_settings,
-)
+from seoro.cli.run_arguments import add_run_arguments, overrides_of, settings_of, use_file_settings
+from seoro.cli.video_arguments import OUTPUT_FOLDER, add_view_arguments, video_arguments, video_of
+from seoro.concurrency.background import background
 from seoro.embed import SEED_BITS, Scenario, load, prepare
 from seoro.embed.options import Options
-from seoro.errors import CONFLICT, InvalidUse
-from seoro.lab.wishes import split_wishes
+from seoro.embed.parameter_files import read_parameters
+from seoro.errors import CONFLICT, UsageError
+from seoro.lab.selectors import split_selectors
 from seoro.lang.frontend import lower
 from seoro.lang.lower.entry import find_entry
-from seoro.parameters import read_parameters
 from seoro.runtime.verdict import RunStatus
 from seoro.sweep.axes import Axis, combinations, find_axes
 from seoro.sweep.emit import emitted
@@ -47,50 +41,49 @@ EXAMPLES = """examples:
   seoro sweep noise.osc --sim mujoco --rate max --seed 1 --repeat 3 -o out/
   seoro sweep noise.osc --set drop=0.0 --emit variants/
 
-What varies are the parameters with a list of values, `keep(noise in [0.0, 0.1, 0.2])`, that are not given
-with `--set` or `--params`.
+A sweep varies each parameter with a list of values, such as `keep(noise in [0.0, 0.1, 0.2])`, that is not set with
+`--set` or `--params`.
 
-exit status: 0 all passed, 1 some failed, 3 some had no verdict, 2 the command line or the scenario is invalid,
-130 by Ctrl-C"""
+exit status: 0 all passed, 1 some failed, 2 the command line or the scenario is invalid, 3 some ended without a
+verdict, 130 by Ctrl-C"""
 
-_RUNS = "runs"  # the folder of the results of runs, in that of the sweep
+_RUNS = "runs"  # folder for the results of runs
+_PASSED = (
+    "scenario", "params", "clock", "sim", "connect", "ros", "lab", "world", "from_snapshot", "rate", "timeout",
+    "set", "model_path", "ros_interfaces",
+)  # fmt: skip # options of `seoro exec` that are the same for all runs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("file", metavar="FILE", help="the scenario file (.osc)")
+    parser.add_argument("file", metavar="FILE", help="scenario file (.osc)")
     add_run_arguments(parser)
-    parser.add_argument(
-        "-o",
-        "--output-dir",
+    add_option(
+        parser,
+        "-o --output-dir DIR",
+        f"folder for {TABLE}, test.xml and the results of runs (default: sweep)",
         type=Path,
         default=Path("sweep"),
-        metavar="DIR",
-        help=f"write {TABLE}, test.xml and a folder for each run there (default: sweep)",
     )
-    parser.add_argument("--overwrite", action="store_true", help="replace the results of another sweep there")
-    parser.add_argument(
-        "-j", "--jobs", type=whole, metavar="N", help="runs at a time (default: one for each processor)"
-    )
-    parser.add_argument(
-        "--repeat",
+    add_option(parser, "--overwrite", "replace the results of an earlier sweep")
+    add_option(parser, "-j --jobs N", "number of simultaneous runs (default: number of processors)", type=whole)
+    add_option(
+        parser,
+        "--repeat N",
+        "run each combination N times, with the seeds SEED, SEED + 1, ... (default: 1)",
         type=whole,
         default=1,
-        metavar="N",
-        help="run each combination so often, with the seeds SEED, SEED + 1, ... (default: 1)",
     )
     parser.add_argument(
         "--record-video",
         action="store_const",
-        const=BESIDE,
-        help="record a film of each run of the simulator into its folder",
+        const=OUTPUT_FOLDER,
+        help="record a video of each run to its folder",
     )
     add_view_arguments(parser)
     what = parser.add_mutually_exclusive_group()
-    what.add_argument("--list", action="store_true", help="list the combinations, and run nothing")
-    what.add_argument(
-        "--emit", type=Path, metavar="DIR", help="write each combination there as a scenario file, and run nothing"
-    )
+    add_option(what, "--list", "list the combinations without running them")
+    add_option(what, "--emit DIR", "write each combination as a scenario file, without running it", type=Path)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -99,28 +92,26 @@ def run(options: argparse.Namespace) -> int:
 
 
 class _Sweep:
-    """One sweep."""
+    """Run of the command."""
 
     def __init__(self, options: argparse.Namespace, scenario: Scenario) -> None:
         self._options = options
         self._scenario = scenario
         self._entry = find_entry(scenario.checked, options.scenario).qualified_name
-        self._given, _ = split_wishes(overrides_of(options.set))  # robots vary nothing
+        self._given, _ = split_selectors(overrides_of(options.set))  # selectors of robots are not varied
         self._seeds = use_file_settings(options, scenario, repeats=True).seeds
 
     async def main(self) -> int:
-        """Find what there is to run, and do what is asked for."""
+        """Find the combinations, then list, write or run them."""
         options = self._options
-        simulator_of(options)  # which says what does not go together, as do the next
-        ros_of(options)
-        lab_of(options)
-        film_of(options)
+        settings_of(options)  # these two check that options are consistent
+        video_of(options)
         if options.from_snapshot is not None:
             from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
 
             saved_by = read_snapshot(options.from_snapshot).engine
             if options.sim is None and options.connect is None:
-                options.sim = saved_by  # which runs share when it is named
+                options.sim = saved_by  # runs share a named simulator
         jobs = self._jobs()
         axes = self._axes()
         possible, ruled_out = await self._possible(list(combinations(axes)))
@@ -133,7 +124,7 @@ class _Sweep:
             return Exit.PASSED
         return await self._run(self._plan(possible), jobs)
 
-    # -------------------------------------------------------- what there is to run
+    # -------------------------------------------------------- combinations
 
     def _axes(self) -> Sequence[Axis]:
         parameters = self._options.params
@@ -141,16 +132,16 @@ class _Sweep:
         plan = lower(self._scenario.checked, self._options.scenario, self._given)
         axes = find_axes(plan, given)
         if not axes and self._options.repeat == 1 and len(self._seeds) < 2:
-            raise InvalidUse(
-                f"nothing varies in `{self._entry}`",
-                help="give a parameter a list of values: `keep(noise in [0.0, 0.1])`, or repeat it: `--repeat 10`",
+            raise UsageError(
+                f"no varied parameter in `{self._entry}`",
+                help="list values in the scenario, `keep(noise in [0.0, 0.1])`, or repeat it with `--repeat 10`",
             )
         return axes
 
     async def _possible(
         self, values: Sequence[Mapping[str, str]]
     ) -> tuple[Sequence[Mapping[str, str]], Sequence[Mapping[str, str]]]:
-        """The combinations that other constraints allow, and those that they rule out."""
+        """Split combinations by whether they satisfy all constraints."""
         possible: list[Mapping[str, str]] = []
         ruled_out: list[Mapping[str, str]] = []
         for each in values:
@@ -163,11 +154,11 @@ class _Sweep:
             try:
                 async with prepare(self._scenario, settings):
                     possible.append(each)
-            except InvalidUse as error:
-                # What else is wrong, such as that there is no simulator here, the run itself tells.
+            except UsageError as error:
+                # Other errors, such as a missing simulator, are reported by the run itself.
                 (ruled_out if error.code == CONFLICT else possible).append(each)
         if not possible:
-            raise InvalidUse(f"the constraints of `{self._entry}` rule out all {len(values)} combinations")
+            raise UsageError(f"the constraints of `{self._entry}` rule out all {len(values)} combinations")
         return possible, ruled_out
 
     def _announce(
@@ -187,11 +178,12 @@ class _Sweep:
 
     def _emit(self, axes: Sequence[Axis], possible: Sequence[Mapping[str, str]]) -> None:
         folder: Path = self._options.emit
-        folder.mkdir(parents=True, exist_ok=True)
         stem = Path(self._options.file).stem
-        for number, values in enumerate(possible, start=1):
-            path = folder / f"{stem}_{number:0{len(str(len(possible)))}}.osc"
-            path.write_text(emitted(self._scenario, axes, values, folder), encoding="utf-8")
+        with write_errors(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            for number, values in enumerate(possible, start=1):
+                path = folder / f"{stem}_{number:0{len(str(len(possible)))}}.osc"
+                path.write_text(emitted(self._scenario, axes, values, folder), encoding="utf-8")
         print(f"\n  {folder}/{stem}_*.osc  {count(len(possible))}")
 
     def _plan(self, possible: Sequence[Mapping[str, str]]) -> Sequence[Planned]:
@@ -218,14 +210,14 @@ class _Sweep:
         stop = anyio.Event()
         with _progress(len(planned)) as show:
 
-            def told(each: Ran) -> None:
+            def on_end(each: Ran) -> None:
                 ran.append(each)
                 show(each)
 
             async with background() as group:
                 group.start_soon(_stop_on_signals, stop, group.cancel_scope)
                 try:
-                    await run_all(planned, self._arguments(), jobs, stop, told)
+                    await run_all(planned, self._arguments(), jobs, stop, on_end)
                 finally:
                     files = write_results(ran, options.output_dir, options.file)
         _print_end(ran, len(planned), files)
@@ -237,16 +229,16 @@ class _Sweep:
         return Exit.FAILED if statuses <= {RunStatus.PASSED, RunStatus.FAILED} else Exit.ERROR
 
     def _clear(self, folder: Path) -> None:
-        """Make the folder, without results of another sweep."""
+        """Create the folder; refuse or remove the results of an earlier sweep."""
         runs = folder / _RUNS
         if runs.exists() or (folder / TABLE).exists():
             if not self._options.overwrite:
-                raise InvalidUse(
-                    f"{folder} has the results of another sweep",
-                    help="name another folder with `-o`, or replace them with `--overwrite`",
+                raise UsageError(
+                    f"{folder} contains the results of another sweep",
+                    help="choose another folder with `-o`, or replace them with `--overwrite`",
                 )
             shutil.rmtree(runs, ignore_errors=True)
-            for name in (TABLE, JUNIT):  # a sweep that is killed has none, and must not show the old ones
+            for name in (TABLE, JUNIT):  # a killed sweep must not show old results
                 (folder / name).unlink(missing_ok=True)
         runs.mkdir(parents=True, exist_ok=True)
 
@@ -254,46 +246,29 @@ class _Sweep:
         options = self._options
         if options.connect is not None or options.ros is not None:
             if options.jobs not in (None, 1):
-                what, way = ("robot", "") if options.ros is not None else ("simulator", "`--sim`, or ")
-                raise InvalidUse(f"one {what} carries out one run at a time", help=f"use {way}`--jobs 1`")
+                what, other = ("robot", "") if options.ros is not None else ("simulator", "`--sim`, or ")
+                raise UsageError(f"runs on one {what} are sequential", help=f"use {other}`--jobs 1`")
             return 1
         if options.lab is not None and _is_shared(options.lab):
             if options.jobs not in (None, 1):
-                raise InvalidUse("the lab has what one run at a time can use", help="leave out `--jobs`")
+                raise UsageError("runs in this lab are sequential", help="leave out `--jobs`")
             return 1
         return int(options.jobs or os.cpu_count() or 1)
 
     def _arguments(self) -> Sequence[str]:
-        """What all runs are given."""
-        options = self._options
-        texts = {
-            "--scenario": options.scenario,
-            "--params": options.params,
-            "--clock": options.clock,
-            "--sim": options.sim,
-            "--connect": options.connect,
-            "--ros": options.ros,
-            "--lab": options.lab,
-            "--world": options.world,
-            "--from-snapshot": options.from_snapshot,
-            "--rate": options.rate,
-            "--timeout": options.timeout,
-        }
-        given = [f"{name}={value}" for name, value in texts.items() if value is not None]
-        given = ["--rate=max" if text == "--rate=inf" else text for text in given]
-        settings = [f"--set={setting}" for setting in options.set]
-        return [
-            options.file,
-            *given,
-            *film_texts(options),
-            *settings,
-            *(f"--model-path={path}" for path in options.model_path),
-            *(f"--ros-interfaces={path}" for path in options.ros_interfaces),
-        ]
+        """Return the arguments of `seoro exec` for all runs."""
+        given = [option for name in _PASSED for option in _option(name, getattr(self._options, name))]
+        return [self._options.file, *given, *video_arguments(self._options)]
+
+
+def _option(name: str, value: object) -> list[str]:
+    """Format an option of the command line; empty for None."""
+    values = value if isinstance(value, list) else [] if value is None else [value]
+    return [f"--{name.replace('_', '-')}={'max' if each == math.inf else each}" for each in values]
 
 
 def _is_shared(lab: Path) -> bool:
-    """Whether what a lab consists of is there for all runs: robots, or a simulator that is running."""
+    """Return whether all runs share the robots or the simulator of a lab."""
     from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
 
     read = read_lab(lab)
@@ -301,19 +276,19 @@ def _is_shared(lab: Path) -> bool:
 
 
 async def _stop_on_signals(stop: anyio.Event, scope: anyio.CancelScope) -> None:
-    """The first signal stops the runs in order; the second drops everything."""
+    """Stop the runs at the first signal; drop them at the second."""
     with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
         async for _ in signals:
             if stop.is_set():
                 scope.cancel()
                 return
             stop.set()
-            print("stopping what runs; once more to stop at once", file=sys.stderr, flush=True)
+            print("stopping active runs; press again to stop at once", file=sys.stderr, flush=True)
 
 
 @contextmanager
 def _progress(number: int) -> Iterator[Callable[[Ran], None]]:
-    """Shows the ends of runs: as a bar on a terminal, else a line for each."""
+    """Show the progress: a bar on a terminal, otherwise a line per run."""
     if not is_terminal(sys.stdout):
         yield lambda ran: print(_line(ran, number), flush=True)
         return

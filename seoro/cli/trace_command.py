@@ -1,20 +1,28 @@
-"""`seoro trace`: look at the trace of a run."""
+"""`seoro trace`: print, filter, summarise or convert the trace of a run."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
-import re
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO
 
-from seoro.cli.exits import Exit
-from seoro.cli.files import open_bytes
+from seoro.cli.arguments import add_option, number, pattern
+from seoro.cli.exit_status import Exit
+from seoro.cli.files import write_errors
+from seoro.cli.output import paint, use_colour
 from seoro.cli.results import silence
-from seoro.errors import InvalidUse
+from seoro.cli.trace_input import invalid_trace, open_trace
+from seoro.errors import UsageError
+from seoro.traces.filter import Filter, select
+from seoro.traces.perfetto import write_perfetto
+from seoro.traces.reader import InvalidRecord, Record, read_trace, valid_records
+from seoro.traces.summary import summarise
+from seoro.traces.summary_text import summary_lines
+from seoro.traces.timeline import timeline
 
 EXAMPLES = """examples:
   seoro trace out/trace.jsonl
@@ -24,74 +32,119 @@ EXAMPLES = """examples:
   seoro trace out/trace.jsonl --perfetto run.json     # open it in ui.perfetto.dev
   seoro exec maze.osc --trace - | seoro trace -
 
-exit status: 0, also when the run was killed and its trace is cut off; 2 if it is no trace"""
+exit status: 0, also for the truncated trace of a killed run; 2 if the trace is invalid"""
+
+_seconds = number("a time in seconds", lambda _: True)
+_TONES = {"failed": "31", "error": "31", "cancelled": "33", "warning": "33", "succeeded": "32", "debug": "2"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("file", metavar="FILE", help="the trace (JSON Lines); - for stdin")
-    parser.add_argument(
-        "--kind", action="append", default=[], metavar="GLOB", help="records of this kind only (repeatable)"
+    parser.add_argument("file", metavar="FILE", help="trace (JSON Lines); - for stdin")
+    add_option(parser, "--kind GLOB", "select records of this kind", repeatable=True)
+    add_option(
+        parser, "--path GLOB", "select records of this behavior, variable, event or coverage item", repeatable=True
     )
-    parser.add_argument(
-        "--path",
-        action="append",
-        default=[],
-        metavar="GLOB",
-        help="records about this only: the path of a behavior or variable, an event, an item (repeatable)",
-    )
-    parser.add_argument("--from", dest="start", type=_time, metavar="SECONDS", help="from this time on")
-    parser.add_argument("--to", dest="end", type=_time, metavar="SECONDS", help="up to this time")
-    parser.add_argument("--grep", type=_pattern, metavar="REGEX", help="records with this in one of their values")
+    add_option(parser, "--from SECONDS", "select records from this time on", dest="start", type=_time)
+    add_option(parser, "--to SECONDS", "select records up to this time", dest="end", type=_time)
+    add_option(parser, "--grep REGEX", "select records with a matching value", type=pattern)
     form = parser.add_mutually_exclusive_group()
-    form.add_argument(
-        "--summary", action="store_true", help="print the verdict, durations, what failed, and counts instead"
-    )
-    form.add_argument(
-        "--perfetto", type=Path, metavar="OUT.json", help="write it as Chrome trace events for ui.perfetto.dev"
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON: the records, one a line, or the summary as one object"
-    )
+    add_option(form, "--summary", "print verdict, durations, failures and counts instead")
+    add_option(form, "--perfetto OUT.json", "write Chrome trace events for ui.perfetto.dev", type=Path)
+    add_option(parser, "--json", "print records as JSON Lines, or the summary as one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from seoro.cli.trace_view import TraceView  # noqa: PLC0415 - other commands have no use for it
-
     try:
-        with _open(options.file) as file:
-            return TraceView(options, file).show()
-    except BrokenPipeError:  # whoever read the output has seen enough
+        with open_trace(options.file) as file:
+            return _TraceView(options, file).show()
+    except BrokenPipeError:  # the reader has closed the pipe
         silence(sys.stdout)
         return Exit.PASSED
 
 
-@contextmanager
-def _open(name: str) -> Iterator[IO[bytes]]:
-    with ExitStack() as opened:
-        try:
-            file = opened.enter_context(open_bytes(name))
-        except OSError as error:
-            raise InvalidUse(f"cannot read {name}: {error.strerror}") from error
-        yield file
-
-
 def _time(text: str) -> float:
-    try:
-        return _finite(float(text.removesuffix("s")))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a time in seconds, not {text!r}") from None
+    return _seconds(text.removesuffix("s"))
 
 
-def _finite(value: float) -> float:
-    if not math.isfinite(value):
-        raise ValueError
-    return value
+class _TraceView:
+    """Run of the command."""
 
+    def __init__(self, options: argparse.Namespace, file: IO[bytes]) -> None:
+        self._options = options
+        self._problems: list[InvalidRecord] = []
+        self._number = 0  # of records
+        self._chosen_number = 0
+        self._kinds: set[str] = set()
+        self._has_end = False
+        self._file = file
 
-def _pattern(text: str) -> re.Pattern[str]:
-    try:
-        return re.compile(text)
-    except re.error as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is no regular expression: {error}") from None
+    def show(self) -> Exit:
+        """Print, summarise or convert the trace.
+
+        Raises:
+            UsageError: The trace is invalid.
+        """
+        options = self._options
+        if options.perfetto is not None and options.json:
+            raise UsageError("`--json` contradicts `--perfetto`", help="leave out one of them")
+        if options.perfetto is not None:
+            self._convert(options.perfetto)
+        elif options.summary:
+            self._summarise()
+        elif options.json:
+            for record in self._chosen():
+                print(json.dumps(record, ensure_ascii=False))
+        else:
+            self._print()
+        sys.stdout.flush()
+        self._print_warnings()
+        return Exit.PASSED
+
+    def _records(self) -> Iterator[Record]:
+        for record in valid_records(read_trace(self._file), self._problems):
+            self._number += 1
+            self._kinds.add(record["kind"])
+            self._has_end = self._has_end or record["kind"] == "run.end"
+            yield record
+        if not self._number:
+            raise invalid_trace(self._options.file, self._problems)
+
+    def _chosen(self) -> Iterator[Record]:
+        options = self._options
+        start = -math.inf if options.start is None else options.start
+        end = math.inf if options.end is None else options.end
+        choice = Filter(options.kind, options.path, start, end, options.grep)
+        for record in select(self._records(), choice):
+            self._chosen_number += 1
+            yield record
+
+    def _print(self) -> None:
+        on = use_colour(sys.stdout)
+        for line in timeline(self._chosen(), is_whole=bool(self._options.kind)):
+            print(paint(_TONES.get(line.tone, ""), str(line), on=on))
+
+    def _summarise(self) -> None:
+        summary = summarise(self._chosen(), self._problems)
+        if self._options.json:
+            print(json.dumps(summary.plain(), ensure_ascii=False))
+        else:
+            print("\n".join(summary_lines(summary)))
+
+    def _convert(self, path: Path) -> None:
+        with write_errors(path), path.open("w", encoding="utf-8") as file:
+            events = write_perfetto(self._chosen(), file)
+        print(f"wrote {events} events to {path}: open it in ui.perfetto.dev (the file stays in your browser)")
+
+    def _print_warnings(self) -> None:
+        """Print warnings on stderr about unreadable lines and a missing end."""
+        lines = [f"warning: {self._options.file}, {problem}" for problem in self._problems if not problem.is_cut]
+        if not self._chosen_number:
+            kinds = ", ".join(sorted(self._kinds))
+            lines.append(f"note: none of {self._number} records matches; kinds: {kinds}")
+        if not self._has_end:
+            cut = ", the last line is truncated" if any(problem.is_cut for problem in self._problems) else ""
+            lines.append(f"warning: the trace has no `run.end`{cut}: the run was killed, or is still active")
+        if lines:
+            print("\n".join(lines), file=sys.stderr)

@@ -1,7 +1,7 @@
-"""What a run is doing, as a tree that fits a screen: kept from the records of its trace.
+"""Tree of the behaviors of a run, built from the records of its trace, small enough for a screen.
 
-What ended long ago is folded into its line, and of many that have ended under one behavior only the last are kept,
-so that memory is bounded by what runs at one time.
+Old ended behaviors are folded into the line of their parent, and each parent keeps only the latest ended children.
+So memory is bounded by the number of running behaviors.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-ENDED_KEPT: Final = 50  # behaviors that have ended, under one
-UNFOLDED: Final = 500  # behaviors that have ended whose parts are kept
+ENDED_KEPT: Final = 50  # ended children of a behavior
+UNFOLDED: Final = 500  # ended behaviors that keep their children
 MESSAGES_KEPT: Final = 50
-VARIABLES_KEPT: Final = 20  # those that changed last
+VARIABLES_KEPT: Final = 20  # latest changes
 
 
 @dataclass(eq=False)
@@ -22,17 +22,17 @@ class Node:
     """A behavior.
 
     Args:
-        id: Its number in the trace.
-        parent: What it is part of.
-        type: Its kind, as in the trace.
-        name: What people call it.
-        source: Its place in the scenario.
-        start: When it started [s].
-        end: When it ended; None while it runs.
-        status: How it ended; `running` before.
-        reason: Why it failed.
-        children: What is or was part of it; those that run are all here.
-        folded: How many more were.
+        id: Number in the trace.
+        parent: Enclosing behavior.
+        type: Type, as in the trace.
+        name: Name for people.
+        source: Location in the scenario.
+        start: Time of the start [s].
+        end: Time of the end [s]; None while it runs.
+        status: Status at the end; `running` before.
+        reason: Reason of a failure.
+        children: All running and the latest ended children.
+        folded: Number of other ended children.
     """
 
     id: int
@@ -49,13 +49,13 @@ class Node:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether it does nothing but wait."""
+        """Whether the behavior is a running `wait`."""
         return self.end is None and self.type == "wait"
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the tree: a behavior, or in the place of several that have ended their number."""
+    """Line of the tree: a behavior, or a number of hidden behaviors."""
 
     depth: int
     node: Node | None
@@ -63,19 +63,19 @@ class Row:
 
 
 class Tree:
-    """The state of a run."""
+    """State of a run."""
 
     def __init__(self) -> None:
         self.time = 0.0
         self.clock = ""
         self.roots: list[Node] = []
         self.messages: deque[tuple[float, str, str]] = deque(maxlen=MESSAGES_KEPT)  # time, level, text
-        self.variables: dict[str, object] = {}  # those that changed last, last
+        self.variables: dict[str, object] = {}  # in order of the latest changes
         self._running: dict[int, Node] = {}
         self._unfolded: deque[Node] = deque()
 
     def record(self, record: dict[str, Any]) -> None:
-        """Take a record."""
+        """Update the tree with a record."""
         self.time = record["t"]
         match record["kind"]:
             case "run.start":
@@ -100,7 +100,7 @@ class Tree:
         (parent.children if parent is not None else self.roots).append(node)
 
     def _ended(self, node: Node) -> None:
-        """Fold what ended before, where that is much."""
+        """Fold old ended behaviors."""
         if node.parent is not None:
             _fold(node.parent)
         if node.children:
@@ -111,9 +111,9 @@ class Tree:
             oldest.children.clear()
 
     def rows(self, height: int) -> list[Row]:
-        """The lines of the tree in a number of lines, at least two.
+        """Return at most `height` (at least two) lines of the tree.
 
-        What has ended is left out first, then what only contains others, then what started last.
+        Ended behaviors are dropped first, then composite ones, then the latest started.
         """
         for kept, is_deep in ((2 * ENDED_KEPT, True), (2 * ENDED_KEPT, False), (3, False), (1, False), (0, False)):
             rows = list(self._rows(kept, is_deep, height + 1))
@@ -127,12 +127,12 @@ class Tree:
         return [*shown[: height - 1], Row(1, None, len(shown) - height + 1)]
 
     def _rows(self, kept: int, is_deep: bool, most: int) -> Iterator[Row]:
-        """Some of the lines.
+        """Yield lines of the tree.
 
         Args:
-            kept: How many to show of what has ended last under each behavior.
-            is_deep: Whether to show what is part of what has ended, and not only what failed of that.
-            most: No more lines than that.
+            kept: Number of the latest ended children to show per behavior.
+            is_deep: Whether to show all children of ended behaviors, instead of failed ones only.
+            most: Maximum number of lines.
         """
         waiting = [(0, root) for root in reversed(self.roots)]
         number = 0
@@ -151,7 +151,7 @@ class Tree:
 
 
 def _fold(node: Node) -> None:
-    """Keep no more than some of what has ended in a behavior; those that run are kept all."""
+    """Drop old ended children of a behavior; keep all running ones."""
     if len(node.children) > 2 * ENDED_KEPT:
         ended = [child for child in node.children if child.end is not None]
         drop = set(ended[:-ENDED_KEPT])

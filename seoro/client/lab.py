@@ -1,4 +1,4 @@
-"""A lab, as those see it who look after it: how its robots are, who has them, and stopping them."""
+"""Control of a lab: states, leases and stops of its robots."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from typing import Final
 import anyio
 
 from seoro.embed.arguments import to_limit, to_text, to_texts
-from seoro.errors import BackendError, InvalidUse
-from seoro.lab import commanding
-from seoro.lab.commanding import Outcome, Place
+from seoro.embed.whoami import whoami
+from seoro.errors import BackendError, UsageError
+from seoro.lab import commands
+from seoro.lab.commands import Outcome, Place
 from seoro.lab.reading import Lab
-from seoro.lab.seeing import Member, look
-from seoro.people import whoami
+from seoro.lab.status import Member, read_states
 
 RELEASE_WITHIN: Final = 10.0  # [s]
 
 
 @dataclass(frozen=True)
 class Lease:
-    """Robots that are kept for somebody.
+    """Lease of robots by hand.
 
     Attributes:
-        name: Its id, for `seoro.Leasing(lease=...)` and for whoever ends it.
-        robots: Their names, as they were asked for.
-        until: When it ends by itself [s since 1970].
+        name: Id of the lease, for `seoro.Leasing(lease=...)` and for `release`.
+        robots: Names of the robots, as requested.
+        until: Time at which it expires [s since 1970].
     """
 
     name: str
@@ -39,11 +39,11 @@ class Lease:
 
 
 class LabControl:
-    """Looks after a lab. Made by `seoro.Client.lab`.
+    """Controls a lab. Made by `seoro.Client.lab`.
 
     Args:
-        endpoints: Where its nodes, executors and routers are reached.
-        file: Its file, which has names of robots; None if they are those at their nodes.
+        endpoints: Endpoints of its nodes, executors and routers.
+        file: Lab file with names of robots; None to use the names at their nodes.
         keys: Folder of keys; None for that of the environment variable `SEORO_KEYS`, else `~/.config/seoro/keys`.
     """
 
@@ -53,20 +53,20 @@ class LabControl:
         self._keys = keys
 
     async def status(self) -> list[Member]:
-        """All who are alive, nodes with how their robots are, and endpoints where nobody is, with the reason."""
-        return await look(self._endpoints, self._keys)
+        """Return all members with the states of their robots, and unreachable endpoints with the reason."""
+        return await read_states(self._endpoints, self._keys)
 
     async def lease(self, *robots: str, duration: float = 600.0, purpose: str = "") -> Lease:
-        """Keep robots: all of them, or none. No run gets them that does not name the lease.
+        """Lease robots by hand, all or none; only runs that name the lease can acquire them.
 
         Args:
-            robots: Their names, in the lab file or at their nodes.
-            duration: For how long [s].
-            purpose: What for, for others who want them.
+            robots: Names of the robots, in the lab file or at their nodes.
+            duration: Duration of the lease [s].
+            purpose: Purpose, shown to other clients.
 
         Raises:
-            InvalidUse: There is no such robot.
-            BackendError: One of them cannot be had; it says who has it.
+            UsageError: Unknown robot.
+            BackendError: A robot is not available; the message names its holder.
         """
         _check_named(robots)
         to_text("purpose", purpose)
@@ -75,95 +75,97 @@ class LabControl:
         until = time.time() + within
         whose = f"{purpose} - {whoami()}" if purpose else whoami()
         places = self._places(robots)
-        outcomes = await commanding.lease(places, self._endpoints, name, whose, within, self._keys)
-        if refused := [f"{each.called}: {each.error}" for each in outcomes if each.error]:
+        outcomes = await commands.lease(places, self._endpoints, name, whose, within, self._keys)
+        if refused := [f"{each.display_name}: {each.error}" for each in outcomes if each.error]:
             raise BackendError(f"cannot lease {', '.join(robots)}: {'; '.join(refused)}")
         return Lease(name, robots, until)
 
     async def release(self, name: str) -> Outcome:
-        """End a lease by its id, or that of a robot.
+        """End a lease by its id, or by a robot.
 
         Raises:
-            InvalidUse: There is none.
+            UsageError: The lease is unknown.
         """
         (place,) = self._places([to_text("name", name)])
-        return await commanding.end_lease(self._endpoints, place, self._keys)
+        return await commands.release_lease(self._endpoints, place, self._keys)
 
     @asynccontextmanager
     async def leased(self, *robots: str, duration: float = 600.0, purpose: str = "") -> AsyncIterator[Lease]:
-        """Keep robots for as long as the block lasts, but no longer than `duration` [s]; else as `lease`."""
+        """Lease robots while the block lasts, for at most `duration` [s]; see `lease`."""
         lease = await self.lease(*robots, duration=duration, purpose=purpose)
         try:
             yield lease
         finally:
             if time.time() < lease.until:
-                with anyio.move_on_after(RELEASE_WITHIN, shield=True):  # also where the block is cancelled
+                with anyio.move_on_after(RELEASE_WITHIN, shield=True):  # also if the block is cancelled
                     await self.release(lease.name)
 
     async def stop(self, *robots: str) -> list[Outcome]:
-        """Stop robots, which ends their goals; they may be sent on afterwards.
+        """Stop robots and end their goals; new goals are accepted.
 
         Raises:
-            InvalidUse: There is no such robot.
+            UsageError: Unknown robot.
         """
         _check_named(robots)
-        return await commanding.stop_robots(self._places(robots), self._endpoints, self._keys)
+        return await commands.stop_robots(self._places(robots), self._endpoints, self._keys)
 
     async def stop_all(self, reason: str = "") -> list[Outcome]:
-        """Emergency stop: everything stops, and nothing moves until it is released.
+        """Stop all robots and runs in an emergency, until a release.
 
         Args:
-            reason: Why, for others.
+            reason: Reason, shown to other clients.
         """
-        return await commanding.stop_all(self._endpoints, whoami(), to_text("reason", reason), self._keys)
+        return await commands.emergency_stop_all(self._endpoints, whoami(), to_text("reason", reason), self._keys)
 
     async def estop(self, *robots: str, reason: str = "") -> list[Outcome]:
-        """Emergency stop of some robots, which do not move until it is released; all others go on.
+        """Stop some robots in an emergency, until a release.
 
         Args:
-            robots: Their names, in the lab file or at their nodes; `stop_all` is for all.
-            reason: Why, for others.
+            robots: Names of the robots, in the lab file or at their nodes; see `stop_all` for all.
+            reason: Reason, shown to other clients.
 
         Raises:
-            InvalidUse: No robot is named.
+            UsageError: The names are missing, or a robot is unknown.
         """
-        _check_named(robots, "`lab.stop_all()` is for all of them")
+        _check_named(robots, "use `lab.stop_all()` for all robots")
         to_text("reason", reason)
-        return await commanding.stop_named(self._places(robots), self._endpoints, whoami(), reason, self._keys)
+        return await commands.emergency_stop_robots(
+            self._places(robots), self._endpoints, whoami(), reason, self._keys
+        )
 
     async def release_all(self, reason: str) -> list[Outcome]:
-        """Let things move again after an emergency stop.
+        """Release the emergency stop of all robots and runs.
 
         Args:
-            reason: Why that is safe.
+            reason: Reason why the release is safe.
 
         Raises:
-            InvalidUse: There is no reason.
+            UsageError: The reason is missing.
         """
         _check_reason(reason)
-        return await commanding.release_all(self._endpoints, whoami(), reason, self._keys)
+        return await commands.release_all(self._endpoints, whoami(), reason, self._keys)
 
     async def release_estop(self, *robots: str, reason: str) -> list[Outcome]:
-        """Let some robots move again after an emergency stop of these.
+        """Release the emergency stop of some robots.
 
         Args:
-            robots: Their names, as `estop` had them.
-            reason: Why that is safe.
+            robots: Names of the robots, as for `estop`.
+            reason: Reason why the release is safe.
 
         Raises:
-            InvalidUse: There is no reason, or one of the robots is unknown or was not stopped by its name.
+            UsageError: The reason is missing, or a robot is unknown or was not stopped by name.
         """
         _check_reason(reason)
-        _check_named(robots, "`lab.release_all(reason)` is for all of them")
-        return await commanding.release_named(self._places(robots), self._endpoints, whoami(), reason, self._keys)
+        _check_named(robots, "use `lab.release_all(reason)` for all robots")
+        return await commands.release_robots(self._places(robots), self._endpoints, whoami(), reason, self._keys)
 
     def _places(self, robots: Sequence[str]) -> list[Place]:
-        """Names of robots at their nodes, each with its endpoint if the lab file says so."""
+        """Return the names of robots at their nodes, each with its endpoint if the lab file has one."""
         lab = self._file
         places: list[Place] = []
         for robot in robots:
             if lab is not None and robot in lab.robots:
-                places.append((lab.called(robot), lab.address(lab.robots[robot].where)[0]))
+                places.append((lab.remote_name(robot), lab.address(lab.robots[robot].where)[0]))
             else:
                 places.append((robot, None))
         return places
@@ -171,10 +173,10 @@ class LabControl:
 
 def _check_reason(reason: str) -> None:
     if not to_text("reason", reason).strip():
-        raise InvalidUse("an emergency stop is released with a reason", help="such as 'nobody is inside'")
+        raise UsageError("missing reason of the release of an emergency stop", help="such as 'the area is clear'")
 
 
-def _check_named(robots: Sequence[str], hint: str = "names are arguments of their own: `'tb1', 'tb2'`") -> None:
+def _check_named(robots: Sequence[str], hint: str = "pass each name as an argument: `'tb1', 'tb2'`") -> None:
     if not robots:
-        raise InvalidUse("expected names of robots", help=hint)
+        raise UsageError("expected names of robots", help=hint)
     to_texts("robots", robots)

@@ -1,11 +1,12 @@
-"""A run on an executor, as a client sees it."""
+"""Run on an executor, as seen by a client."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import secrets
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
-from contextlib import aclosing
+from contextlib import AbstractAsyncContextManager, aclosing
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -15,13 +16,17 @@ import anyio
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor, Unavailable
 from seoro.bridges.executor.messages import RunInfo, State
-from seoro.bundle.places import InvalidPlace, check_place
+from seoro.bundle.paths import InvalidPath, check_path
+from seoro.client.abilities import check_emitting
+from seoro.client.channels import open_subscription
 from seoro.embed.arguments import AnyPath, to_path, to_text
-from seoro.embed.ends import Ended, InvalidEnd, unpack_end
-from seoro.errors import BackendError, BackendLost, InvalidUse
+from seoro.embed.run_end import Ended, InvalidEnd, unpack_end
+from seoro.embed.subscriptions import CAPACITY, EventSubscription, OnFull, check_buffer
+from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
+from seoro.runtime.events.occurrence import Occurrence
 from seoro.runtime.verdict import Verdict
 
-WAIT: Final = 5.0  # [s] for what comes next; with every question, the executor knows that somebody is there
+WAIT: Final = 5.0  # [s] for new records; each request is a sign of life of the client
 SHORTEST_WAIT: Final = 0.05  # [s]
 
 
@@ -29,37 +34,37 @@ class RemoteRun:
     """A run on an executor. Made by `seoro.Client`.
 
     Args:
-        executor: Where it is.
-        info: What is known of it.
-        stop_if_lost: [s] without this client after which it is stopped; None if it goes on.
+        executor: Executor of the run.
+        info: State of the run.
+        stop_if_lost: Time without this client after which the run is stopped [s]; None to continue.
     """
 
     def __init__(self, executor: Executor, info: RunInfo, stop_if_lost: float | None = None) -> None:
         self.executor = executor
         self.info = info
         self._stop_if_lost = stop_if_lost
-        self._end = b""  # what it ended with, if that came with its last records
+        self._end = b""  # packed end, if received with the last records
 
     @property
     def id(self) -> str:
-        """Its id, which any client can find it by."""
+        """Id of the run, for any client."""
         return self.info.run
 
     @property
     def state(self) -> State:
-        """What has become of it, when that was last asked for."""
+        """State of the run, when last received."""
         return self.info.state
 
     async def parts(
         self, printed: Callable[[bytes], object] | None = None
     ) -> AsyncIterator[tuple[RunInfo, list[dict[str, Any]]]]:
-        """What is known of the run and the records that are new, whenever one of them has changed, to its end.
+        """Yield the state of the run with new records, at each change, to its end.
 
         Args:
-            printed: Called with what the process of the run has printed, before the part with which that came.
+            printed: Called with new printed output of the run, before the part that came with it.
 
         Raises:
-            BackendError: The executor is gone, has forgotten the run, or sends another trace than it has recorded.
+            BackendError: The executor does not answer, has deleted the run, or sends a changed trace.
         """
         at, is_complete, trace = 0, False, hashlib.sha256()
         printed_at = None if printed is None else 0
@@ -83,7 +88,7 @@ class RemoteRun:
                     yield self.info, _records(new)
 
     async def _news(self, at: int, printed_at: int | None) -> AsyncGenerator[wire.Records | wire.NewRecords, None]:
-        """What the executor has after a byte of the trace, or what comes then, for a while."""
+        """Yield the trace after a byte, with new lines for up to `WAIT`."""
         allowed = self._stop_if_lost
         wait = WAIT if allowed is None else min(WAIT, max(allowed / 3.0, SHORTEST_WAIT))
         request = wire.AskRecords(
@@ -102,26 +107,26 @@ class RemoteRun:
             async with aclosing(asked) as parts:
                 async for found in parts:
                     yield found
-        except Unavailable:  # `ask` tells of that, and asks again and again
+        except Unavailable:  # `ask` reports that, and retries
             now = wire.AskRecords(run=self.id, at=at, keeps_alive=request.keeps_alive, printed_at=printed_at)
             answer: wire.Records = await self.executor.ask(wire.RECORDS, now)
             yield answer
 
     async def records(self) -> AsyncIterator[dict[str, Any]]:
-        """The records of its trace, from the first to the last, as they come; each once, in their order.
+        """Yield all records of the trace in order, as they are made.
 
         Raises:
-            BackendError: As `parts`.
+            BackendError: As for `parts`.
         """
         async for _, records in self.parts():
             for record in records:
                 yield record
 
     async def records_so_far(self) -> AsyncIterator[dict[str, Any]]:
-        """The records that there are, without waiting for more.
+        """Yield the existing records, without waiting for more.
 
         Raises:
-            BackendError: As `parts`.
+            BackendError: As for `parts`.
         """
         at, trace = 0, hashlib.sha256()
         while True:
@@ -136,24 +141,24 @@ class RemoteRun:
                 yield record
 
     def _check_trace(self, found: str) -> None:
-        """Check the SHA-256 of its whole trace.
+        """Check the SHA-256 of the whole trace.
 
         Raises:
-            BackendLost: It is not that of the trace that its executor has recorded.
+            BackendLost: The trace differs from the one that the executor has recorded.
         """
         if self.info.trace not in ("", found):
             raise BackendLost(
-                f"the trace of the run {self.id} was changed after it was recorded: its SHA-256 is {found}, and "
-                f"not {self.info.trace}. Repeat the run, and find out who writes in the folder of "
-                f"the executor '{self.executor.name}'"
+                f"the trace of the run {self.id} was changed after it was recorded: its SHA-256 is {found}, "
+                f"expected {self.info.trace}. Repeat the run, and check who writes into the folder of executor "
+                f"'{self.executor.name}'"
             )
 
     async def end(self) -> Ended:
-        """How it ended, with all that a program needs to show it; waits for that.
+        """Wait for the end of the run; returns it with all details.
 
         Raises:
-            InvalidScenario, InvalidUse: It was not run; as `start` would have raised it here.
-            BackendError: There is no verdict: its process, its simulator or its executor has died.
+            InvalidScenario, UsageError: The scenario was not run, for the same reasons as by `start`.
+            BackendError: The verdict is missing: its process, its simulator or its executor died.
         """
         if not self.state.is_final:
             async for _ in self.parts():
@@ -172,51 +177,103 @@ class RemoteRun:
         raise end.error
 
     async def result(self) -> Verdict:
-        """The verdict, which is waited for. Does not raise when the scenario fails.
+        """Wait for the verdict. Does not raise when the scenario fails.
 
         Raises:
-            InvalidScenario, InvalidUse, BackendError: There is none; see `end`.
+            InvalidScenario, UsageError, BackendError: The run has no verdict; see `end`.
         """
         return (await self.end()).verdict
 
     async def stop(self, reason: str = "") -> None:
-        """Ask it to stop; it cleans up, which `result` waits for. Of no effect when it is over."""
+        """Stop the run; `result` waits for its clean-up. A finished run ignores this."""
         request = wire.StopRun(run=self.id, reason=to_text("reason", reason))
         self.info = await self.executor.ask(wire.STOP_RUN, request)
 
+    def subscribe(
+        self, event: str, *, capacity: int = CAPACITY, on_full: OnFull = "fail"
+    ) -> AbstractAsyncContextManager[EventSubscription]:
+        """Subscribe to an event while a block lasts: `async with run.subscribe("robot.arrived") as events`.
+
+        The subscription receives every occurrence from the start of the run, in order; its iteration ends when the
+        run is over. Unknown names are not detected: the declarations of the scenario are unknown here.
+
+        Args:
+            event: Name of the event: `go` or `x.end` of the entry scenario, `robot.arrived` of an actor, or as in
+                traces.
+            capacity: Number of buffered occurrences.
+            on_full: Behavior when the buffer is full: `fail` raises `SubscriptionOverflow` where occurrences are
+                missing, `drop_oldest` counts them in `lost`.
+
+        Raises:
+            UsageError: An argument is invalid, or impossible.
+        """
+        check_buffer(capacity, on_full, "a run on an executor does not wait for its clients")
+        return open_subscription(self.records(), to_text("event", event), capacity, on_full)
+
+    async def emit(self, event: str, /, **fields: object) -> Occurrence:
+        """Emit an event that was declared with `external`, and wait until it has occurred, at the next instant.
+
+        Requires the same role as `stop`.
+
+        Args:
+            event: Name of the event: `operator_ready` of the entry scenario, `robot.released` of an actor.
+            fields: Arguments: numbers in SI base units, members of enumerations by name.
+
+        Raises:
+            UsageError: The event is unknown or not external, fields do not fit, the run has not started or is
+                over, or the executor is too old.
+            BackendError: The executor refuses it, or does not answer.
+        """
+        check_emitting(self.executor)
+        request = wire.EmitEvent(
+            run=self.id,
+            emission=secrets.token_hex(16),
+            event=to_text("event", event),
+            fields=_packed_fields(event, fields),
+            wait=WAIT,
+        )
+        try:
+            while (found := await self.executor.ask(wire.EMIT_EVENT, request, WAIT)).time is None:
+                pass
+        except BackendRefused as refused:
+            if refused.code == wire.NOT_EMITTED:
+                raise UsageError(str(refused)) from None
+            raise
+        return Occurrence(found.time, found.name, json.loads(found.arguments))
+
     async def remove(self) -> None:
-        """Have the executor forget it; it must be over."""
+        """Delete the finished run and its files at the executor."""
         await self.executor.ask(wire.REMOVE_RUN, wire.OneRun(run=self.id))
 
     async def fetch(self, folder: AnyPath, elsewhere: Mapping[str, Path] = MappingProxyType({})) -> list[Path]:
-        """Bring what it has left in its output folder into one of ours; returns the files.
+        """Download the output files of the run; returns their local paths.
 
         Args:
-            folder: Ours.
-            elsewhere: Files that go elsewhere, by their paths in its folder.
+            folder: Local folder.
+            elsewhere: Other local paths of some files, by their paths in the output folder.
 
         Raises:
-            InvalidUse: They cannot be written.
-            BackendError: The executor is gone.
+            UsageError: A file cannot be written.
+            BackendError: The executor does not answer.
         """
         into = to_path("folder", folder)
         outputs = await self.executor.ask(wire.LIST_FILES, wire.OneRun(run=self.id))
         try:
-            places = {each.path: into / check_place(each.path) for each in outputs.files}
-        except InvalidPlace as error:
-            raise BackendError(f"the executor names a file that cannot be: {error}") from error
+            places = {each.path: into / check_path(each.path) for each in outputs.files}
+        except InvalidPath as error:
+            raise BackendError(f"invalid file name from the executor: {error}") from error
         return [await self.fetch_file(name, elsewhere.get(name, place)) for name, place in places.items()]
 
     async def fetch_file(self, name: str, path: AnyPath) -> Path:
-        """Bring one file that it has left.
+        """Download one output file of the run.
 
         Args:
-            name: Its path in the output folder of the run.
-            path: Where to.
+            name: Path in the output folder of the run.
+            path: Local path.
 
         Raises:
-            InvalidUse: It cannot be written.
-            BackendError: There is none, or the executor is gone.
+            UsageError: The file cannot be written.
+            BackendError: The file is unknown, or the executor does not answer.
         """
         to_text("name", name)
         path = to_path("path", path)
@@ -228,15 +285,27 @@ class RemoteRun:
                     await file.write(data)
                     offset += len(data)
         except OSError as error:
-            raise InvalidUse(f"cannot write {path}: {error.strerror}") from error
+            raise UsageError(f"cannot write {path}: {error.strerror}") from error
         return path
 
     async def _part(self, name: str, offset: int) -> wire.FilePart:
         return await self.executor.ask(wire.READ_FILE, wire.ReadFile(run=self.id, path=name, offset=offset))
 
 
+def _packed_fields(event: str, fields: Mapping[str, object]) -> bytes:
+    try:
+        packed = json.dumps(fields, allow_nan=False).encode()
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"invalid fields of event `{event}`: {error}") from None
+    if len(packed) > wire.MAX_FIELDS:
+        raise UsageError(
+            f"the fields of event `{event}` have {len(packed)} bytes; expected at most {wire.MAX_FIELDS}"
+        )
+    return packed
+
+
 def _records(lines: bytes) -> list[dict[str, Any]]:
     try:
         return [json.loads(line) for line in lines.splitlines()]
     except ValueError as error:
-        raise BackendError(f"the executor sent records that are none: {error}") from error
+        raise BackendError(f"invalid records from the executor: {error}") from error

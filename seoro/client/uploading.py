@@ -1,4 +1,4 @@
-"""Sends an executor the files of a bundle that it does not have."""
+"""Upload of the files of a bundle that are missing at an executor."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ import anyio
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.wire.results import Result
-from seoro.bundle.packing import Bundle
-from seoro.errors import BackendRefused, InvalidUse
+from seoro.bundle.pack import Bundle
+from seoro.errors import BackendRefused, UsageError
 
-TIMES: Final = 3  # that a file is begun
+TIMES: Final = 3  # attempts to send a file
 
 T = TypeVar("T")
 
 
 async def with_files(executor: Executor, bundle: Bundle, ask: Callable[[tuple[str, ...]], Awaitable[T]]) -> T:
-    """Send what is missing, and ask for something that needs it.
+    """Send missing files, and then a request that needs them.
 
     Args:
         executor: The executor.
-        bundle: What it has to have.
-        ask: Gets the hashes of what was sent; is called once more if some of it was removed meanwhile.
+        bundle: The bundle.
+        ask: Sends the request, with the hashes of sent files; called again if files were removed meanwhile.
 
     Raises:
-        InvalidUse, BackendError: As `upload`, and what `ask` raises.
+        UsageError, BackendError: As `upload` and `ask`.
     """
     sent = await upload(executor, bundle)
     try:
         return await ask(sent)
     except BackendRefused as refused:
-        if refused.code != wire.LACKING:
+        if refused.code != wire.INCOMPLETE_BUNDLE:
             raise
     return await ask((*sent, *await upload(executor, bundle)))
 
 
 async def upload(executor: Executor, bundle: Bundle) -> tuple[str, ...]:
-    """Send what is missing; returns the hashes of that.
+    """Send missing files; returns their hashes.
 
     Raises:
-        InvalidUse: A file has changed since the bundle was made.
-        BackendError: The executor refuses it, or is gone.
+        UsageError: A file has changed since the bundle was made.
+        BackendError: The executor rejects a file, or does not answer.
     """
     missing = await executor.ask(wire.MISSING_BLOBS, wire.Hashes(hashes=tuple(bundle.blobs)))
     sizes = {file.hash: file.size for file in bundle.manifest.files}
@@ -54,7 +54,7 @@ async def upload(executor: Executor, bundle: Bundle) -> tuple[str, ...]:
 
 
 async def _send(executor: Executor, digest: str, path: Path, size: int) -> None:
-    """Send a file; anew, if what the executor had of it is gone, or was not this."""
+    """Send a file; again from its start if the executor has lost its first parts, or has other ones."""
     for left in reversed(range(TIMES)):
         try:
             await _send_parts(executor, digest, path, size)
@@ -70,6 +70,6 @@ async def _send_parts(executor: Executor, digest: str, path: Path, size: int) ->
         while offset < size or offset == 0:
             data = await file.read(wire.CHUNK)
             if len(data) < min(wire.CHUNK, size - offset):
-                raise InvalidUse(f"{path} has changed while it was sent")
+                raise UsageError(f"{path} changed during the upload")
             await executor.ask(wire.PUT_BLOB, wire.PutBlob(hash=digest, size=size, offset=offset, data=data))
             offset += max(len(data), 1)

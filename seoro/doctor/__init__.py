@@ -1,6 +1,6 @@
-"""Says what is installed here, and checks the way from here to an executor and its robots, hop by hop.
+"""Checks of the installation, and of each hop from here to executors, labs and robots. Nothing here prints.
 
-`findings.py` is what is found, `installed.py` looks here, `endpoint.py` looks whether anything answers at an
-endpoint, `path.py` goes the way to executors, and `lab.py` that to a lab, from here and from executors; `nodes.py`
-and `robots.py` have the words for what is there. Nothing here prints.
+`findings.py` has the results of checks. `installation.py` checks this machine, `endpoint.py` sockets. `path.py`
+checks the path to executors. `lab.py` checks the paths to a lab, from here and from executors. `peers.py`,
+`nodes.py` and `robots.py` make the findings about executors, nodes and robots.
 """

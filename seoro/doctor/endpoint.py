@@ -1,4 +1,4 @@
-"""Whether anything answers at an endpoint, below Zenoh: names, ports, sockets."""
+"""Checks of endpoints below Zenoh: host names, ports, sockets."""
 
 from __future__ import annotations
 
@@ -16,64 +16,60 @@ from seoro.doctor.findings import Finding, failed, ok
 TIMEOUT: Final = 3.0  # [s]
 _PLACE: Final = re.compile(r"(tcp|tls|ws)/(?P<host>\[[^\]]+\]|[^:]+):(?P<port>\d+).*")
 _FILE: Final = re.compile(r"unixsock-stream/(?P<path>[^?#]+).*")
-_START: Final = (
-    "start an executor there with `seoro serve`, or say with `--executor` or SEORO_EXECUTOR where one is"
-)
+_START: Final = "start an executor there with `seoro serve`, or name another with `--executor` or SEORO_EXECUTOR"
 
 
-async def look_at_endpoint(endpoint: str, start: str = _START) -> Finding:
-    """Whether something listens at an endpoint.
+async def check_endpoint(endpoint: str, start: str = _START) -> Finding:
+    """Check that a process listens at an endpoint.
 
     Args:
         endpoint: The endpoint.
-        start: What to do if nothing does.
+        start: Suggestion if nothing listens there.
     """
     if not is_endpoint(endpoint):
-        return failed("endpoint", f"'{endpoint}' is none", "endpoints look like tcp/127.0.0.1:7470")
+        return failed("endpoint", f"invalid endpoint '{endpoint}'", "expected for example tcp/127.0.0.1:7470")
     if match := _FILE.fullmatch(endpoint):
-        return await _look_at_file(Path(match["path"]), start)
+        return await _check_socket(Path(match["path"]), start)
     if match := _PLACE.fullmatch(endpoint):
-        return await _look_at_port(match["host"].strip("[]"), int(match["port"]), start)
-    return ok("endpoint", f"{endpoint}: whether it answers is seen by Zenoh only")
+        return await _check_port(match["host"].strip("[]"), int(match["port"]), start)
+    return ok("endpoint", f"{endpoint}: only Zenoh can check this kind of endpoint")
 
 
-async def _look_at_file(path: Path, start: str) -> Finding:
+async def _check_socket(path: Path, start: str) -> Finding:
     try:
         with anyio.fail_after(TIMEOUT):
             stream = await anyio.connect_unix(path)
     except FileNotFoundError:
-        return failed("endpoint", f"there is no socket {path}", start)
+        return failed("endpoint", f"socket not found: {path}", start)
     except (OSError, TimeoutError) as error:
-        return failed("endpoint", f"nothing listens at the socket {path}: {_reason(error)}", start)
+        return failed("endpoint", f"nothing listens on socket {path}: {_reason(error)}", start)
     await stream.aclose()
-    return ok("endpoint", f"something listens at {path}")
+    return ok("endpoint", f"a process listens on {path}")
 
 
-async def _look_at_port(host: str, port: int, start: str) -> Finding:
+async def _check_port(host: str, port: int, start: str) -> Finding:
     if not 0 < port < 1 << 16:
-        return failed("endpoint", f"there is no port {port}", "ports go from 1 to 65535")
+        return failed("endpoint", f"invalid port {port}", "expected 1 to 65535")
     try:
         with anyio.fail_after(TIMEOUT):
             stream: SocketStream = await anyio.connect_tcp(host, port)
     except socket.gaierror:
-        return failed(
-            "endpoint", f"the name '{host}' belongs to no machine", "check how it is written, and the DNS"
-        )
+        return failed("endpoint", f"unknown host '{host}'", "check its spelling and the DNS")
     except ConnectionRefusedError:
-        return failed("endpoint", f"{host} is there, but nothing listens at its port {port}", start)
+        return failed("endpoint", f"{host} is up, but nothing listens on port {port}", start)
     except TimeoutError:
-        text = f"{host} does not answer at port {port} within {TIMEOUT:g} s"
-        return failed("endpoint", text, "check that it is on, and that no firewall is in the way")
+        text = f"{host} does not answer on port {port} within {TIMEOUT:g} s"
+        return failed("endpoint", text, "check that it is on, and that no firewall blocks the port")
     except OSError as error:
         if _is_refused(error):
-            return failed("endpoint", f"{host} is there, but nothing listens at its port {port}", start)
-        return failed("endpoint", f"{host} cannot be reached: {_reason(error)}", "check the network")
+            return failed("endpoint", f"{host} is up, but nothing listens on port {port}", start)
+        return failed("endpoint", f"{host} is unreachable: {_reason(error)}", "check the network")
     await stream.aclose()
-    return ok("endpoint", f"something listens at {host}, port {port}")
+    return ok("endpoint", f"a process listens on {host}, port {port}")
 
 
 def _is_refused(error: OSError) -> bool:
-    """Whether that is why: a host may have several addresses, and each its own reason."""
+    """Return whether all addresses of a host refused the connection."""
     cause = error.__cause__
     reasons = cause.exceptions if isinstance(cause, BaseExceptionGroup) else (cause,)
     return all(isinstance(each, ConnectionRefusedError) for each in reasons)

@@ -1,4 +1,4 @@
-"""What is found, one line each."""
+"""Findings: results of checks, one line each."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from seoro.lang.frozen import Value
 
 
 class Health(StrEnum):
-    """How something is."""
+    """Result of a check."""
 
     OK = "ok"
-    WARNING = "warning"  # something does not work that a run may do without
+    WARNING = "warning"  # some runs will not work
     FAILED = "failed"
 
 
 class Finding(Value):
-    """Something that was looked at.
+    """Result of a check, with a description.
 
     Args:
-        what: What was looked at, in a word or two.
-        health: How it is.
-        text: What was found.
-        help: What to do about it; empty if there is nothing to do.
+        what: Checked item, in a word or two.
+        health: Result of the check.
+        text: Description of the result.
+        help: Suggestion for a fix; may be empty.
     """
 
     what: str
@@ -32,15 +32,15 @@ class Finding(Value):
 
 
 def ok(what: str, text: str) -> Finding:
-    """Something that is as it should be."""
+    """Make a finding of a passed check."""
     return Finding(what, Health.OK, text)
 
 
 def warning(what: str, text: str, advice: str) -> Finding:
-    """Something that some runs do not work without."""
+    """Make a finding that affects some runs."""
     return Finding(what, Health.WARNING, text, advice)
 
 
 def failed(what: str, text: str, advice: str) -> Finding:
-    """Something that does not work."""
+    """Make a finding of a failed check."""
     return Finding(what, Health.FAILED, text, advice)

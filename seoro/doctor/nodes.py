@@ -1,4 +1,4 @@
-"""Simulators and bridges, as somebody sees them, in words; their robots are in `robots.py`."""
+"""Findings about simulators and bridges; `robots.py` has those about their robots."""
 
 from __future__ import annotations
 
@@ -7,127 +7,127 @@ from dataclasses import dataclass
 from typing import Final
 
 from seoro.bridges.executor.clocks import Clock
-from seoro.bridges.executor.sight import NodeSeen, PlaceSeen
-from seoro.bridges.leasing.latch import in_words
-from seoro.bridges.serving.node import CALLED
+from seoro.bridges.executor.probing import EndpointReport, NodeReport
+from seoro.bridges.leasing.emergency_stop import describe_stop
+from seoro.bridges.serving.node import KIND
 from seoro.bridges.wire.keys import MAJOR
 from seoro.bridges.wire.lab import LabState
 from seoro.doctor.findings import Finding, failed, ok
-from seoro.doctor.measured import RELEASE, tell_clock, tell_latency, tell_version
-from seoro.doctor.robots import tell_robot
+from seoro.doctor.peers import RELEASE, clock_finding, latency_finding, version_finding
+from seoro.doctor.robots import robot_findings
 from seoro.lab.schema import BeforeFile
-from seoro.lab.seeing import Known
+from seoro.lab.status import ListedRobot
 
-STANDS_STILL: Final = (
-    "if it stands still (`kill -STOP`, a debugger), end it and start it again; if it has just ended, look again"
-)
+STANDS_STILL: Final = "if it hangs (`kill -STOP`, a debugger), restart it; if it has just ended, try again"
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """A robot of a lab file, and what it has to be like before a run."""
+class ExpectedRobot:
+    """Robot of a lab file, and its required state before a run."""
 
-    known: Known
+    known: ListedRobot
     before: BeforeFile
 
 
 @dataclass(frozen=True)
 class Viewer:
-    """Who has looked, in the words of messages: `us` and nothing before names, or `it` and `lab-a sees `."""
+    """Observer of a finding, in the words of messages: `we` with an empty prefix, or `it` with `lab-a sees `."""
 
-    whom: str = "us"
+    whom: str = "we"
     prefix: str = ""
 
 
-def tell_place(
-    seen: PlaceSeen, wanted: Sequence[Wanted], names: Sequence[str], viewer: Viewer
+def place_findings(
+    seen: EndpointReport, wanted: Sequence[ExpectedRobot], names: Sequence[str], viewer: Viewer
 ) -> Iterator[Finding]:
-    """What was seen at an endpoint that was reached.
+    """Yield the findings about a reached endpoint.
 
     Args:
-        seen: What was seen.
-        wanted: The robots that a lab file has there.
-        names: Of nodes that it has there.
-        viewer: Who has looked.
+        seen: Observations.
+        wanted: Robots of the lab file there.
+        names: Names of the nodes of the lab file there.
+        viewer: Observer.
     """
     there = [node.node for node in seen.nodes]
     for node in seen.nodes:
         here = [each for each in wanted if each.known.node in (None, node.node)]
-        yield from tell_node(node, seen, here, viewer)
+        yield from node_findings(node, seen, here, viewer)
     for name in names:
         if name not in there:
             yield _missing(f"{viewer.prefix}{name}", seen.endpoint, there, seen.who)
     if not there and not names:
         yield _missing(f"{viewer.prefix}{seen.endpoint}", seen.endpoint, there, seen.who)
     if len(there) > 1 and any(each.known.node is None for each in wanted):
-        text = f"several nodes are at {seen.endpoint}, and the lab file does not say which it means"
-        yield failed(f"{viewer.prefix}{seen.endpoint}", text, f"give it a `name`: {', '.join(there)}")
+        text = f"the lab file is ambiguous: several nodes are at {seen.endpoint}"
+        yield failed(f"{viewer.prefix}{seen.endpoint}", text, f"add a `name` to the lab file: {', '.join(there)}")
 
 
 def _missing(what: str, endpoint: str, there: Sequence[str], who: str) -> Finding:
-    known = f"there are {', '.join(there)}" if there else "no simulator or bridge is seen there"
+    known = f"nodes there: {', '.join(there)}" if there else "no simulator or bridge there"
     advice = "start it with `seoro sim` or `seoro bridge`, or correct the lab file"
     if who and not there:
-        advice += f"; whose keys are revoked sees nobody: ask who has the key of the lab about {who}"
-    return failed(what, f"is not there at {endpoint}: {known}", advice)
+        advice += f"; revoked keys see no nodes, either: ask an admin of the lab about {who}"
+    return failed(what, f"not found at {endpoint}: {known}", advice)
 
 
-def tell_node(node: NodeSeen, place: PlaceSeen, wanted: Sequence[Wanted], viewer: Viewer) -> Iterator[Finding]:
-    """A node, as it was seen, and its robots."""
+def node_findings(
+    node: NodeReport, place: EndpointReport, wanted: Sequence[ExpectedRobot], viewer: Viewer
+) -> Iterator[Finding]:
+    """Yield the findings about a node and its robots."""
     what = f"{viewer.prefix}{node.node}"
     if node.major != str(MAJOR):
-        text = f"speaks version {node.major} of the protocol, and this seoro version {MAJOR}"
+        text = f"has protocol {node.major}, but this seoro has protocol {MAJOR}"
         yield failed(what, text, "use the same version of seoro on both sides")
         return
     if node.count > 1:
-        text = f"{node.count} nodes at {place.endpoint} have this name: either may be the one that answers"
-        yield failed(what, text, "give each a name of its own, with `--node` or `--name`")
+        text = f"duplicate name of {node.count} nodes at {place.endpoint}: any of them may answer"
+        yield failed(what, text, "give each its own name with `--node` or `--name`")
     if node.why:
         yield failed(what, node.why, STANDS_STILL)
     state = node.state
     if state is None:
         return
-    yield tell_version(what, f"{_kind(state)} ", (state.version, node.major), str(MAJOR))
-    yield _tell_rights(what, node, place.who, viewer)
+    yield version_finding(what, f"{_kind(state)}, ", (state.version, node.major), str(MAJOR))
+    yield _rights_finding(what, node, place.who, viewer)
     if not node.why:
         clock = None if node.offset is None else Clock(node.offset, 2.0 * node.doubt)
-        yield tell_clock(what, clock)
-        yield tell_latency(what, node.half, node.most, node.exchanges)
+        yield clock_finding(what, clock)
+        yield latency_finding(what, node.half, node.most, node.exchanges)
     if state.stopped is not None:
-        yield failed(what, f"nothing moves there: emergency stop by {in_words(state.stopped)}", RELEASE)
-    yield from _tell_robots(what, state, wanted)
+        yield failed(what, f"emergency stop by {describe_stop(state.stopped)}", RELEASE)
+    yield from _robots_findings(what, state, wanted)
 
 
 def _kind(state: LabState) -> str:
-    if state.kind == CALLED:
-        return "a bridge to robots"
-    time = "" if state.clock == "real" else ", whose time runs grant,"
-    return f"a simulator ({state.kind}){time}"
+    if state.kind == KIND:
+        return "bridge to robots"
+    time = "" if state.clock == "real" else ", time advanced by runs"
+    return f"simulator ({state.kind}){time}"
 
 
-def _tell_rights(what: str, node: NodeSeen, who: str, viewer: Viewer) -> Finding:
-    whom = f"{viewer.whom}, {who}," if who else viewer.whom
+def _rights_finding(what: str, node: NodeReport, who: str, viewer: Viewer) -> Finding:
+    whom = f"{viewer.whom} ({who})" if who else viewer.whom
     if node.is_usable is None:
-        return ok(what, f"lets {whom} look; using robots is for operators")
+        return ok(what, f"{whom} can query it; only operators can use robots")
     if not node.is_usable:
-        advice = "whoever runs the router between has to let roles pass what they may; see docs/security.md"
-        return failed(what, f"lets {whom} look, but not use its robots: {node.why_not}", advice)
-    return ok(what, f"lets {whom} look and use its robots")
+        advice = "allow the role in the configuration of the router between; see docs/how-to/keys.md"
+        return failed(what, f"{whom} can query it, but not use its robots: {node.why_not}", advice)
+    return ok(what, f"{whom} can query it and use its robots")
 
 
-def _tell_robots(what: str, state: LabState, wanted: Sequence[Wanted]) -> Iterator[Finding]:
-    called = {each.known.called: each for each in wanted}
+def _robots_findings(what: str, state: LabState, wanted: Sequence[ExpectedRobot]) -> Iterator[Finding]:
+    called = {each.known.remote_name: each for each in wanted}
     if not state.robots and not called:
-        yield ok(what, "has no robots")
+        yield ok(what, "no robots")
     for robot in state.robots:
         known = called.pop(robot.name, None)
         named = f"{what}/{robot.name}"
         if known is None:
-            yield from tell_robot(named, state, robot, None)
+            yield from robot_findings(named, state, robot, None)
         else:
             shown = named if known.known.name == robot.name else f"{named} ({known.known.name})"
-            yield from tell_robot(shown, state, robot, known.before)
+            yield from robot_findings(shown, state, robot, known.before)
     there = ", ".join(robot.name for robot in state.robots)
     for name, each in called.items():
-        advice = f"there are {there}" if there else "there are none: a simulator has those of its world"
-        yield failed(f"{what}/{name}", f"robot '{each.known.name}' of the lab file is not there", advice)
+        advice = f"robots there: {there}" if there else "no robots there: the world of a simulator has its robots"
+        yield failed(f"{what}/{name}", f"robot '{each.known.name}' of the lab file not found", advice)

@@ -6,12 +6,11 @@
             ...
     result = await run.result()
 
-A run lives inside of the caller's event loop, in a task group of its own. It installs no signal handlers, touches
-no global logging, and when the caller is cancelled it cleans up and leaves nothing behind. `run` is for scripts
-that have no event loop.
+A run lives in the caller's event loop, in its own task group. It installs no signal handlers and changes no global
+logging. If the caller is cancelled, it cleans up and leaves nothing behind. `run` is for scripts without an event
+loop.
 
-Names are loaded when they are first used: whoever checks a scenario, or has it run elsewhere, loads nothing of
-what runs one here.
+Names are loaded on first use, so that programs that only check or send scenarios do not load the runtime.
 """
 
 from __future__ import annotations
@@ -20,14 +19,27 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from seoro.embed.api import accept, replay, run, start
+    from seoro.embed.preparation import SEED_BITS, announcement, prepare
     from seoro.embed.scenarios import Scenario, check_file, load
-    from seoro.embed.starting import SEED_BITS, accept, announcement, prepare, run, start
 
-__all__ = ["SEED_BITS", "Scenario", "accept", "announcement", "check_file", "load", "prepare", "run", "start"]
+__all__ = [
+    "SEED_BITS",
+    "Scenario",
+    "accept",
+    "announcement",
+    "check_file",
+    "load",
+    "prepare",
+    "replay",
+    "run",
+    "start",
+]
 
 _MODULES = {
+    "seoro.embed.preparation": ("SEED_BITS", "announcement", "prepare"),
     "seoro.embed.scenarios": ("Scenario", "check_file", "load"),
-    "seoro.embed.starting": ("SEED_BITS", "accept", "announcement", "prepare", "run", "start"),
+    "seoro.embed.api": ("accept", "replay", "run", "start"),
 }
 
 

@@ -1,4 +1,4 @@
-"""Checks of arguments of the Python API: a wrong type is refused at the call, with what was expected."""
+"""Checks of arguments of the Python API; errors at the call state the expected type."""
 
 from __future__ import annotations
 
@@ -9,51 +9,76 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeAlias, TypeVar
 
-from seoro.errors import InvalidUse
-from seoro.parameters import to_expression
+from seoro.errors import UsageError
 
 AnyPath: TypeAlias = str | os.PathLike[str]
 T = TypeVar("T")
+
+
+def wrong_type(name: str, value: object, expected: str, help: str = "") -> UsageError:  # noqa: A002
+    """Make the error for an argument of a wrong type."""
+    shown = repr(value)
+    shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
+    return UsageError(f"invalid `{name}`: expected {expected}, found {shown} ({type(value).__name__})", help=help)
+
+
+def instance_of(kind: type[T], expected: str, help: str = "") -> Callable[[str, object], T]:  # noqa: A002
+    """Make a check for instances of a class; a bool is not a number.
+
+    Args:
+        kind: The class.
+        expected: Description of a valid value.
+        help: Suggestion for a fix.
+    """
+
+    def check(name: str, value: object) -> T:
+        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+            raise wrong_type(name, value, expected, help)
+        return value
+
+    return check
+
+
+def list_of(convert: Callable[[str, object], T], expected: str) -> Callable[[str, object], tuple[T, ...]]:
+    """Make a conversion of iterables into tuples; a single text or path is not an iterable.
+
+    Args:
+        convert: Conversion of an item.
+        expected: Description of a valid value.
+    """
+
+    def convert_all(name: str, value: object) -> tuple[T, ...]:
+        if isinstance(value, str | os.PathLike) or not isinstance(value, Iterable):
+            raise wrong_type(name, value, expected)
+        return tuple(convert(f"{name}[{index}]", each) for index, each in enumerate(value))
+
+    return convert_all
 
 
 def to_path(name: str, value: object) -> Path:
     """Convert a `str` or `os.PathLike`.
 
     Raises:
-        InvalidUse: `value` is neither.
+        UsageError: `value` is neither.
     """
     if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str):
         raise wrong_type(name, value, "a path (str or os.PathLike)")
     return Path(value)
 
 
-def to_paths(name: str, value: object) -> tuple[Path, ...]:
-    """Convert an iterable of paths.
-
-    Raises:
-        InvalidUse: `value` is a single path, or something else.
-    """
-    if isinstance(value, str | os.PathLike) or not isinstance(value, Iterable):
-        raise wrong_type(name, value, "a list of paths")
-    return tuple(to_path(f"{name}[{index}]", each) for index, each in enumerate(value))
-
-
-def to_text(name: str, value: object) -> str:
-    """Check a `str`.
-
-    Raises:
-        InvalidUse: `value` is something else.
-    """
-    if not isinstance(value, str):
-        raise wrong_type(name, value, "a str")
-    return value
+to_text = instance_of(str, "a str")
+to_flag = instance_of(bool, "True or False")
+to_whole = instance_of(int, "a whole number (int)")
+to_paths = list_of(to_path, "a list of paths")
+to_texts = list_of(to_text, "a list of str")
+to_modules = list_of(instance_of(ModuleType, "a module, which `import` returns"), "a list of modules")
 
 
 def to_number(name: str, value: object) -> float:
     """Check an `int` or `float`, which may be infinite.
 
     Raises:
-        InvalidUse: `value` is something else.
+        UsageError: `value` is something else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise wrong_type(name, value, "a number")
@@ -64,7 +89,7 @@ def to_limit(name: str, value: object) -> float:
     """Check a limit of time [s]: a number above 0, which may be infinite.
 
     Raises:
-        InvalidUse: `value` is something else.
+        UsageError: `value` is something else.
     """
     return _to_valid(name, value, lambda limit: limit > 0.0, "seconds above 0")
 
@@ -73,7 +98,7 @@ def to_wait(name: str, value: object) -> float:
     """Check a time to wait [s]: a number from 0, which may be infinite.
 
     Raises:
-        InvalidUse: `value` is something else.
+        UsageError: `value` is something else.
     """
     return _to_valid(name, value, lambda wait: wait >= 0.0, "seconds from 0")
 
@@ -82,7 +107,7 @@ def to_rate(name: str, value: object) -> float:
     """Check simulated seconds per second; `"max"` is as fast as possible, as on the command line.
 
     Raises:
-        InvalidUse: `value` is neither a number above 0 nor `"max"`.
+        UsageError: `value` is neither a number above 0 nor `"max"`.
     """
     if isinstance(value, str) and value == "max":
         return math.inf
@@ -94,66 +119,18 @@ def to_rate(name: str, value: object) -> float:
 def _to_valid(name: str, value: object, is_valid: Callable[[float], bool], expected: str) -> float:
     number = to_number(name, value)
     if not is_valid(number):
-        raise InvalidUse(f"invalid `{name}`: found {value!r}, expected {expected}")
+        raise UsageError(f"invalid `{name}`: found {value!r}, expected {expected}")
     return number
-
-
-def to_flag(name: str, value: object) -> bool:
-    """Check a `bool`.
-
-    Raises:
-        InvalidUse: `value` is something else.
-    """
-    if not isinstance(value, bool):
-        raise wrong_type(name, value, "True or False")
-    return value
-
-
-def to_texts(name: str, value: object) -> tuple[str, ...]:
-    """Convert an iterable of `str`.
-
-    Raises:
-        InvalidUse: `value` is a single `str`, or something else.
-    """
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type(name, value, "a list of str")
-    return tuple(to_text(f"{name}[{index}]", each) for index, each in enumerate(value))
-
-
-def to_modules(name: str, value: object) -> tuple[ModuleType, ...]:
-    """Convert an iterable of Python modules.
-
-    Raises:
-        InvalidUse: `value` is a single module, or something else.
-    """
-    if not isinstance(value, Iterable) or isinstance(value, str):
-        raise wrong_type(name, value, "a list of modules")
-    found = tuple(value)
-    for index, each in enumerate(found):
-        if not isinstance(each, ModuleType):
-            raise wrong_type(f"{name}[{index}]", each, "a module, which `import` returns")
-    return found
 
 
 def to_function(name: str, value: object) -> Callable[..., object]:
     """Check a function.
 
     Raises:
-        InvalidUse: `value` cannot be called.
+        UsageError: `value` cannot be called.
     """
     if not callable(value):
         raise wrong_type(name, value, "a function")
-    return value
-
-
-def to_whole(name: str, value: object) -> int:
-    """Check an `int`.
-
-    Raises:
-        InvalidUse: `value` is something else.
-    """
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise wrong_type(name, value, "a whole number (int)")
     return value
 
 
@@ -166,40 +143,23 @@ def to_overrides(name: str, value: object) -> dict[str, str]:
             converted.
 
     Raises:
-        InvalidUse: `value` is not a mapping, or one of its values cannot be converted.
+        UsageError: `value` is not a mapping, or one of its values cannot be converted.
     """
     if not isinstance(value, Mapping):
         raise wrong_type(name, value, 'a mapping such as {"goal.x": "3m", "count": 2}')
     found = {}
     for path, each in value.items():
         key = to_text(f"a key of {name}", path)
-        found[key] = each if isinstance(each, str) else to_expression(each, f"{name}[{key!r}]")
+        found[key] = each if isinstance(each, str) else _to_expression(each, f"{name}[{key!r}]")
     return found
 
 
+def _to_expression(value: object, where: str) -> str:
+    from seoro.embed.parameter_files import to_expression  # noqa: PLC0415 - seldom needed
+
+    return to_expression(value, where)
+
+
 def optional(convert: Callable[[str, object], T], name: str, value: object) -> T | None:
-    """Convert a value that may be None."""
+    """Convert a value unless it is `None`."""
     return None if value is None else convert(name, value)
-
-
-def instance_of(kind: type[T], example: str) -> Callable[[str, object], T]:
-    """Make a check for instances of a class.
-
-    Args:
-        kind: The class.
-        example: An expression that makes one, for messages.
-    """
-
-    def check(name: str, value: object) -> T:
-        if not isinstance(value, kind):
-            raise wrong_type(name, value, f"a seoro.{kind.__name__}", f"for example {example}")
-        return value
-
-    return check
-
-
-def wrong_type(name: str, value: object, expected: str, help: str = "") -> InvalidUse:  # noqa: A002
-    """Make the error for an argument of a wrong type."""
-    shown = repr(value)
-    shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
-    return InvalidUse(f"invalid `{name}`: expected {expected}, found {shown} ({type(value).__name__})", help=help)

@@ -1,12 +1,12 @@
-"""Directives: comments of a scenario file that say how its scenarios are run and tested.
+"""Directives: comments in a scenario file that control how its scenarios are run and tested.
 
     # seoro: world workshop.yaml
     # seoro: parametrize speed=[1mps, 2mps]
     # pytest: slow, flaky(reruns=2)
 
-Directives directly above a scenario apply to that scenario; those at the top of the file, followed by an empty
-line, apply to all of its scenarios. A comment that begins like these and is not a valid directive is an error.
-Every runner reads them here: `seoro exec`, `seoro sweep`, clients of executors, embedding programs and pytest.
+Directives directly above a scenario apply to that scenario. Those at the top of the file, followed by an empty
+line, apply to all its scenarios. A comment that begins like a directive, and is not valid, is an error.
+`seoro exec`, `seoro sweep`, clients of executors, embedding programs and pytest read them here.
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lang.diagnostics import near
-from seoro.lang.frontend import Checked
+from seoro.lang.frozen import Value
 from seoro.lang.source import SourceFile, Span
-from seoro.lang.symbols import TypeSymbol
+
+if TYPE_CHECKING:
+    from seoro.lang.frontend import Checked
+    from seoro.lang.symbols import TypeSymbol
 
 INVALID = "invalid"
 STATUSES = ("passed", "failed", "error", INVALID)
@@ -33,9 +37,8 @@ _AXIS = re.compile(r"\s*([\w.]+)\s*=\s*\[")
 _BRACKETS = {"(": ")", "[": "]"}
 
 
-@dataclass(frozen=True)
-class Axis:
-    """Values that a parameter takes one after another.
+class Axis(Value):
+    """Values of a varied parameter.
 
     Args:
         name: Path of the parameter.
@@ -46,27 +49,25 @@ class Axis:
     values: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class MarkComment:
+class MarkComment(Value):
     """A `# pytest:` comment, which the pytest plugin reads.
 
     Args:
-        span: Its place.
-        text: Its marks, as Python writes them.
+        span: Place of the comment.
+        text: Marks in Python syntax.
     """
 
     span: Span
     text: str
 
 
-@dataclass(frozen=True)
-class Directives:
+class Directives(Value):
     """The directives of one scenario.
 
     Args:
-        expect: Expected end of the run: `passed`, `failed`, `error`, or `invalid` if it cannot be run.
-        reason: Expected part of its reason; may be empty.
-        axes: Parameters that tests vary, each value with each.
+        expect: Expected status: `passed`, `failed`, `error`, or `invalid` if it cannot be run.
+        reason: Expected part of the reason; may be empty.
+        axes: Parameters that tests vary, in all combinations.
         files: Parameter files; one test each.
         seeds: Seeds; one test each. Runners of a single run use the first.
         simulators: Names of simulators; one test each. Runners of a single run use the first.
@@ -86,8 +87,7 @@ class Directives:
     marks: tuple[MarkComment, ...] = ()
 
 
-@dataclass(frozen=True)
-class FileDirectives:
+class FileDirectives(Value):
     """The directives of a file.
 
     Args:
@@ -107,7 +107,7 @@ def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDir
         scenario_lines: The lines, from 1, that name its scenarios.
 
     Raises:
-        InvalidUse: A directive is invalid or misplaced; the error has its place.
+        UsageError: A directive is invalid or misplaced; the error has its place.
     """
     common = Directives()
     own: dict[int, list[tuple[Span, str, str]]] = {}
@@ -118,7 +118,7 @@ def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDir
         elif _is_head(file, number):
             common = _read(common, span, kind, text)
         else:
-            raise InvalidUse(
+            raise UsageError(
                 f"misplaced directive: expected directly above a scenario or at the top of {file.name}", span
             )
     scenarios = {}
@@ -134,7 +134,7 @@ def directives_of_file(checked: Checked) -> FileDirectives:
     """Read the directives of a checked file.
 
     Raises:
-        InvalidUse: As `read_directives`.
+        UsageError: As `read_directives`.
     """
     lines = frozenset(symbol.span.line for symbol in top_scenarios(checked))
     return read_directives(checked.sources.entry.file, lines)
@@ -157,27 +157,27 @@ def _comments(file: SourceFile) -> Iterator[tuple[int, Span, str, str]]:
 
 
 def _line_below(file: SourceFile, number: int) -> int:
-    """The first line below that is no comment."""
+    """Return the number of the first line below that is not a comment."""
     while number < file.line_count and file.line(number).lstrip().startswith("#"):
         number += 1
     return number
 
 
 def _is_head(file: SourceFile, number: int) -> bool:
-    """Whether only comments and empty lines stand above a line."""
+    """Return whether only comments and empty lines are above a line."""
     lines = (file.line(above).strip() for above in range(1, number))
     return all(not line or line.startswith("#") for line in lines)
 
 
 def _read(before: Directives, span: Span, kind: str, text: str) -> Directives:
-    """Add what one comment says."""
+    """Add one directive."""
     if kind == "pytest":
         return replace(before, marks=(*before.marks, MarkComment(span, text)))
     word, _, rest = text.partition(" ")
     reader = _READERS.get(word)
     if reader is None:
         known = ", ".join(_READERS)
-        raise InvalidUse(f"unknown directive `{word}`", span, near(word, _READERS) or f"directives: {known}")
+        raise UsageError(f"unknown directive `{word}`", span, near(word, _READERS) or f"directives: {known}")
     return reader(before, rest.strip(), span)
 
 
@@ -186,14 +186,14 @@ def _read(before: Directives, span: Span, kind: str, text: str) -> Directives:
 
 def _test(before: Directives, text: str, span: Span) -> Directives:
     if text:
-        raise InvalidUse(f"unexpected `{text}` after `test`", span)
+        raise UsageError(f"unexpected `{text}` after `test`", span)
     return before
 
 
 def _expect(before: Directives, text: str, span: Span) -> Directives:
     status, _, reason = (part.strip() for part in text.partition(":"))
     if status not in STATUSES:
-        raise InvalidUse(f"unknown status `{status}`", span, f"statuses: {', '.join(STATUSES)}")
+        raise UsageError(f"unknown status `{status}`", span, f"statuses: {', '.join(STATUSES)}")
     return replace(before, expect=status, reason=reason)
 
 
@@ -204,7 +204,7 @@ def _parametrize(before: Directives, text: str, span: Span) -> Directives:
         found = _AXIS.match(rest)
         values, end = _items(rest, found.end()) if found else ([], -1)
         if found is None or end < 0 or not all(values):
-            raise InvalidUse(
+            raise UsageError(
                 f"invalid values of parameters: `{rest}`", span, "for example `speed=[1mps, 2mps] far=[true]`"
             )
         axes.append(Axis(found[1], tuple(values)))
@@ -212,14 +212,14 @@ def _parametrize(before: Directives, text: str, span: Span) -> Directives:
     names = [axis.name for axis in (*before.axes, *axes)]
     again = next((name for name in names if names.count(name) > 1), None)
     if again is not None or not axes:
-        raise InvalidUse(f"duplicate parameter `{again}`" if again else "missing parameter", span)
+        raise UsageError(f"duplicate parameter `{again}`" if again else "missing parameter", span)
     if math.prod(len(axis.values) for axis in (*before.axes, *axes)) > MAX_VARIANTS:
-        raise InvalidUse(f"too many tests: more than {MAX_VARIANTS}", span)
+        raise UsageError(f"too many tests: more than {MAX_VARIANTS}", span)
     return replace(before, axes=(*before.axes, *axes))
 
 
 def _items(text: str, position: int) -> tuple[list[str], int]:
-    """The items of a list, which begin at a position, and where the text goes on; -1 if the list does not end."""
+    """Parse the items of a list from a position; return them and the end position (-1 if unterminated)."""
     items, start, expected, quote = [], position, ["]"], ""
     while position < len(text):
         char = text[position]
@@ -249,7 +249,7 @@ def _params(before: Directives, text: str, span: Span) -> Directives:
     for glob in (part.strip() for part in text.split(",")):
         files = sorted(span.file.path.parent.glob(glob)) if glob and not Path(glob).is_absolute() else []
         if not files:
-            raise InvalidUse(
+            raise UsageError(
                 f"parameter file not found: `{glob}`", span, "paths are relative to the folder of the scenario"
             )
         found += files
@@ -259,7 +259,7 @@ def _params(before: Directives, text: str, span: Span) -> Directives:
 def _seed(before: Directives, text: str, span: Span) -> Directives:
     parts = [part.strip() for part in text.split(",")]
     if not all(part.isdecimal() for part in parts):
-        raise InvalidUse(
+        raise UsageError(
             f"invalid seed `{text}`: expected whole numbers from 0", span, "for example `seed 1, 2, 3`"
         )
     return replace(before, seeds=tuple(int(part) for part in parts))
@@ -272,19 +272,19 @@ def _simulators(before: Directives, text: str, span: Span) -> Directives:
     known = known_simulators()
     unknown = next((name for name in names if name not in known), None)
     if unknown is not None:
-        raise InvalidUse(f"unknown simulator `{unknown}`", span, f"simulators: {', '.join(known)}")
+        raise UsageError(f"unknown simulator `{unknown}`", span, f"simulators: {', '.join(known)}")
     return replace(before, simulators=names)
 
 
 def _world(before: Directives, text: str, span: Span) -> Directives:
     if not text:
-        raise InvalidUse("missing world", span, "for example `world maze` or `world worlds/hall.yaml`")
+        raise UsageError("missing world", span, "for example `world maze` or `world worlds/hall.yaml`")
     if not text.endswith(".yaml"):
         return replace(before, world=text)
     assert span.file.path is not None
     file = span.file.path.parent / text
     if not file.is_file():
-        raise InvalidUse(
+        raise UsageError(
             f"world file not found: `{text}`", span, "paths are relative to the folder of the scenario"
         )
     return replace(before, world=os.fspath(file))
@@ -296,7 +296,7 @@ def _timeout(before: Directives, text: str, span: Span) -> Directives:
     except ValueError:
         limit = math.nan
     if not (limit > 0 and math.isfinite(limit)):
-        raise InvalidUse(
+        raise UsageError(
             f"invalid timeout `{text}`: expected seconds of wall time above 0", span, "for example `timeout 10s`"
         )
     return replace(before, timeout=limit)

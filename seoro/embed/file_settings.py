@@ -1,21 +1,21 @@
-"""The settings that a scenario file asks for by its directives, merged with the options of one run.
+"""Settings of a run: the directives of its scenario file, merged with the options of the caller.
 
-Options go before directives. What a single run cannot obey, and what an option replaces, becomes a note for the
-user, so that no directive is ignored silently.
+Options take precedence over directives. A directive that a single run cannot follow, or that an option
+replaces, becomes a note for the user.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
-from seoro.embed.directives import Directives, directives_of_file
+from seoro.embed.directives import Directives, read_directives
 from seoro.embed.options import Options, Simulator
-from seoro.embed.walltime import WallLimit, wall_limit
-from seoro.errors import InvalidUse
-from seoro.lang.frontend import Checked
-from seoro.lang.lower.entry import find_entry
+from seoro.embed.runnable import Runnable
+from seoro.embed.time_limit import WallLimit, wall_limit
+from seoro.errors import UsageError
+from seoro.lang.frozen import Value
 
 SNAPSHOT: Final = "snapshot"
 ENDPOINT: Final = "endpoint"
@@ -25,43 +25,40 @@ CLOCK: Final = "clock"
 _WITHOUT_SIMULATOR: Final = ("real", "virtual")  # clocks
 
 
-@dataclass(frozen=True)
-class Place:
-    """The option that places actors if no simulator is named.
+class Target(Value):
+    """Option that selects the backends of actors, other than the name of a simulator.
 
     Args:
         kind: `SNAPSHOT`, `ENDPOINT`, `LAB`, `ROS` or `CLOCK`.
-        option: The option, as the user writes it.
+        option: The option as the user writes it.
     """
 
     kind: str
     option: str
 
 
-def place_of(options: Mapping[str, tuple[object, str]], *, has_simulator: bool) -> Place | None:
-    """Return the place that options give, or None.
+def target_of(options: Mapping[str, tuple[object, str]], *, has_simulator: bool) -> Target | None:
+    """Return the target that options select, or None.
 
     Args:
-        options: For each kind of place, the value of its option (None if it is not given), and the option as the
-            user writes it.
-        has_simulator: Whether the options name a simulator; `ROS` and `CLOCK` are no place then.
+        options: For each kind of target, the value of its option (or None), and the option as the user writes it.
+        has_simulator: Whether the options name a simulator; `ROS` and `CLOCK` are then ignored.
     """
     for kind in (SNAPSHOT, ENDPOINT, LAB, ROS, CLOCK):
         value, option = options[kind]
         if value is None or (has_simulator and kind in (ROS, CLOCK)):
             continue
         if kind != CLOCK or value in _WITHOUT_SIMULATOR:
-            return Place(kind, option)
+            return Target(kind, option)
     return None
 
 
-@dataclass(frozen=True)
-class Given:
-    """The options of a run that go before directives.
+class GivenOptions(Value):
+    """Options of a run that take precedence over directives.
 
     Args:
         simulator: Name of the simulator to start.
-        place: The option that decides where actors live instead of a simulator's name; None if no option does.
+        target: Option that selects other backends than a named simulator, if any.
         world: Name or path of the world.
         seed: Seed of the run.
         timeout: Limit of wall time [s].
@@ -70,7 +67,7 @@ class Given:
     """
 
     simulator: str | None = None
-    place: Place | None = None
+    target: Target | None = None
     world: str | None = None
     seed: int | None = None
     timeout: float | None = None
@@ -79,20 +76,19 @@ class Given:
 
     @property
     def takes_world(self) -> bool:
-        """Whether a world can be loaded at the place."""
-        return self.place is not None and self.place.kind == ENDPOINT
+        """Whether the target can load a world."""
+        return self.target is not None and self.target.kind == ENDPOINT
 
 
-@dataclass(frozen=True)
-class FileSettings:
-    """The settings of one run, after the directives of its file.
+class FileSettings(Value):
+    """Settings of a run.
 
     Args:
         simulator: Name of the simulator to start; None for none.
         world: Name or path of its world; None for its default.
         seed: Seed of the run; None to draw one.
         seeds: All seeds that the file lists, for runners of several runs; empty if an option gives one.
-        limit: Limit of wall time.
+        limit: Limit of the wall time.
         notes: Notes for the user.
     """
 
@@ -105,88 +101,88 @@ class FileSettings:
 
 
 def settings_of_file(
-    checked: Checked, scenario: str | None, given: Given, *, repeats: bool = False
+    scenario: Runnable, name: str | None, given: GivenOptions, *, repeats: bool = False
 ) -> FileSettings:
     """Merge the directives of a file with the options of a run.
 
     Args:
-        checked: The file.
-        scenario: Name of the scenario to run; None for the entry of the file.
+        scenario: The file.
+        name: Name of the scenario to run; None for the entry of the file.
         given: The options.
         repeats: Whether the caller runs the scenario with every seed.
 
     Raises:
         InvalidScenario: The file has no such scenario.
-        InvalidUse: A directive is invalid, or names a world and nothing can load it; the error has its place.
+        UsageError: A directive is invalid, or its world has no simulator; the error has its place.
     """
-    found = directives_of_file(checked)
-    directives = found.scenarios.get(find_entry(checked, scenario).span.line, found.common)
-    name = checked.sources.entry.file.name
-    simulator, has_place = given.simulator, given.place is not None
-    if simulator is None and not has_place:
+    file = scenario.file
+    found = read_directives(file, scenario.scenario_lines)
+    directives = found.scenarios.get(scenario.entry(name).line, found.common)
+    simulator, has_target = given.simulator, given.target is not None
+    if simulator is None and not has_target:
         simulator = next(iter(directives.simulators), None)
-    if directives.world is not None and given.world is None and simulator is None and not has_place:
-        raise InvalidUse(
-            f"{name} asks for the world `{directives.world}`, and the run has no simulator",
+    if directives.world is not None and given.world is None and simulator is None and not has_target:
+        raise UsageError(
+            f"{file.name} needs the world `{directives.world}`, but the run has no simulator",
             help="add `--sim mujoco`, or `# seoro: simulators mujoco` to the file",
         )
-    loads_world = given.takes_world or (simulator is not None and not has_place)
+    loads_world = given.takes_world or (simulator is not None and not has_target)
     seeds = directives.seeds if given.seed is None else ()
     notes = [*_notes(directives, given)]
     if len(seeds) > 1 and not repeats:
-        notes.append(f"it lists the seeds {_listed(seeds)}; this run uses {seeds[0]}")
+        notes.append(f"this run uses seed {seeds[0]} of {_listed(seeds)}")
     return FileSettings(
         simulator=simulator,
         world=directives.world if given.world is None and loads_world else given.world,
         seed=given.seed if given.seed is not None else next(iter(seeds), None),
         seeds=seeds,
         limit=wall_limit(given.timeout, given.timeout_option, directives.timeout),
-        notes=[f"{name}: {note}" for note in notes],
+        notes=[f"{file.name}: {note}" for note in notes],
     )
 
 
-def _notes(directives: Directives, given: Given) -> Iterator[str]:
-    listed, asked = directives.simulators, " or ".join(directives.simulators)
-    if given.place is not None and not given.takes_world:
+def _notes(directives: Directives, given: GivenOptions) -> Iterator[str]:
+    listed, choice = directives.simulators, " or ".join(directives.simulators)
+    if given.target is not None and not given.takes_world:
         if listed:
-            yield f"it asks for the simulator {asked}; `{given.place.option}` goes before it"
+            yield f"`{given.target.option}` replaces its simulator {choice}"
         if directives.world is not None:
-            yield f"it asks for the world `{directives.world}`; `{given.place.option}` goes before it"
+            yield f"`{given.target.option}` replaces its world `{directives.world}`"
     elif listed and given.simulator is not None and given.simulator not in listed:
-        yield f"it asks for the simulator {asked}; this run uses {given.simulator}"
-    elif len(listed) > 1 and given.simulator is None and given.place is None:
-        yield f"it lists the simulators {_listed(listed)}; this run uses {listed[0]}"
+        yield f"this run uses {given.simulator} instead of its simulator {choice}"
+    elif len(listed) > 1 and given.simulator is None and given.target is None:
+        yield f"this run uses {listed[0]} of its simulators {_listed(listed)}"
     if given.parameters is None:
         return
     varied = [axis.name for axis in directives.axes if axis.name not in given.parameters]
     if varied or directives.files:
         what = f"the parameter {_listed(varied)}" if varied else "its parameter files"
-        yield f"`pytest` varies {what}; this run takes other values from `--set` and `--params` only"
+        yield f"only `pytest` varies {what}; set values with `--set` or `--params`"
 
 
 def _listed(items: Sequence[object]) -> str:
     return ", ".join(map(str, items))
 
 
-def with_file_settings(checked: Checked, options: Options, timeout_option: str) -> tuple[Options, FileSettings]:
+def with_file_settings(scenario: Runnable, options: Options, timeout_option: str) -> tuple[Options, FileSettings]:
     """Merge the directives of a file into the options of an embedding program or a client.
 
     Args:
-        checked: The file.
-        options: The options; those that are given go before directives.
-        timeout_option: The option that gives the limit of wall time, for messages.
+        scenario: The file.
+        options: Options; they take precedence over directives.
+        timeout_option: Option for the limit of wall time, for messages.
 
     Raises:
-        InvalidScenario, InvalidUse: As `settings_of_file`.
+        InvalidScenario, UsageError: As `settings_of_file`.
     """
     simulator = options.simulator
-    found = settings_of_file(checked, options.name, _given(options, timeout_option))
+    found = settings_of_file(scenario, options.name, _given(options, timeout_option))
     if found.simulator is not None or simulator is not None:
         simulator = replace(simulator or Simulator(), name=found.simulator, world=found.world)
     return replace(options, simulator=simulator, seed=found.seed), found
 
 
-def _given(options: Options, timeout_option: str) -> Given:
+def _given(options: Options, timeout_option: str) -> GivenOptions:
     simulator = options.simulator
     values = {
         SNAPSHOT: None if simulator is None else simulator.snapshot,
@@ -195,9 +191,9 @@ def _given(options: Options, timeout_option: str) -> Given:
         ROS: options.ros,
         CLOCK: options.clock,
     }
-    return Given(
+    return GivenOptions(
         simulator=None if simulator is None else simulator.name,
-        place=place_of(
+        target=target_of(
             {kind: (value, kind) for kind, value in values.items()}, has_simulator=simulator is not None
         ),
         world=None if simulator is None else simulator.world,

@@ -1,18 +1,19 @@
-"""How to run a scenario: what programs say by keyword arguments, and the command line by options."""
+"""Options of a run, from keyword arguments of programs or from the command line."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from seoro.embed.arguments import (
     AnyPath,
     instance_of,
+    list_of,
     optional,
     to_flag,
     to_function,
@@ -23,35 +24,38 @@ from seoro.embed.arguments import (
     to_paths,
     to_rate,
     to_text,
+    to_texts,
     to_wait,
     to_whole,
     wrong_type,
 )
-from seoro.embed.scenarios import Scenario
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
+from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang.diagnostics import near
+from seoro.lang.frozen import Value
 from seoro.lang.plan import Plan
-from seoro.located import Locate, as_named
-from seoro.runtime.contracts import Observer
 
-OF_ROS = "ros"  # names the simulator of a ROS 2 system
+if TYPE_CHECKING:
+    from seoro.embed.scenarios import Scenario
+    from seoro.runtime.contracts.observers import Observer
+
+ROS_SIMULATOR = "ros"  # name for the simulator of the ROS 2 system
 
 ClockName = Literal["real", "virtual", "sim"]
 
 
-@dataclass(frozen=True, init=False)
-class Simulator:
-    """The simulator of a run.
+class Simulator(Value):
+    """Simulator of a run.
 
     Args:
-        name: Of the simulator to start for the run, such as `mujoco`; `ros` for the one that runs in the ROS 2
-            system of the run. None to connect to one that is running.
-        endpoint: Zenoh endpoint of the one that is running, such as `tcp/127.0.0.1:7450`.
-        world: Name or file of the world; None for the simulator's own choice.
+        name: Name of the simulator to start, such as `mujoco`; `ros` for the running one in the ROS 2 system of
+            the run. None to connect to a running simulator node.
+        endpoint: Zenoh endpoint of a running simulator node, such as `tcp/127.0.0.1:7450`.
+        world: Name or file of the world; None for the default of the simulator.
         rate: Simulated seconds per second; infinite for as fast as possible.
-        model_path: Folders in which models are looked up first.
-        snapshot: File with the state to begin at, which a run left with `-o`; it has its own world, and its own
-            simulator if none is named.
+        model_path: Folders that are searched first for models.
+        snapshot: File with a saved state to start from; it determines the world, and the simulator if none is
+            named.
     """
 
     name: str | None = None
@@ -74,7 +78,7 @@ class Simulator:
             self,
             name=optional(to_text, "name", name),
             endpoint=optional(to_text, "endpoint", endpoint),
-            # A text is kept as it is: simulators of others have worlds with URIs, which are no paths.
+            # A text is kept as it is: worlds of foreign simulators may be URIs.
             world=world if world is None or isinstance(world, str) else os.fspath(to_path("world", world)),
             rate=to_rate("rate", rate),
             model_path=to_paths("model_path", model_path),
@@ -82,16 +86,15 @@ class Simulator:
         )
 
 
-@dataclass(frozen=True, init=False)
-class Ros:
-    """The ROS 2 system of a run.
+class Ros(Value):
+    """ROS 2 system of a run.
 
     Args:
-        endpoint: Zenoh endpoint of the router that the robot's nodes use, or of its bridge for DDS, such as
+        endpoint: Zenoh endpoint of the router of its nodes, or of its bridge for DDS, such as
             `tcp/192.168.0.7:7447`.
-        domain: ROS_DOMAIN_ID of the robot's nodes.
-        dialect: `rmw_zenoh` or `ros2dds`; None to find that out, for which something of the system has to be seen.
-        interfaces: Folders with definitions of messages, services and actions that seoro does not bring.
+        domain: ROS_DOMAIN_ID of its nodes.
+        dialect: `rmw_zenoh` or `ros2dds`; None to detect it, which needs a running node.
+        interfaces: Folders with more definitions of messages, services and actions.
     """
 
     endpoint: str
@@ -111,15 +114,14 @@ class Ros:
         )
 
 
-@dataclass(frozen=True, init=False)
-class Lab:
-    """A lab file: which simulator or robot serves which actor.
+class Lab(Value):
+    """Lab file, which assigns robots or simulators to actors.
 
     Args:
         file: The file.
-        rate: Simulated seconds per second of its simulator; None for 1 beside robots, which move in real time, and
-            as fast as possible otherwise.
-        model_path: Folders in which models are looked up first.
+        rate: Simulated seconds per second of its simulator; None for 1 in a lab with real robots, and as fast as
+            possible otherwise.
+        model_path: Folders that are searched first for models.
     """
 
     file: Path
@@ -137,30 +139,39 @@ class Lab:
         )
 
 
-@dataclass(frozen=True)
-class Leasing:
-    """How a run claims robots that others may have.
+class Leasing(Value):
+    """Leasing of shared robots for a run.
 
     Args:
-        wait: For how long it waits for them [s], which may be infinite; None to fail at once.
-        priority: Of its place in line; higher ones come first.
-        lease: Id of a lease by hand under which it has them.
-        say: Called with who has them, while it waits.
-        turn: Awaited when it has those that it has waited for, before it goes on.
+        wait: Time limit for waiting for busy robots [s], which may be infinite; None to fail at once.
+        priority: Priority in the wait queue; higher first.
+        lease: Id of an existing lease to use.
+        on_wait: Called with the users of busy robots, while the run waits.
+        on_acquired: Awaited when the run has acquired robots after a wait, before it starts.
     """
 
     wait: float | None = None
     priority: int = 0
     lease: str = ""
-    say: Callable[[str], object] | None = None
-    turn: Callable[[], Awaitable[object]] | None = None
+    on_wait: Callable[[str], object] | None = None
+    on_acquired: Callable[[], Awaitable[object]] | None = None
 
-    def __post_init__(self) -> None:
-        optional(to_wait, "wait", self.wait)
-        to_whole("priority", self.priority)
-        to_text("lease", self.lease)
-        optional(to_function, "say", self.say)
-        optional(to_function, "turn", self.turn)
+    def __init__(
+        self,
+        wait: float | None = None,
+        priority: int = 0,
+        lease: str = "",
+        on_wait: Callable[[str], object] | None = None,
+        on_acquired: Callable[[], Awaitable[object]] | None = None,
+    ) -> None:
+        _set(
+            self,
+            wait=optional(to_wait, "wait", wait),
+            priority=to_whole("priority", priority),
+            lease=to_text("lease", lease),
+            on_wait=optional(to_function, "on_wait", on_wait),
+            on_acquired=optional(to_function, "on_acquired", on_acquired),
+        )
 
 
 def _set(instance: object, **values: object) -> None:
@@ -169,29 +180,32 @@ def _set(instance: object, **values: object) -> None:
         object.__setattr__(instance, name, value)
 
 
-@dataclass(frozen=True)
-class Options:
-    """How to run a scenario.
+class Options(Value):
+    """Options of a run.
 
     Args:
-        name: Of the scenario to run, if the file has several.
-        seed: Of everything that is drawn; drawn itself if it is None.
+        name: Name of the scenario, if the file has several.
+        seed: Random seed; None for a random one.
         overrides: Values of parameters, by path, as expressions of the language: `{"robot.goal.x": "3m"}`.
-        parameters: A parameter file (see `seoro.parameters`); `overrides` go before what it says.
-        clock: `real` if it is not given, `sim` if there is a simulator.
-        simulator: To start or to connect to.
-        ros: To reach.
-        lab: The simulator and the robots of the run, in the place of `simulator`.
-        leasing: How it claims robots that others may have.
-        observers: Called with every record of the trace.
-        output_directory: Where the results of the run go; methods of libraries may ask for it.
-        keep_trace: Whether to hold the whole trace in memory, so that `Run.trace` can be read at any time.
-        grace: Time for the clean-up of a cancelled action [s].
-        timeout: Limit of wall time, after which the run ends as an error [s], which may be infinite; None for that
+        parameters: Parameter file (see `seoro.embed.parameter_files`); `overrides` take precedence.
+        clock: Name of the clock; by default `real`, or `sim` with a simulator.
+        simulator: Simulator to start or to connect to.
+        ros: ROS 2 system to connect to.
+        lab: Lab of the run, instead of `simulator`.
+        leasing: Leasing of shared robots.
+        observers: Observers of the trace.
+        output_directory: Folder for the results of the run; available to methods of libraries.
+        keep_trace: Whether to keep the whole trace in memory, so that `Run.trace` can be read at any time.
+        grace: Time limit for the clean-up of a cancelled action [s].
+        timeout: Limit of wall time after which the run ends with an error [s]; may be infinite. None for that
             of the scenario file (`# seoro: timeout`), or one hour.
-        vet: Called with the plan before anything is started; what it raises comes out of `start`.
-        load: Loads the scenarios that a lab file names; `seoro.load` if it is not given.
-        locate: Gives the places of files that are named by absolute paths.
+        external: Names of events that the application may emit with `Run.emit`. A run on the virtual clock
+            waits for them when nothing else is due.
+        replay: Records of an earlier run, whose external events are emitted again at their times, without an
+            application. `seoro.replay` also takes all other options from the records.
+        vet: Called with the plan before anything starts; `start` propagates its exceptions.
+        load: Function that loads the scenarios of a lab file; by default `seoro.load`.
+        locate: Function that maps absolute paths of files.
     """
 
     name: str | None = None
@@ -208,9 +222,11 @@ class Options:
     keep_trace: bool = False
     grace: float = 5.0
     timeout: float | None = None
+    external: Sequence[str] = ()
+    replay: Sequence[Mapping[str, Any]] | None = None
     vet: Callable[[Plan], object] | None = None
     load: Callable[[Path], Scenario] | None = None
-    locate: Locate = as_named
+    locate: Locate = unchanged_path
 
 
 class OptionFields(TypedDict, total=False):
@@ -230,9 +246,34 @@ class OptionFields(TypedDict, total=False):
     keep_trace: bool
     grace: float
     timeout: float | None
+    external: Sequence[str]
+    replay: Sequence[Mapping[str, Any]] | None
     vet: Callable[[Plan], object] | None
     load: Callable[[Path], Scenario] | None
     locate: Locate
+
+
+def _optional(kind: type, example: str) -> Callable[[str, object], Any]:
+    return partial(optional, instance_of(kind, f"a seoro.{kind.__name__}", f"for example {example}"))
+
+
+def options_from(fields: OptionFields) -> Options:
+    """Make the options of a run from keyword arguments of a program.
+
+    Raises:
+        UsageError: An argument is unknown or of a wrong type; the error states the expected one.
+    """
+    for name in fields:
+        if name not in _CONVERSIONS:
+            known = near(name, _CONVERSIONS) or f"options: {', '.join(_CONVERSIONS)}"
+            raise UsageError(f"unknown option `{name}`", help=known)
+    return Options(**{name: _CONVERSIONS[name](name, value) for name, value in fields.items()})
+
+
+def _to_observer(name: str, value: object) -> Any:
+    if not hasattr(value, "record"):
+        raise wrong_type(name, value, "an object with a method `record`")
+    return value
 
 
 _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
@@ -241,36 +282,18 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "overrides": to_overrides,
     "parameters": partial(optional, to_path),
     "clock": partial(optional, to_text),
-    "simulator": partial(optional, instance_of(Simulator, 'seoro.Simulator(name="mujoco")')),
-    "ros": partial(optional, instance_of(Ros, 'seoro.Ros("tcp/192.168.0.7:7447")')),
-    "lab": partial(optional, instance_of(Lab, 'seoro.Lab("hall.yaml")')),
-    "leasing": instance_of(Leasing, "seoro.Leasing(wait=60.0)"),
+    "simulator": _optional(Simulator, 'seoro.Simulator(name="mujoco")'),
+    "ros": _optional(Ros, 'seoro.Ros("tcp/192.168.0.7:7447")'),
+    "lab": _optional(Lab, 'seoro.Lab("hall.yaml")'),
+    "leasing": instance_of(Leasing, "a seoro.Leasing", "for example seoro.Leasing(wait=60.0)"),
+    "observers": list_of(_to_observer, "a list of objects with a method `record`"),
     "output_directory": partial(optional, to_path),
     "keep_trace": to_flag,
     "grace": to_number,
     "timeout": partial(optional, to_limit),
+    "external": to_texts,
+    "replay": partial(optional, instance_of(Sequence, "a list of records")),
+    "vet": partial(optional, to_function),
+    "load": partial(optional, to_function),
+    "locate": to_function,
 }
-
-
-def options_from(fields: OptionFields) -> Options:
-    """Make the options of a run from keyword arguments of a program.
-
-    Raises:
-        InvalidUse: An argument is unknown or of a wrong type; the error says what was expected.
-    """
-    known = OptionFields.__annotations__
-    for name in fields:
-        if name not in known:
-            raise InvalidUse(f"unknown option `{name}`", help=near(name, known) or f"options: {', '.join(known)}")
-    return Options(**{name: _CONVERSIONS.get(name, _as_given)(name, value) for name, value in fields.items()})
-
-
-def _as_given(name: str, value: object) -> Any:
-    """Functions and observers, which are called as they are."""
-    if name == "observers" and not (
-        isinstance(value, Sequence) and all(hasattr(each, "record") for each in value)
-    ):
-        raise wrong_type(name, value, "a list of objects with a method `record`")
-    if name in ("vet", "load", "locate"):
-        optional(to_function, name, value)
-    return value

@@ -1,23 +1,23 @@
-"""Scenarios by which a lab leaves its robots in order, which are loaded before the run."""
+"""Reset scenarios of a lab for its robots after a run, loaded before the run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
 
-from seoro.embed.opening import actors_of
+from seoro.embed.backends import actor_names
 from seoro.embed.options import Options
 from seoro.embed.scenarios import load
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lab.resetting import Reset
 from seoro.lang.frontend import lower
 
 
 def resets_of(options: Options) -> Callable[[Path, str], Reset]:
-    """What loads them for a run, each once.
+    """Make a function that loads reset scenarios, each once.
 
     Args:
-        options: Of the run.
+        options: Options of the run.
     """
     loaded: dict[Path, Reset] = {}
 
@@ -27,9 +27,9 @@ def resets_of(options: Options) -> Callable[[Path, str], Reset]:
         reset = loaded[path]
         if len(reset.actors) != 1:
             actors = ", ".join(reset.actors) or "none"
-            raise InvalidUse(
-                f"{place}: the scenario {reset.plan.entry} of {path} has to have one actor, which the robot is; "
-                f"it has {actors}"
+            raise UsageError(
+                f"{place}: the reset scenario {reset.plan.entry} in {path} must have exactly one actor, the robot "
+                f"(found {actors})"
             )
         return reset
 
@@ -41,4 +41,4 @@ def _load(path: Path, options: Options) -> Reset:
     plan = lower(scenario.checked, None, {})
     if options.vet is not None:
         options.vet(plan)
-    return Reset(plan, scenario.functions, tuple(sorted(actors_of(plan))))
+    return Reset(plan, scenario.functions, tuple(sorted(actor_names(plan))))

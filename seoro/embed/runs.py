@@ -1,46 +1,47 @@
-"""A run that programs have started."""
+"""Run of a scenario, for programs."""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
+from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import anyio
-import anyio.lowlevel
-
-from seoro.background import background
 from seoro.embed.arguments import to_text
-from seoro.embed.walltime import OF_PROGRAMS, WallLimit
-from seoro.errors import BackendError, InvalidUse
-from seoro.runtime.outputs import OutputFile
-from seoro.runtime.reading import Readers, TraceReader
+from seoro.embed.subscriptions import CAPACITY, EventSubscription, OnFull, check_buffer, open_subscription
+from seoro.embed.time_limit import PROGRAM_LIMIT, WallLimit
+from seoro.errors import BackendError, UsageError
+from seoro.runtime.events.occurrence import Occurrence
+from seoro.runtime.execution.outputs import OutputFile
 from seoro.runtime.run import Execution
+from seoro.runtime.trace.reader import Readers, TraceReader
 from seoro.runtime.verdict import Verdict
 
 if TYPE_CHECKING:
     from seoro.bridges.sim.node import SimulatorNode
     from seoro.bridges.wire import Artifact
-    from seoro.embed.opening import Opened
-    from seoro.film import Film, Recording
+    from seoro.embed.backends import OpenBackends
+    from seoro.embed.video import Recording, VideoOptions
 
 
 class Run:
-    """A run that has been started with `start`."""
+    """Run of a scenario, made by `start`."""
 
-    def __init__(self, execution: Execution, seed: int, opened: Opened, readers: Readers) -> None:
+    def __init__(self, execution: Execution, seed: int, opened: OpenBackends, readers: Readers) -> None:
         self._execution = execution
         self._simulator = opened.simulator
-        self._aftermath = opened.aftermath
+        self._teardown = opened.teardown
         self._readers = readers
-        self._done = anyio.Event()
+        self._done = asyncio.Event()
+        self._has_begun = False
         self.seed = seed
-        self.notes: tuple[str, ...] = ()  # of directives in the file that options replace
+        self.notes: tuple[str, ...] = ()  # about directives that options replace
 
     @property
     def substitutions(self) -> dict[str, str]:
-        """Names of robots by the actors that are carried out by a robot of another name, unless a lab says so."""
+        """Robots with other names than their actors, by actor, apart from assignments of a lab."""
         return self._execution.substitutions
 
     def __repr__(self) -> str:
@@ -49,79 +50,115 @@ class Run:
 
     @property
     def parameters(self) -> dict[str, object]:
-        """The chosen value of every parameter of the scenario."""
+        """Chosen values of all parameters of the scenario."""
         return self._execution.parameters
 
     @property
     def parameter_texts(self) -> dict[str, str]:
-        """The value of every parameter now, as the language writes it: `2.5mps`."""
+        """Current values of all parameters in the notation of the language, such as `2.5mps`."""
         return self._execution.parameter_texts
 
     @property
     def verdict(self) -> Verdict | None:
-        """The verdict; None while the run goes on."""
+        """The verdict; None while the run is active."""
         return self._execution.verdict if self._done.is_set() else None
 
     @property
     def now(self) -> float:
-        """The time since the start of the run, on its clock [s]."""
+        """Time since the start of the run on its clock [s]."""
         return self._execution.now
 
     @property
     def fault(self) -> Exception | None:
-        """The exception of an action's own code that ended the run, if one did."""
+        """Exception in an action's code that ended the run, if any."""
         return self._execution.fault
 
     @property
     def files(self) -> tuple[OutputFile, ...]:
-        """The files that actions have left in the output folder, such as pictures of cameras."""
+        """Files of actions in the output folder, such as camera images."""
         return self._execution.files
 
     @property
     def simulator(self) -> SimulatorNode | None:
-        """The simulator of the run, if it has one."""
+        """Simulator of the run, if any."""
         return self._simulator
 
     def trace(self) -> TraceReader:
-        """The records of the trace, from the first to `run.end`, as they come.
+        """Iterate over the records of the trace as they occur, from the first to `run.end`.
 
-        Any number of readers may read at once. A run that is started without `keep_trace` keeps the last 1000
-        records only, and waits for slow readers if its clock is virtual or a simulator's: begin to read early.
+        Several readers may read at once. Without `keep_trace`, a run keeps only the last 1000 records, so start to
+        read early. On a virtual or simulated clock, it waits for slow readers.
 
         Raises:
-            InvalidUse: The first records are not kept any more.
+            UsageError: The first records were dropped already.
         """
         return self._readers.open()
 
     async def result(self) -> Verdict:
-        """The verdict, once there is one. Does not raise when the scenario fails."""
+        """Wait for the verdict and return it. Does not raise if the scenario fails."""
         await self._done.wait()
-        assert self._execution.verdict is not None, "every way to end a run gives one"
+        assert self._execution.verdict is not None, "an ended run has a verdict"
         return self._execution.verdict
 
     def stop(self, reason: str = "stopped by the program") -> None:
-        """Cancel the run; what it started is cleaned up first. When it is over, what is done after it ends."""
-        if self._done.is_set() and self._aftermath is not None:
-            self._aftermath.cut_short()
+        """Cancel the run, with a clean-up. After the run, this cancels the teardown of its lab."""
+        if self._done.is_set() and self._teardown is not None:
+            self._teardown.abort()
         self._stop(to_text("reason", reason))
 
     def halt(self, reason: str) -> None:
-        """Cancel the run, and leave out what a lab has done with its robots after it."""
-        if self._aftermath is not None:
-            self._aftermath.cut_short()
+        """Cancel the run without the teardown of its lab."""
+        if self._teardown is not None:
+            self._teardown.abort()
         self._stop(reason)
 
     def _stop(self, reason: str) -> None:
         self._readers.wait_no_more()
         self._execution.stop(reason)
 
-    def give_up(self, reason: str) -> None:
-        """End the run as an error, without a verdict on the system under test."""
+    def abort(self, reason: str) -> None:
+        """End the run with an error, without a verdict on the system under test."""
         self._readers.wait_no_more()
         self._execution.fail_backend(BackendError(reason))
 
+    def subscribe(
+        self, event: str, *, capacity: int = CAPACITY, on_full: OnFull = "fail"
+    ) -> AbstractAsyncContextManager[EventSubscription]:
+        """Subscribe to an event while a block lasts: `async with run.subscribe("robot.arrived") as events`.
+
+        The subscription receives all later occurrences in order; its iteration ends with the run.
+
+        Args:
+            event: Name: `go` or `x.end` of the entry scenario, `robot.arrived` of an actor, or as in traces.
+            capacity: Capacity of the buffer, in occurrences.
+            on_full: Policy for a full buffer: `fail` raises `SubscriptionOverflow` at the first missing
+                occurrence, `drop_oldest` counts dropped ones in `lost`, `wait` stops virtual or simulated time.
+
+        Raises:
+            UsageError: The event is unknown, or an argument is invalid or impossible.
+        """
+        application = self._execution.application
+        real = "" if application.is_master_of_time else "the real clock cannot be stopped"
+        check_buffer(capacity, on_full, real)
+        name = application.event_name(to_text("event", event))
+        return open_subscription(self._readers, name, capacity, on_full)
+
+    async def emit(self, event: str, /, **fields: object) -> Occurrence:
+        """Emit an event declared with `external`, and wait until it has occurred, at the next instant.
+
+        Args:
+            event: Name of the event: `operator_ready` of the entry scenario, `robot.released` of an actor.
+            fields: Arguments of the event: numbers in SI base units, members of enumerations by name.
+
+        Raises:
+            UsageError: The event is unknown or not external, fields are invalid, or the run is not active.
+        """
+        if not self._has_begun:
+            raise UsageError("the run has not started yet", help="emit within `running()`")
+        return await self._execution.application.emit(to_text("event", event), fields)
+
     async def artifacts(self) -> tuple[Artifact, ...]:
-        """What the simulator has to show of the run, such as a picture; empty when it is gone or hangs."""
+        """Fetch the artifacts of the simulator, such as an image; empty if it is lost."""
         if self._simulator is None or self._execution.has_clock_failed:
             return ()
         try:
@@ -129,41 +166,55 @@ class Run:
         except BackendError:
             return ()
 
-    def recording(self, film: Film, file: Path) -> AbstractAsyncContextManager[Recording]:
-        """Record a film of the simulator while a block lasts, in which the run runs; see `seoro.film`."""
-        from seoro.film import recording  # noqa: PLC0415 - with the messages of simulators, as `_open`
+    def recording(self, view: VideoOptions, file: Path) -> AbstractAsyncContextManager[Recording]:
+        """Record a video of the simulator while a block with `running` lasts; see `seoro.embed.video`."""
+        from seoro.embed.video import recording  # noqa: PLC0415 - with the messages of simulators, as `_open`
 
         if self._simulator is None:
-            raise InvalidUse("a film is of a simulator, and there is none", help="add `--sim mujoco`")
-        return recording(self._simulator, film, file)
+            raise UsageError("a video needs a simulator", help="add `--sim mujoco`")
+        return recording(self._simulator, view, file)
 
     @asynccontextmanager
-    async def running(self, limit: WallLimit = OF_PROGRAMS) -> AsyncIterator[None]:
-        """Run while the block lasts: when it ends, the run is stopped, if it is not over, and has cleaned up.
+    async def running(self, limit: WallLimit = PROGRAM_LIMIT) -> AsyncIterator[None]:
+        """Run while the block lasts. At its end, an active run is stopped, and has cleaned up.
 
         Args:
-            limit: Wall time after which the run ends as an error.
+            limit: Wall time after which the run ends with an error.
         """
-        async with background() as group:
-            group.start_soon(self._carry)
-            group.start_soon(self._hold_to, limit)
+        self._has_begun = True
+        raised: BaseException | None = None
+        begun = asyncio.Event()
+        async with asyncio.TaskGroup() as group:
+            group.create_task(self._execute(begun))
+            limiting = group.create_task(self._enforce(limit))
             try:
+                await asyncio.sleep(0)  # a task that is cancelled before its first step never runs
+                begun.set()
                 yield
+            except asyncio.CancelledError:
+                raise
+            except BaseException as error:  # of the block: raised without an exception group
+                raised = error
             finally:
-                self._stop("the block that started it has ended")  # of no effect when the run is over
+                self._stop("the block that started it has ended")  # no effect on an ended run
+            limiting.cancel()
+        if raised is not None:
+            raise raised
 
-    async def _hold_to(self, limit: WallLimit) -> None:
-        with anyio.move_on_after(limit.seconds):
-            await self._done.wait()
-            return
-        self.give_up(limit.reason)
-
-    async def _carry(self) -> None:
+    async def _enforce(self, limit: WallLimit) -> None:
         try:
-            # Also in a loop that starts tasks eagerly, the block begins before the run, and can read it all.
-            await anyio.lowlevel.cancel_shielded_checkpoint()
-            if self._aftermath is not None:
-                self._aftermath.follows = True
+            async with asyncio.timeout(None if isinf(limit.seconds) else limit.seconds):
+                await self._done.wait()
+        except TimeoutError:
+            self.abort(limit.reason)
+
+    async def _execute(self, begun: asyncio.Event) -> None:
+        """Run once the block has started, so that it can read the whole trace, also in loops with eager tasks."""
+        try:
+            with suppress(asyncio.CancelledError):  # a run that is stopped already still writes a complete trace
+                await begun.wait()
+            if self._teardown is not None:
+                self._teardown.is_due = True
             await self._execution.run()
         finally:
             self._done.set()

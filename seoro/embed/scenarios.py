@@ -1,49 +1,82 @@
-"""Loading and checking scenario files, which takes nothing of what runs them."""
+"""Loading and checking of scenario files, without the runtime."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
 
-from seoro.bindings.implementations import BoundFunctions
-from seoro.bindings.load import bind_sources
+from seoro.bindings.bind import bind_sources
+from seoro.bindings.bound_functions import BoundFunctions
 from seoro.embed.arguments import AnyPath, instance_of, to_modules, to_path
+from seoro.embed.directives import top_scenarios
+from seoro.embed.runnable import Entry
 from seoro.errors import InvalidScenario
-from seoro.lang.check.recall import BodyMessages
-from seoro.lang.frontend import Checked
+from seoro.files.path_mapping import Locate, unchanged_path
+from seoro.lang.check.body_cache import BodyMessages
+from seoro.lang.frontend import Checked, lower
 from seoro.lang.frontend import load as load_sources
+from seoro.lang.frozen import Value
 from seoro.lang.loader import PARSERS, Parsers, Reader, Sources, read_file
+from seoro.lang.lower.entry import find_entry
+from seoro.lang.plan import Plan
 from seoro.lang.recorder import Recorder
-from seoro.located import Locate, as_named
+from seoro.lang.source import SourceFile
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """A scenario file that has been checked.
+class Scenario(Value):
+    """Checked scenario file.
 
     Args:
-        checked: The file with all that it imports.
-        functions: The functions that carry out actions and modifiers.
+        checked: The file with all its imports.
+        functions: Functions that implement actions and modifiers.
+        on_plan: Called with the scenario, and the name and the plan of each plan without overrides, if any.
     """
 
     checked: Checked
     functions: BoundFunctions
+    on_plan: Callable[[Scenario, str | None, Plan], object] | None = None
 
     def __repr__(self) -> str:
         names = ", ".join(sorted(self.checked.scenarios)) or "no scenario"
         return f"<Scenario {self.checked.sources.entry.file.name}: {names}>"
 
     def without_errors(self) -> Scenario:
-        """Itself.
+        """Return the scenario itself.
 
         Raises:
-            InvalidScenario: It has errors; the exception prints them with their places.
+            InvalidScenario: The scenario has errors; the exception prints them with their places.
         """
         if self.checked.errors:
             raise InvalidScenario(self.checked.errors)
         return self
+
+    @property
+    def file(self) -> SourceFile:
+        """The file."""
+        return self.checked.sources.entry.file
+
+    @property
+    def files(self) -> tuple[SourceFile, ...]:
+        """The file and all its imports."""
+        return tuple(module.file for module in self.checked.sources.modules)
+
+    @property
+    def scenario_lines(self) -> frozenset[int]:
+        """The lines of the file that name its own scenarios, from 1."""
+        return frozenset(symbol.span.line for symbol in top_scenarios(self.checked))
+
+    def entry(self, name: str | None) -> Entry:
+        """Find the scenario to run, as `Runnable.entry`."""
+        symbol = find_entry(self.checked, name)
+        return Entry(symbol.qualified_name, symbol.span.line)
+
+    def plan(self, name: str | None, overrides: Mapping[str, str]) -> Plan:
+        """Make the plan of a scenario, as `Runnable.plan`."""
+        plan = lower(self.checked, name, overrides)
+        if self.on_plan is not None and not overrides:
+            self.on_plan(self, name, plan)
+        return plan
 
 
 def check_file(
@@ -53,28 +86,28 @@ def check_file(
     import_python: bool = True,
     modules: Iterable[ModuleType] = (),
     read: Reader = read_file,
-    locate: Locate = as_named,
+    locate: Locate = unchanged_path,
     recorder: Recorder | None = None,
     name: str | None = None,
     parsers: Parsers = PARSERS,
     known: BodyMessages | None = None,
     vet: Callable[[Sources], object] | None = None,
 ) -> Scenario:
-    """Parse and check a file; errors in its text, and in what it is bound to, stand in `.checked.diagnostics`.
+    """Parse and check a file, and bind its Python; errors are in `.checked.diagnostics`.
 
     Args:
         path: The file.
-        strict: Report the use of extensions to the standard, too.
-        import_python: Whether to import the Python modules of its libraries and external methods, which runs them,
-            and to match them with declarations. Without them it cannot be run.
+        strict: Whether to report extensions to the standard, too.
+        import_python: Whether to import (and thereby run) the Python modules of its libraries and external
+            methods, and to match them with declarations. Without them, the scenario cannot be run.
         modules: As `load`.
-        read: Gives the texts of files.
-        locate: Gives the places of those that are imported by absolute paths.
-        recorder: Is told what names mean and of what types values are.
-        name: How to call the file in messages; as its path unless said otherwise.
-        parsers: Parse the files.
-        known: What is known from an earlier check of the same file.
-        vet: Called with what was read, before any Python is imported; what it raises comes out.
+        read: Function that reads the text of a file.
+        locate: Function that maps absolute paths of imports.
+        recorder: Recorder of the meanings of names and the types of values.
+        name: Name of the file in messages; by default its path.
+        parsers: Parsers of the files.
+        known: Messages from an earlier check of the same file.
+        vet: Called with the sources before any Python is imported; its exceptions propagate.
     """
     sources = load_sources(Path(path), name or str(path), read, locate, parsers)
     if vet is not None:
@@ -82,7 +115,7 @@ def check_file(
     bound = bind_sources(
         sources, strict=strict, is_own_only=not import_python, given=modules, recorder=recorder, known=known
     )
-    return Scenario(bound.checked, bound.functions)
+    return Scenario(*bound)
 
 
 def load(path: AnyPath, *, modules: Iterable[ModuleType] = ()) -> Scenario:
@@ -90,13 +123,13 @@ def load(path: AnyPath, *, modules: Iterable[ModuleType] = ()) -> Scenario:
 
     Args:
         path: The file.
-        modules: Python modules with actions, beside those of libraries, and before them.
+        modules: Python modules with actions; they take precedence over those of libraries.
 
     Raises:
-        InvalidScenario: It has errors; the exception prints them with their places.
-        InvalidUse: An argument is of a wrong type.
+        InvalidScenario: The scenario has errors; the exception prints them with their places.
+        UsageError: An argument has a wrong type.
     """
     return check_file(to_path("path", path), modules=to_modules("modules", modules)).without_errors()
 
 
-to_scenario = instance_of(Scenario, 'seoro.load("maze.osc")')
+to_scenario = instance_of(Scenario, "a seoro.Scenario", 'for example seoro.load("maze.osc")')

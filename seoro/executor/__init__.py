@@ -1,8 +1,12 @@
-"""Executors: they take scenarios over the network, run them one after the other or some at a time, and keep what
-comes of them.
+"""Executors: services that accept scenarios over the network, run them and keep their results.
 
-`store.py` keeps runs in SQLite and their files in folders, `blobs.py` the contents of bundles. `order.py` says
-which run is next, `queue.py` sees to it until its end, `workers.py` gets a process for it, which `template.py`
-makes and in which `worker.py` runs it; `frames.py` is what these say to each other. `policy.py` says what
-scenarios must not do here. `serving.py` answers clients, and `running.py` puts it all together.
+- `service` starts an executor; `endpoint` receives its requests, `authorizer` admits them within `limits`, and
+  `handlers` answers them.
+- `permissions` rejects what scenarios must not do here; `job` describes one run to its process.
+- `runs`: queued and active runs, their slots and limits.
+- `process`: the processes in which runs execute.
+- `sandbox`: what these processes see of the machine.
+- `storage`: runs, bundles and disk quotas.
+
+May import everything of seoro but `cli`, `doctor`, `lsp` and `client`.
 """

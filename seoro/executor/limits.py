@@ -1,26 +1,6 @@
-"""What an executor lets those of each role do: a file that people write.
+"""Policy of an executor: limits for each role, from a YAML file (`docs/how-to/keys.md`).
 
-    everybody:
-      allow: [python]     # as `--allow`
-      reach: [tcp/192.168.0.7:7447]  # endpoints on other machines
-      commands: 50        # a second, on average; ten times as many at once
-    roles:
-      operator:
-        bundle: 256       # [MiB] that a scenario may have
-        kept: 512         # [MiB] of files that one has sent, kept to spare sending them again
-        free: 2048        # [MiB] of disk that stay free: else nothing is taken
-        waiting: 20       # runs of one that wait at most
-        running: 2        # runs of one that go on at a time
-        time: 3600        # [s] that a run may take, beside what it waits for robots
-        memory: 4096      # [MiB] that the processes of a run may have together
-        processes: 200    # of a run
-        trace: 1024       # [MiB] of a run
-        output: 4096      # [MiB] of files that a run leaves
-        log: 64           # [MiB] that the processes of a run print
-        environment: [FLEET_*]  # variables that runs see, beside those of `environment.py`
-        sandbox: required   # or auto: where the system has the means; or off
-
-What a role does not say is as for everybody.
+Missing fields of a role are taken from `everybody`, then from the defaults.
 """
 
 from __future__ import annotations
@@ -35,46 +15,67 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.errors import InvalidUse
-from seoro.keys.roles import PEOPLE
-from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
+from seoro.errors import UsageError
+from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
+from seoro.security.keys.roles import PEOPLE
 
 MEBIBYTE: Final = 1 << 20
-BURST: Final = 10.0  # [s] for which commands may be saved up
+BURST: Final = 10.0  # [s] of unused commands that may be sent in a burst
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Limits(BaseModel):
-    """What somebody may do; None leaves it to what holds for everybody, and there to seoro."""
+    """Limits of a client; None for the limit of `everybody`, and there for the default.
+
+    Attributes:
+        allow: Permissions of scenarios, as of `--allow`.
+        reach: Endpoints on other machines that scenarios may reach.
+        commands: Requests per second, on average; ten times as many in a burst.
+        bundle: Size of a scenario with its files [MiB].
+        kept: Size of sent files that are kept for each client [MiB].
+        free: Disk space that stays free [MiB].
+        waiting: Waiting runs of a client.
+        running: Active runs of a client.
+        time: Duration of a run, without its wait for robots [s].
+        memory: Memory of all processes of a run [MiB].
+        processes: Processes of a run.
+        trace: Size of the trace of a run [MiB].
+        output: Size of the output files of a run [MiB].
+        log: Size of the printed output of a run [MiB].
+        environment: Further variables of runs, by name or pattern (see `environment.py`).
+        sandbox: `required`, `auto` (if the system supports sandboxes) or `off`.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    allow: tuple[str, ...] | None = None
-    reach: tuple[str, ...] | None = None
-    commands: Positive | None = None
-    bundle: Annotated[int, Field(ge=1, le=wire.MAX_BUNDLE // MEBIBYTE)] | None = None
-    kept: Count | None = None
-    free: Annotated[int, Field(ge=0)] | None = None
-    waiting: Count | None = None
-    running: Count | None = None
-    time: Positive | None = None
-    memory: Count | None = None
-    processes: Count | None = None
-    trace: Count | None = None
-    output: Count | None = None
-    log: Count | None = None
-    environment: tuple[str, ...] | None = None
-    sandbox: Literal["required", "auto", "off"] | None = None
+    allow: tuple[str, ...] | None = None  # permissions, as `--allow`
+    reach: tuple[str, ...] | None = None  # endpoints on other machines
+    commands: Positive | None = None  # requests per second on average; ten times as many in a burst
+    bundle: Annotated[int, Field(ge=1, le=wire.MAX_BUNDLE // MEBIBYTE)] | None = (
+        None  # [MiB] of a scenario with its files
+    )
+    kept: Count | None = None  # [MiB] of sent files that are kept for each client
+    free: Annotated[int, Field(ge=0)] | None = None  # [MiB] of the disk that stay free
+    waiting: Count | None = None  # waiting runs of a client
+    running: Count | None = None  # running runs of a client
+    time: Positive | None = None  # [s] of a run, without waits for robots
+    memory: Count | None = None  # [MiB] of all processes of a run
+    processes: Count | None = None  # of a run
+    trace: Count | None = None  # [MiB] of a run
+    output: Count | None = None  # [MiB] output files of a run
+    log: Count | None = None  # [MiB] printed output of a run
+    environment: tuple[str, ...] | None = None  # variables that runs see, besides those of `environment.py`
+    sandbox: Literal["required", "auto", "off"] | None = None  # `auto`: if the system supports it
 
     def over(self, other: Limits) -> Limits:
-        """These, and those of another where these say nothing."""
+        """Return these limits, with missing ones from `other`."""
         return other.model_copy(update=self.model_dump(exclude_none=True))
 
     @property
     def allowed(self) -> tuple[str, ...]:
-        """What scenarios may do that they else may not."""
+        """Names of permissions for scenarios."""
         return self.allow or ()
 
     @property
@@ -84,30 +85,30 @@ class Limits(BaseModel):
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Names, or patterns of names, of further environment variables that runs see."""
+        """Names or patterns of further environment variables that runs see."""
         return self.environment or ()
 
     @property
     def largest_file(self) -> int:
-        """How large a file may get that a run writes [bytes]."""
-        assert self.output is not None, "the limits of an executor have it"
+        """Size limit of a file that a run writes [bytes]."""
+        assert self.output is not None, "set by the default limits"
         return self.output * MEBIBYTE
 
     @property
     def largest_memory(self) -> int | None:
-        """Memory that the processes of a run may have together [bytes]; None for no limit."""
+        """Memory limit of all processes of a run [bytes]; None for no limit."""
         return None if self.memory is None else self.memory * MEBIBYTE
 
     @property
-    def kept_of_one(self) -> int:
-        """How much is kept of one, beside their runs [bytes]: a scenario at least, else none could be sent."""
-        assert self.kept is not None, "the limits of an executor have it"
+    def blob_quota(self) -> int:
+        """Size of files that are kept for a client [bytes]; large enough for one scenario."""
+        assert self.kept is not None, "set by the default limits"
         return max(self.kept, self.bundle or 0) * MEBIBYTE
 
     @property
     def rate(self) -> tuple[float, float]:
-        """Commands a second, and at once."""
-        assert self.commands is not None, "the limits of an executor have it"
+        """Rate [1/s] and burst of commands."""
+        assert self.commands is not None, "set by the default limits"
         return self.commands, BURST * self.commands
 
 
@@ -129,7 +130,7 @@ DEFAULT: Final = Limits(
 
 
 class Policy(BaseModel):
-    """The limits of an executor."""
+    """Common limits of an executor, and limits of each role."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -137,11 +138,11 @@ class Policy(BaseModel):
     roles: Mapping[str, Limits] = Field(default_factory=dict)
 
     def of(self, role: str) -> Limits:
-        """What those of a role may do; of an empty one, those who have no keys."""
+        """Return the limits of a role; an empty role is that of clients without keys."""
         return self.roles.get(role, Limits()).over(self.everybody).over(DEFAULT)
 
     def also(self, allowed: frozenset[str], reach: frozenset[str] = frozenset()) -> Policy:
-        """The same, and something that everybody may do, and endpoints that everybody may reach."""
+        """Return this policy with further permissions and endpoints for all roles."""
 
         def extended(limits: Limits, allow: tuple[str, ...] | None, to: tuple[str, ...] | None) -> Limits:
             more = Limits(
@@ -155,81 +156,85 @@ class Policy(BaseModel):
         return self.model_copy(update={"everybody": everybody, "roles": roles})
 
     @property
+    def _all(self) -> tuple[Limits, ...]:
+        return (self.everybody, *self.roles.values())
+
+    @property
     def allowed(self) -> frozenset[str]:
-        """All that somebody may do."""
-        return frozenset({*self.everybody.allowed}.union(*(limits.allowed for limits in self.roles.values())))
+        """Permissions of any role."""
+        return frozenset(name for limits in self._all for name in limits.allowed)
 
     @property
     def sandboxes_nobody(self) -> bool:
-        """Whether nobody's runs may be sandboxed."""
+        """Whether sandboxes are off for all roles."""
         roles = all(limits.sandbox in (None, "off") for limits in self.roles.values())
         return self.everybody.sandbox == "off" and roles
 
     @property
     def requires_sandbox(self) -> bool:
-        """Whether somebody's runs must be sandboxed."""
-        return any(limits.sandbox == "required" for limits in (self.everybody, *self.roles.values()))
+        """Whether sandboxes are required for any role."""
+        return any(limits.sandbox == "required" for limits in self._all)
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Names, or patterns of names, of environment variables that somebody's runs see."""
-        each = (self.everybody, *self.roles.values())
-        return tuple(sorted({name for limits in each for name in limits.variables}))
+        """Names or patterns of environment variables that runs of any role see."""
+        return tuple(sorted({name for limits in self._all for name in limits.variables}))
 
 
 def limit_reached(what: str, name: str) -> str:
-    """Text for a run that was ended by a limit.
+    """Return the message of a run that was ended by a limit.
 
     Args:
-        what: The limit and its value.
-        name: Of the field of `Limits` that raises it.
+        what: Description of the limit, with its value.
+        name: Field of `Limits` that sets it.
     """
     return f"limit reached: {what}; to raise it, set `{name}` in the executor's policy (`seoro serve --policy`)"
 
 
 def check_submission(submission: wire.Submission, limits: Limits, waiting: int) -> None:
-    """Check that a run keeps within the limits of its submitter.
+    """Check that a submission is within the limits of its client.
 
     Args:
-        submission: The run.
-        limits: Of who submits it.
-        waiting: How many of theirs wait.
+        submission: The submission.
+        limits: Limits of the client.
+        waiting: Number of waiting runs of the client.
 
     Raises:
-        RequestRefused: It does not.
+        RequestRefused: A limit is exceeded.
     """
     size = sum(file.size for file in submission.manifest.files)
     if limits.bundle is not None and size > limits.bundle * MEBIBYTE:
         raise RequestRefused(
             Result.OPERATION_FAILED,
-            f"the scenario has {size / MEBIBYTE:.1f} MiB of files, more than the {limits.bundle} MiB that it may",
+            f"the files of the scenario have {size / MEBIBYTE:.1f} MiB; the limit of this executor is "
+            f"{limits.bundle} MiB (`bundle` in its policy)",
         )
     if limits.waiting is not None and waiting >= limits.waiting:
         raise RequestRefused(
             Result.OPERATION_FAILED,
-            f"{waiting} of your runs wait already, which is as many as may: try again later",
+            f"{waiting} of your runs are already waiting, which is the limit (`waiting` in the policy): try again "
+            "later",
         )
 
 
 def read_policy(path: Path) -> Policy:
-    """The policy in a file.
+    """Read a policy file.
 
     Raises:
-        InvalidUse: There is none, or it is wrong.
+        UsageError: The file is missing or invalid.
     """
     try:
         text = read_text(path)
         data = read_yaml(text, str(path))
         policy = Policy.model_validate({} if data is None else data)
     except FileError as error:
-        raise InvalidUse(str(error)) from error
+        raise UsageError(str(error)) from error
     except ValidationError as error:
-        raise InvalidUse(problems(error, Lines(text, str(path)), Policy)) from error
+        raise UsageError(describe_errors(error, Lines(text, str(path)), Policy)) from error
     known = [role.value for role in PEOPLE]
     for role in policy.roles:
         if role not in known:
-            raise InvalidUse(
-                f"{Lines(text, str(path)).at(['roles', role])}: nobody submits as '{role}'",
-                help=f"there are {', '.join(known)}",
+            raise UsageError(
+                f"{Lines(text, str(path)).at(['roles', role])}: unknown role '{role}' (roles: {', '.join(known)})"
             )
     return policy

@@ -1,4 +1,6 @@
-"""Lab files: which simulator or robot serves which actor of a run.
+"""Labs: files that assign simulators and robots to actors, and commands to the nodes of a lab.
 
-`schema.py` is the form of the file, `reading.py` reads it, `opening.py` starts and connects what it names.
+`Lab` is a lab file that was read by `schema`. `open_lab` starts and connects its nodes for a run, with robots that
+`binding` assigns, after `waiting` for busy ones; `teardown` follows the run. `status`, `probes` and `commands`
+show and control the nodes without a run. May import the bridges, security and runtime.
 """

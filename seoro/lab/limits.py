@@ -1,4 +1,4 @@
-"""What a run may ask of the robots of a lab at most: refused before it is sent."""
+"""Limits of the requests of a run to lab robots, checked before a request is sent."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from seoro.lab.schema import AreaFile, LimitsFile
 
 
 def limit_requests(node: SimulatorNode | RobotNode, limits: Mapping[str, tuple[LimitsFile, str]]) -> None:
-    """Hold the requests of a run to limits.
+    """Reject requests of a run to a node that exceed limits.
 
     Args:
         node: The node.
-        limits: Of its robots, by their names there, each with its place in the lab file.
+        limits: Limits of its robots, by their names at the node, with their positions in the lab file.
     """
 
     def vet(request: wire.Message) -> None:
@@ -43,15 +43,15 @@ def _check(robot: str, request: wire.Message, limit: LimitsFile, place: str) -> 
 def _check_speed(robot: str, speed: float, limit: LimitsFile, place: str) -> None:
     if limit.speed is not None and abs(speed) > limit.speed:
         raise BackendRefused(
-            f"{speed:g} m/s is beyond the limit of the robot '{robot}' in this lab, {limit.speed:g} m/s ({place})",
+            f"{speed:g} m/s exceeds the limit of the robot '{robot}' in this lab, {limit.speed:g} m/s ({place})",
             wire.Result.OPERATION_FAILED,
         )
 
 
-def _check_place(robot: str, pose: wire.Pose, area: AreaFile, place: str) -> None:
+def _check_place(robot: str, pose: wire.Pose3D, area: AreaFile, place: str) -> None:
     x, y = pose.position.x, pose.position.y
-    if not area.has(x, y):
+    if not area.contains(x, y):
         raise BackendRefused(
-            f"x {x:g} m, y {y:g} m is outside of the area of the robot '{robot}' in this lab, {area} ({place})",
+            f"x {x:g} m, y {y:g} m is outside the area of the robot '{robot}' in this lab, {area} ({place})",
             wire.Result.OPERATION_FAILED,
         )

@@ -1,4 +1,4 @@
-"""Starting and connecting what a run needs of a lab: its simulator, and its robots, which it holds."""
+"""Start and connections of the nodes of a lab for a run, which holds its robots."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from pathlib import Path
 from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator
 from seoro.bridges.models import ModelPath
-from seoro.bridges.robot.connecting import Claim, NoSuchRobot, connect_robots
+from seoro.bridges.robot.connecting import Claim, UnknownRobot, connect_robots
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.sim.node import SimulatorNode
-from seoro.errors import InvalidUse
-from seoro.lab.aftermath import Aftermath
+from seoro.errors import UsageError
 from seoro.lab.binding import States, bind
 from seoro.lab.limits import limit_requests
 from seoro.lab.readiness import check_ready, needs_state
 from seoro.lab.reading import Lab
-from seoro.lab.resetting import Resets, Resetting
+from seoro.lab.resetting import ResetRun, Resets
 from seoro.lab.schema import LimitsFile
-from seoro.lab.seeing import look
-from seoro.lab.wishes import Wish
-from seoro.runtime.homes import Home, Placement
+from seoro.lab.selectors import Selector
+from seoro.lab.status import read_states
+from seoro.lab.teardown import Teardown
+from seoro.runtime.execution.assignment import Home, Placement
 
 Node = SimulatorNode | RobotNode
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What a run wants of a lab.
+class LabRequest:
+    """Request of a run to a lab.
 
     Args:
-        seed: For everything that a simulator draws.
-        models: Where models to spawn are looked up.
-        resets: Loads scenarios by which robots are left in order.
-        purpose: What robots are held for, for others who want them.
-        actors: Names of the scenario's actors.
-        wishes: What actors are to be, for whom that is said.
+        seed: Random seed of simulators.
+        models: Search path of models to spawn.
+        resets: Loads the reset scenarios of robots.
+        purpose: Purpose of the hold, shown to other clients.
+        actors: Names of the actors of the scenario.
+        selectors: Selectors of actors that have one.
     """
 
     seed: int
@@ -46,63 +46,65 @@ class Wanted:
     resets: Resets
     purpose: str
     actors: frozenset[str] = frozenset()
-    wishes: Mapping[str, Wish] = field(default_factory=dict)
+    selectors: Mapping[str, Selector] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class OpenLab:
-    """What a lab consists of while a run goes on.
+    """Connections of a lab during a run.
 
     Attributes:
-        simulator: The simulator, if there is one.
-        bridges: The bridges, whose robots are held.
-        placements: Where actors live, by their names.
-        aftermath: What follows.
+        simulator: The simulator; None without one.
+        bridges: The bridges with held robots.
+        placements: Robots of the actors, by the names of the actors.
+        teardown: Teardown after the run.
     """
 
     simulator: SimulatorNode | None
     bridges: tuple[RobotNode, ...]
     placements: Mapping[str, Placement]
-    aftermath: Aftermath
+    teardown: Teardown
 
     @property
     def backends(self) -> tuple[Node, ...]:
-        """All of them, simulators first: they are asked for what is anybody's to do."""
+        """All nodes; the simulator comes first, as the preferred backend."""
         return (*(() if self.simulator is None else (self.simulator,)), *self.bridges)
 
 
 @asynccontextmanager
-async def open_lab(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[OpenLab]:
-    """Have all that a run needs of a lab for as long as the block lasts; all of it, or nothing.
+async def open_lab(lab: Lab, wanted: LabRequest, claim: Claim) -> AsyncIterator[OpenLab]:
+    """Acquire all nodes and robots of a lab that a run needs, while the block lasts.
 
     Args:
         lab: The lab.
-        wanted: What the run wants.
-        claim: By what it claims robots.
+        wanted: Request of the run.
+        claim: Claim of the robots.
 
     Raises:
-        RobotsTaken: Others have something of it.
-        InvalidUse: Something is not there, or cannot be had.
+        RobotsBusy: Another client holds a robot.
+        UsageError: A robot is unknown or not ready, or a claim is refused.
         BackendError: The simulator did not start.
     """
-    states = await _states(lab) if wanted.wishes else {}
-    bound = bind(lab, wanted.actors, wanted.wishes, states, claim.lease, may_wait=claim.waits)
+    states = await _states(lab) if wanted.selectors else {}
+    bound = bind(lab, wanted.actors, wanted.selectors, states, claim.lease, may_wait=claim.waits)
     loaded = {
-        robot: wanted.resets(path, lab.place(robot)) for robot in bound.values() if (path := lab.reset_of(robot))
+        robot: wanted.resets(path, lab.position_of(robot))
+        for robot in bound.values()
+        if (path := lab.reset_of(robot))
     }
     async with AsyncExitStack() as stack:
         nodes: dict[str, Node] = {}
-        # In one order wherever they are written, simulators that have to be started last.
-        for name, bridge in sorted(lab.bridges.items(), key=lambda each: (each[1].name or "", each[1].connect)):
-            living = [robot for robot in bound.values() if lab.robots[robot].where == name]
-            robots = tuple(sorted({lab.called(robot) for robot in living}))
+        # All runs acquire in the same order; a simulator is started last.
+        for name, bridge in sorted(lab.bridges.items(), key=lambda item: (item[1].name or "", item[1].connect)):
+            served = [robot for robot in bound.values() if lab.robots[robot].where == name]
+            robots = tuple(sorted({lab.remote_name(robot) for robot in served}))
             if robots:
                 opened = connect_robots(bridge.connect, wanted.purpose, bridge.name, robots, claim)
                 try:
                     nodes[name] = await stack.enter_async_context(opened)
-                except NoSuchRobot as unknown:
-                    robot = next(each for each in living if f"'{lab.called(each)}'" in str(unknown))
-                    raise InvalidUse(f"{lab.place(robot)}: robots.{robot}: {unknown} in {name}") from unknown
+                except UnknownRobot as unknown:
+                    robot = next(each for each in served if f"'{lab.remote_name(each)}'" in str(unknown))
+                    raise UsageError(f"{lab.position_of(robot)}: robots.{robot}: {unknown} in {name}") from unknown
         if lab.simulator is not None:
             name, _ = lab.simulator
             nodes[name] = await stack.enter_async_context(_simulator(lab, wanted, claim))
@@ -117,14 +119,14 @@ async def open_lab(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[Open
             after = lab.robots[robot].after
             if robot in loaded and after is not None:
                 node = nodes[lab.robots[robot].where]
-                resets[robot] = Resetting(loaded[robot], node, placements[actor], wanted.seed, after.within)
-        aftermath = Aftermath(lab, {robot: nodes[lab.robots[robot].where] for robot in bound.values()}, resets)
-        async with aftermath.following():
-            yield OpenLab(simulator, bridges, placements, aftermath)
+                resets[robot] = ResetRun(loaded[robot], node, placements[actor], wanted.seed, after.within)
+        teardown = Teardown(lab, {robot: nodes[lab.robots[robot].where] for robot in bound.values()}, resets)
+        async with teardown.after_block():
+            yield OpenLab(simulator, bridges, placements, teardown)
 
 
 @asynccontextmanager
-async def _simulator(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[SimulatorNode]:
+async def _simulator(lab: Lab, wanted: LabRequest, claim: Claim) -> AsyncIterator[SimulatorNode]:
     assert lab.simulator is not None
     _, file = lab.simulator
     world = lab.world if lab.world is None else str(wanted.models.locate(Path(lab.world)))
@@ -132,48 +134,48 @@ async def _simulator(lab: Lab, wanted: Wanted, claim: Claim) -> AsyncIterator[Si
     if file.connect is not None:
         opened = connect_simulator(file.connect, options, file.name, wanted.purpose, claim)
     else:
-        assert file.simulator is not None, "the schema asks for one or the other"
+        assert file.simulator is not None, "the schema requires one of the two"
         opened = start_simulator(file.simulator, options)
     async with opened as node:
         yield node
 
 
 async def _states(lab: Lab) -> States:
-    """How the robots of a lab are, by their names in it."""
-    found = {(each.endpoint, each.node): each for each in await look(lab.endpoints)}
+    """Return the states of the robots of a lab, by their names in the lab."""
+    found = {(each.endpoint, each.node): each for each in await read_states(lab.endpoints)}
     states: dict[str, wire.RobotState | str] = {}
     for name, robot in lab.robots.items():
         endpoint, node_name = lab.address(robot.where)
         if endpoint is None:
-            states[name] = wire.RobotState(name=name, kinds=())  # of a simulator that is started for the run
+            states[name] = wire.RobotState(name=name, kinds=())  # at a simulator that is started for the run
             continue
         nodes = [each for (where, node), each in found.items() if where == endpoint and node_name in (None, node)]
         states[name] = f"nothing answers at {endpoint}"
         for node in nodes:
             known = () if node.state is None else node.state.robots
             for state in known:
-                if state.name == lab.called(name):
+                if state.name == lab.remote_name(name):
                     states[name] = state
-            if node.why:
-                states[name] = node.why
+            if node.problem:
+                states[name] = node.problem
     return states
 
 
 def _placements(lab: Lab, bound: Mapping[str, str], nodes: Mapping[str, Node]) -> Mapping[str, Placement]:
     placements = {}
     for actor, robot in bound.items():
-        where, called = lab.robots[robot].where, lab.called(robot)
+        where, name = lab.robots[robot].where, lab.remote_name(robot)
         node = nodes[where]
-        found = next((each for each in node.robots if each.name == called), None)
+        found = next((each for each in node.robots if each.name == name), None)
         if found is None:
             known = ", ".join(sorted(each.name for each in node.robots))
-            raise InvalidUse(
-                f"{lab.place(robot)}: robots.{robot}: there is no robot '{called}' in {where}",
+            raise UsageError(
+                f"{lab.position_of(robot)}: robots.{robot}: unknown robot '{name}' in {where}",
                 help=f"robots of {where}: {known}",
             )
         if isinstance(node, SimulatorNode):
             node.reserve(found)
-        placements[actor] = Placement(Home(node, called), found.kinds, lab.place(robot))
+        placements[actor] = Placement(Home(node, name), found.kinds, lab.position_of(robot))
     return placements
 
 
@@ -182,10 +184,10 @@ async def _check_ready(lab: Lab, bound: Mapping[str, str], nodes: Mapping[str, N
         if not needs_state(lab.robots[robot].before):
             continue
         states = (await nodes[lab.robots[robot].where].ask(wire.GET_LAB_STATE, wire.Empty())).robots
-        check_ready(lab, robot, next(state for state in states if state.name == lab.called(robot)))
+        check_ready(lab, robot, next(state for state in states if state.name == lab.remote_name(robot)))
 
 
 def _limits(lab: Lab, bound: Mapping[str, str], node: str) -> Iterator[tuple[str, tuple[LimitsFile, str]]]:
     for robot in bound.values():
         if lab.robots[robot].where == node:
-            yield lab.called(robot), (lab.robots[robot].limits, lab.place(robot))
+            yield lab.remote_name(robot), (lab.robots[robot].limits, lab.position_of(robot))

@@ -1,23 +1,23 @@
-"""Whether a robot is ready for a run: what the lab asks for before one, and whether somebody has it."""
+"""Readiness of a robot for a run: conditions of the lab file, and holders and leases."""
 
 from __future__ import annotations
 
 from seoro.bridges import wire
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lab.reading import Lab
 from seoro.lab.schema import BeforeFile
 
 
-def hindrances(before: BeforeFile, state: wire.RobotState | str, lease: str) -> tuple[list[str], list[str]]:
-    """What keeps a robot from being had.
+def conflicts(before: BeforeFile, state: wire.RobotState | str, lease: str) -> tuple[list[str], list[str]]:
+    """Return the reasons why a robot cannot be acquired.
 
     Args:
-        before: What has to be so.
-        state: How it is; or why that cannot be known.
-        lease: Id of the lease by hand that the run has.
+        before: Conditions before a run.
+        state: State of the robot, or the reason if it is unknown.
+        lease: Id of the manual lease of the run.
 
     Returns:
-        What is not as it has to be, and who has it, both in words.
+        Unmet conditions, and holders of the robot, as text.
     """
     if isinstance(state, str):
         return [state], []
@@ -28,39 +28,39 @@ def hindrances(before: BeforeFile, state: wire.RobotState | str, lease: str) -> 
         occupied.append(f"leased ({state.lease.purpose or state.lease.lease})")
     if not state.holder and state.waiting:
         occupied.append(f"{state.waiting[0]} waits for it")
-    return unready(before, state), occupied
+    return unmet_conditions(before, state), occupied
 
 
-def unready(before: BeforeFile, state: wire.RobotState) -> list[str]:
-    """What of a robot is not as it has to be before a run, in words."""
+def unmet_conditions(before: BeforeFile, state: wire.RobotState) -> list[str]:
+    """Return the conditions that a robot does not meet before a run, as text."""
     found = []
     if before.battery is not None:
         if state.battery is None:
-            found.append("the charge of its battery is not known")
+            found.append("the charge of its battery is unknown")
         elif state.battery < before.battery:
             found.append(f"its battery is at {state.battery:.0%}, below {before.battery:.0%}")
     if before.localised and not state.localised:
-        found.append("it does not know where it is")
+        found.append("it is not localised")
     if before.area is not None:
         if state.position is None:
-            found.append("where it is cannot be known")
-        elif not before.area.has(*state.position):
+            found.append("its position is unknown")
+        elif not before.area.contains(*state.position):
             x, y = state.position
-            found.append(f"it is at x {x:.2f} m, y {y:.2f} m, and has to be in {before.area}")
+            found.append(f"it is at x {x:.2f} m, y {y:.2f} m, outside of {before.area}")
     return found
 
 
 def needs_state(before: BeforeFile) -> bool:
-    """Whether something has to be so before a run."""
+    """Whether a robot has conditions before a run."""
     return before != BeforeFile()
 
 
 def check_ready(lab: Lab, name: str, state: wire.RobotState) -> None:
-    """Refuse a run with a robot that is not as the lab asks for.
+    """Check that a robot meets its conditions before a run.
 
     Raises:
-        InvalidUse: It is not; lists everything.
+        UsageError: A condition is not met; lists all of them.
     """
-    found = unready(lab.robots[name].before, state)
+    found = unmet_conditions(lab.robots[name].before, state)
     if found:
-        raise InvalidUse(f"{lab.place(name)}: robots.{name} is not ready: {'; '.join(found)}")
+        raise UsageError(f"{lab.position_of(name)}: robots.{name} is not ready: {'; '.join(found)}")

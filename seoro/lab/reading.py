@@ -1,4 +1,4 @@
-"""Reading lab files, and finding what is wrong with them before anything is started."""
+"""Reading and checking of lab files."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from seoro.errors import InvalidUse
-from seoro.input_files import resolved
+from seoro.errors import UsageError
+from seoro.files.inputs import resolved
+from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
 from seoro.lab.schema import BridgeFile, LabFile, RobotFile, SimulatorFile
-from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
 
 
 class Lab:
-    """A lab file that has been read.
+    """A lab file that was read.
 
     Args:
-        file: What it says.
-        lines: Where in the file it says so.
-        folder: Of the file.
+        file: Content of the file.
+        lines: Positions of its keys.
+        folder: Folder of the file.
     """
 
     def __init__(self, file: LabFile, lines: Lines, folder: Path) -> None:
@@ -29,54 +29,57 @@ class Lab:
 
     @property
     def simulator(self) -> tuple[str, SimulatorFile] | None:
-        """The simulator with its name in the lab, if there is one."""
+        """Name in the lab and description of the simulator; None without one."""
         return next(iter(self._file.simulators.items()), None)
 
     @property
     def world(self) -> str | None:
-        """The world of the simulator; a file with its folder."""
+        """World of the simulator; a world file with an absolute path."""
         if self.simulator is None or (world := self.simulator[1].world) is None:
             return None
         return str(resolved(self._folder / world)) if Path(world).suffix in {".yaml", ".yml"} else world
 
     @property
     def bridges(self) -> Mapping[str, BridgeFile]:
-        """The bridges, by their names in the lab."""
+        """Bridges, by their names in the lab."""
         return self._file.bridges
 
     @property
     def robots(self) -> Mapping[str, RobotFile]:
-        """The robots, by their names, which are those of actors unless actors are bound otherwise."""
+        """Robots, by their names in the lab, which are those of their actors by default."""
         return self._file.robots
 
     @property
     def endpoints(self) -> tuple[str, ...]:
-        """Where everything of it is reached that runs already."""
+        """Endpoints of all running nodes."""
         named = [each.connect for each in self._file.bridges.values()]
         named += [each.connect for each in self._file.simulators.values() if each.connect is not None]
         return tuple(dict.fromkeys(named))
 
     def address(self, where: str) -> tuple[str | None, str | None]:
-        """Endpoint of a simulator or bridge, None if it is started for runs, and its name there if it has one."""
+        """Return the endpoint of a simulator or bridge and its name there.
+
+        Without an endpoint, the simulator is started for runs; without a name, it is the only node there.
+        """
         if where in self._file.bridges:
             bridge = self._file.bridges[where]
             return bridge.connect, bridge.name
         simulator = self._file.simulators[where]
         return simulator.connect, simulator.name
 
-    def called(self, robot: str) -> str:
-        """What a robot is called where it lives."""
-        return self._file.robots[robot].called or robot
+    def remote_name(self, robot: str) -> str:
+        """Return the name of a robot at its node."""
+        return self._file.robots[robot].name_there or robot
 
-    def place(self, actor: str) -> str:
-        """The file and line where it has a robot."""
+    def position_of(self, actor: str) -> str:
+        """Return the file and line of the robot of an actor."""
         return self._lines.at(("robots", actor))
 
     def reset_of(self, robot: str) -> Path | None:
-        """The file of the scenario by which a robot is left in order, if it is.
+        """Return the file of the reset scenario of a robot; None without one.
 
         Raises:
-            InvalidUse: There is no such file.
+            UsageError: The file is missing.
         """
         after = self._file.robots[robot].after
         if after is None or after.scenario is None:
@@ -84,49 +87,49 @@ class Lab:
         path = self._folder / after.scenario
         if not path.is_file():
             place = self._lines.at(("robots", robot, "after", "scenario"))
-            raise InvalidUse(f"{place}: robots.{robot}.after: there is no file {path}")
+            raise UsageError(f"{place}: robots.{robot}.after: file not found: {path}")
         return path
 
     def check(self) -> None:
-        """Check what the form alone does not tell.
+        """Check rules that the schema does not express.
 
         Raises:
-            InvalidUse: Something cannot be; lists everything that cannot.
+            UsageError: A rule is broken; lists all problems.
         """
-        found = list(self._contradictions())
+        found = list(self._conflicts())
         if found:
-            raise InvalidUse("; ".join(found))
+            raise UsageError("; ".join(found))
 
-    def _contradictions(self) -> Iterator[str]:
+    def _conflicts(self) -> Iterator[str]:
         file, at = self._file, self._lines.at
         if not file.simulators and not file.bridges:
             yield f"{at(())}: the lab has neither a simulator nor a bridge"
         for name in list(file.simulators)[1:]:
             yield (
-                f"{at(('simulators', name))}: simulators.{name}: the clock of a run is that of one simulator: put "
-                f"what is simulated into {next(iter(file.simulators))}"
+                f"{at(('simulators', name))}: simulators.{name}: a run has one simulator, which is its clock: put "
+                f"all simulated robots into {next(iter(file.simulators))}"
             )
         for name in file.simulators.keys() & file.bridges.keys():
-            yield f"{at(('bridges', name))}: bridges.{name}: a simulator is called {name}, too"
+            yield f"{at(('bridges', name))}: bridges.{name}: duplicate name, also of a simulator"
         known = {*file.simulators, *file.bridges}
         taken: dict[tuple[str, str], str] = {}
         for actor, robot in file.robots.items():
             if robot.where not in known:
                 yield (
-                    f"{at(('robots', actor, 'in'))}: robots.{actor}: there is no simulator and no bridge "
-                    f"'{robot.where}' in this lab: there are {', '.join(sorted(known))}"
+                    f"{at(('robots', actor, 'in'))}: robots.{actor}: unknown simulator or bridge "
+                    f"'{robot.where}' (simulators and bridges of this file: {', '.join(sorted(known)) or 'none'})"
                 )
-            home = (robot.where, robot.called or actor)
-            if home in taken:
-                yield f"{self.place(actor)}: robots.{actor}: {taken[home]} lives in that robot already"
-            taken[home] = actor
+            remote = (robot.where, robot.name_there or actor)
+            if remote in taken:
+                yield f"{self.position_of(actor)}: robots.{actor}: duplicate robot, also of {taken[remote]}"
+            taken[remote] = actor
 
 
 def read_lab(path: Path) -> Lab:
     """Read a lab file.
 
     Raises:
-        InvalidUse: It cannot be read, or something in it is wrong; the message has the file and the line.
+        UsageError: The file cannot be read or is invalid; the message has the file and the line.
     """
     try:
         text = read_text(path)
@@ -134,8 +137,8 @@ def read_lab(path: Path) -> Lab:
         lines = Lines(text, str(path))
         lab = Lab(LabFile.model_validate(content), lines, path.parent)
     except FileError as error:
-        raise InvalidUse(str(error)) from error
+        raise UsageError(str(error)) from error
     except ValidationError as error:
-        raise InvalidUse(problems(error, lines, LabFile)) from error
+        raise UsageError(describe_errors(error, lines, LabFile)) from error
     lab.check()
     return lab

@@ -1,4 +1,4 @@
-"""A scenario by which a robot is left in order after a run: a run of its own, in what the first has open."""
+"""Reset scenarios of robots after a run, which use the connections of the run."""
 
 from __future__ import annotations
 
@@ -9,28 +9,27 @@ from pathlib import Path
 
 import anyio
 
-from seoro.background import background
-from seoro.bindings.implementations import BoundFunctions
+from seoro.bindings.bound_functions import BoundFunctions
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.sim.node import SimulatorNode
+from seoro.concurrency.background import background
 from seoro.errors import BackendError
 from seoro.lang.plan import Plan
-from seoro.reasons import reason_text
-from seoro.runtime.clock import RealClock, SimulatorClock
-from seoro.runtime.contracts import Clock
-from seoro.runtime.homes import Placement
-from seoro.runtime.run import Execution, Settings
-from seoro.runtime.timetable import TIME_DIGITS
+from seoro.runtime.execution.assignment import Placement
+from seoro.runtime.execution.settings import Settings
+from seoro.runtime.explain.reasons import reason_text
+from seoro.runtime.kernel.clock import TIME_DIGITS, Clock, RealClock, SimulatorClock
+from seoro.runtime.run import Execution
 from seoro.runtime.verdict import RunStatus
 
 
 @dataclass(frozen=True)
 class Reset:
-    """A scenario, loaded.
+    """A loaded reset scenario.
 
     Args:
-        plan: What it does.
-        functions: Which carry out its actions and modifiers.
+        plan: Plan of the scenario.
+        functions: Implementations of its actions and modifiers.
         actors: Names of its actors.
     """
 
@@ -40,30 +39,30 @@ class Reset:
 
 
 Resets = Callable[[Path, str], Reset]
-"""Loads the scenario of a file, which is named at a place in a lab file."""
+"""Loads a reset scenario from a path, which has a position in a lab file."""
 
 
-class Resetting:
-    """A run of such a scenario, which may begin.
+class ResetRun:
+    """Run of a reset scenario.
 
     Args:
         reset: The scenario.
-        node: Where the robot lives.
-        placement: Of the robot.
-        seed: Of everything that is drawn.
-        within: How long it may take [s].
+        node: Node of the robot.
+        placement: Placement of the actor in the robot.
+        seed: Random seed.
+        within: Time limit [s].
 
     Raises:
-        InvalidUse: It cannot be run with that robot.
+        UsageError: The scenario cannot run with that robot.
     """
 
     def __init__(
         self, reset: Reset, node: SimulatorNode | RobotNode, placement: Placement, seed: int, within: float
     ) -> None:
-        self._limit: float | None = None  # of the machine's clock
+        self._limit: float | None = None  # [s] of the machine's clock
         clock: Clock
         if isinstance(node, SimulatorNode):
-            clock = SimulatorClock(_TimeFromNow(node, within), math.inf)
+            clock = SimulatorClock(_RelativeTime(node, within), math.inf)
         else:
             clock, self._limit = RealClock(), within
         (actor,) = reset.actors
@@ -79,11 +78,11 @@ class Resetting:
             ),
         )
 
-    async def carry_out(self) -> None:
-        """Run it to its end.
+    async def run(self) -> None:
+        """Run the scenario.
 
         Raises:
-            BackendError: It has not passed; says why, and where in its text.
+            BackendError: The scenario has not passed; the message has the reason and its position.
         """
         async with background() as group:
             if self._limit is not None:
@@ -97,8 +96,8 @@ class Resetting:
         self._execution.fail_backend(BackendError(_too_long(limit)))
 
 
-class _TimeFromNow:
-    """The time of a simulator from when it is first asked for, and so much of it at most [s]."""
+class _RelativeTime:
+    """Time of a simulator since the first grant, up to a limit [s]."""
 
     def __init__(self, node: SimulatorNode, limit: float) -> None:
         self._node = node

@@ -1,20 +1,4 @@
-"""The form of a lab file.
-
-simulators:
-  hall: {simulator: mujoco, world: hall}      # started for the run; or {connect: tcp/127.0.0.1:7450}
-bridges:
-  floor: {connect: tcp/127.0.0.1:7460}        # a bridge to robots that is running
-robots:                                       # of each actor, where it lives and what it is called there
-  leader: {in: floor, as: turtlebot4}
-  follower: {in: hall, as: second}
-  tb1:                                        # one with a type is for whoever wants such a robot
-    in: floor
-    type: turtlebot4
-    can: [navigate, carry]
-    limits: {speed: 0.3, area: {x: [0, 5], y: [-2, 2]}}
-    before: {battery: 0.3, localised: true, area: {x: [0, 1], y: [0, 1]}}
-    after: {home: {x: 0.5, y: 0.5}}           # or {scenario: reset.osc}
-"""
+"""Schema of lab files; `docs/how-to/lab.md` has examples."""
 
 from __future__ import annotations
 
@@ -36,10 +20,10 @@ class SimulatorFile(_Part):
     """A simulator: to start by its name, or to connect to.
 
     Args:
-        simulator: Its name, such as `mujoco`.
-        connect: Zenoh endpoint of one that runs, or of the router that it is connected to.
-        name: Of the one that runs, where there are several nodes at one router.
-        world: Name of its world, or path of a world file from the folder of the lab file.
+        simulator: Kind of simulator, such as `mujoco`.
+        connect: Zenoh endpoint of a running simulator, or of its router.
+        name: Name of the running simulator, if a router has several nodes.
+        world: Name of its world, or path of a world file relative to the folder of the lab file.
     """
 
     simulator: Text | None = None
@@ -50,18 +34,18 @@ class SimulatorFile(_Part):
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.simulator is None) == (self.connect is None):
-            raise ValueError("say either which `simulator` to start, or where to `connect` to one")
+            raise ValueError("expected either `simulator` (started for the run) or `connect` (an endpoint)")
         if self.name is not None and self.connect is None:
-            raise ValueError("a `name` tells apart simulators to `connect` to: leave it out")
+            raise ValueError("`name` selects a simulator to `connect` to: remove it")
         return self
 
 
 class BridgeFile(_Part):
-    """A bridge to robots that is running.
+    """A running bridge to robots.
 
     Args:
-        connect: Zenoh endpoint of the bridge, or of the router that it is connected to.
-        name: Of the bridge, where there are several at one router.
+        connect: Zenoh endpoint of the bridge, or of its router.
+        name: Name of the bridge, if a router has several nodes.
     """
 
     connect: Text
@@ -73,7 +57,7 @@ Word = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 
 
 class AreaFile(_Part):
-    """A rectangle in the map: from and to [m]."""
+    """Rectangle in the map: minimum and maximum of each axis [m]."""
 
     x: tuple[Number, Number]
     y: tuple[Number, Number]
@@ -84,8 +68,8 @@ class AreaFile(_Part):
             raise ValueError("an area is `{x: [FROM, TO], y: [FROM, TO]}`, with FROM before TO")
         return self
 
-    def has(self, x: float, y: float) -> bool:
-        """Whether a place [m] is in it."""
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the area contains a position [m]."""
         return self.x[0] <= x <= self.x[1] and self.y[0] <= y <= self.y[1]
 
     def __str__(self) -> str:
@@ -93,11 +77,11 @@ class AreaFile(_Part):
 
 
 class LimitsFile(_Part):
-    """What a run may ask of a robot at most.
+    """Limits of the requests of a run to a robot.
 
     Args:
-        speed: Of commands of velocity [m/s].
-        area: In which goals have to lie.
+        speed: Limit of commanded speeds [m/s].
+        area: Area that contains all goals.
     """
 
     speed: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
@@ -105,12 +89,12 @@ class LimitsFile(_Part):
 
 
 class BeforeFile(_Part):
-    """What has to be so before a run.
+    """Conditions of a robot before a run.
 
     Args:
-        battery: Charge, from 0 to 1.
-        localised: Whether the robot has to know where it is.
-        area: Where it has to be.
+        battery: Minimum charge, from 0 to 1.
+        localised: Whether the robot has to be localised.
+        area: Area that contains the robot.
     """
 
     battery: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
@@ -119,7 +103,7 @@ class BeforeFile(_Part):
 
 
 class PlaceFile(_Part):
-    """A place in the map [m, rad]."""
+    """Pose in the map [m, rad]."""
 
     x: Number
     y: Number
@@ -127,13 +111,13 @@ class PlaceFile(_Part):
 
 
 class AfterFile(_Part):
-    """What is done with a robot after a run, while the run still holds it; it stands still in any case.
+    """Teardown of a robot after a run, while the run still holds it. The robot is stopped in any case.
 
     Args:
-        home: Where it drives.
-        place: Where it is put, which a simulator can.
-        scenario: Path of a scenario from the folder of the lab file, whose one actor the robot is.
-        within: How long it may take to drive home, or that scenario [s].
+        home: Pose to drive to.
+        place: Pose to move it to; simulators only.
+        scenario: Path of a scenario with one actor, relative to the folder of the lab file.
+        within: Time limit of the drive or of the scenario [s].
     """
 
     home: PlaceFile | None = None
@@ -145,26 +129,26 @@ class AfterFile(_Part):
     def _one_of_three(self) -> Self:
         if [self.home, self.place, self.scenario].count(None) != 2:
             raise ValueError(
-                "say either where the robot drives `home`, or the `place` where it is put, or a `scenario`"
+                "expected one of `home` (a pose to drive to), `place` (a pose to move it to) and `scenario`"
             )
         return self
 
 
 class RobotFile(_Part):
-    """A robot: the name of a simulator or bridge of this file, and what it is called there.
+    """A robot of a simulator or bridge.
 
     Args:
-        where: The simulator or bridge.
-        called: Its name there; as in this file if it is left out.
-        type: What it is. One with a type may be anybody's who wants such a robot.
-        can: What it can do, in words of this file's own.
-        limits: What runs may ask of it at most.
-        before: What has to be so before a run.
-        after: What is done after one.
+        where: Name of the simulator or bridge in this file.
+        name_there: Name of the robot at its node; by default that in this file.
+        type: Type of the robot. A robot with a type can be selected by `any:`.
+        can: Capabilities, as free words.
+        limits: Limits of the requests of runs.
+        before: Conditions before a run.
+        after: Teardown after a run.
     """
 
     where: Annotated[Name, Field(alias="in")]
-    called: Annotated[Text | None, Field(alias="as")] = None
+    name_there: Annotated[Text | None, Field(alias="as")] = None
     type: Word | None = None
     can: tuple[Word, ...] = ()
     limits: LimitsFile = LimitsFile()

@@ -1,4 +1,4 @@
-"""Waiting until the robots that a run needs are free, and until the nodes that serve them answer."""
+"""Wait for busy robots and unreachable nodes before a run."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from typing import TypeVar
 
 import anyio
 
-from seoro.bridges.robot.connecting import Claim, RobotsTaken
+from seoro.bridges.robot.connecting import Claim, RobotsBusy
 from seoro.embed.options import Leasing
 from seoro.errors import BackendUnreachable
 
-RETRY = (0.15, 0.35)  # [s] between two attempts, drawn so that two who want the same do not meet again and again
-LONGEST_RETRY = 4.0  # [s] between two attempts to reach a node that does not answer
+RETRY = (0.15, 0.35)  # [s] between attempts, random so that competing runs do not keep colliding
+MAX_RETRY = 4.0  # [s] between attempts to reach a node
 
 T = TypeVar("T")
 
 
 @asynccontextmanager
-async def when_free(
+async def retry_until_free(
     leasing: Leasing, opening: Callable[[Claim], AbstractAsyncContextManager[T]]
 ) -> AsyncIterator[T]:
-    """Hold what a run needs for as long as the block lasts; a run that waits tries again until it gets all of it.
+    """Acquire all nodes of a run while the block lasts; a waiting run retries until all are available.
 
     Args:
-        leasing: How the run claims robots, and for how long it waits.
-        opening: Opens all of it. Raises `BackendUnreachable` if a later attempt may succeed.
+        leasing: Claim of the robots, and time limit of the wait.
+        opening: Acquires all nodes. Raises `BackendUnreachable` if a later attempt may succeed.
 
     Raises:
-        RobotsTaken: Others still hold something of it.
+        RobotsBusy: Another client still holds a robot.
         BackendUnreachable: A node still does not answer.
     """
     claim = Claim(lease=leasing.lease, priority=leasing.priority)
-    patience = _Patience(leasing)
+    patience = _RetryTimer(leasing)
     async with AsyncExitStack() as stack:
         while True:
-            waits = patience.is_left  # the last attempt gives up the place in line
+            waits = patience.is_left  # the last attempt leaves the wait queue
             try:
                 opened = await stack.enter_async_context(opening(replace(claim, waits=waits)))
                 break
@@ -49,22 +49,22 @@ async def when_free(
                     raise
                 patience.report(obstacle)
             await anyio.sleep(patience.pause())
-        if patience.reported and leasing.turn is not None:
-            await leasing.turn()
+        if patience.reported and leasing.on_acquired is not None:
+            await leasing.on_acquired()
         yield opened
 
 
-class _Patience:
-    """Time that a run waits: what it reported last, and how long it pauses between attempts.
+class _RetryTimer:
+    """Timer of the attempts of a waiting run, with its last report.
 
     Args:
-        leasing: How the run claims robots, and for how long it waits.
+        leasing: Claim of the robots, and time limit of the wait.
     """
 
     def __init__(self, leasing: Leasing) -> None:
         self._leasing = leasing
         self._began = time.monotonic()
-        self._unreached = 0  # attempts in a row in which a node did not answer
+        self._unreached = 0  # consecutive attempts without an answer of a node
         self.reported = ""
 
     @property
@@ -79,15 +79,15 @@ class _Patience:
         return self._left > 0.0
 
     def report(self, obstacle: BackendUnreachable) -> None:
-        """Report what the run waits for, once for each reason."""
-        self._unreached = 0 if isinstance(obstacle, RobotsTaken) else self._unreached + 1
+        """Report the reason of the wait, if it has changed."""
+        self._unreached = 0 if isinstance(obstacle, RobotsBusy) else self._unreached + 1
         if self.reported != (reason := str(obstacle)):
             self.reported = reason
-            if self._leasing.say is not None:
-                self._leasing.say(reason)
+            if self._leasing.on_wait is not None:
+                self._leasing.on_wait(reason)
 
     def pause(self) -> float:
         """Draw the time until the next attempt [s]; it doubles while a node does not answer, up to a bound."""
-        drawn = random.uniform(*RETRY)  # noqa: S311 - nobody gains from guessing it
-        longer = min(drawn * 2.0 ** min(self._unreached, 10), LONGEST_RETRY)
+        drawn = random.uniform(*RETRY)  # noqa: S311 - not a secret
+        longer = min(drawn * 2.0 ** min(self._unreached, 10), MAX_RETRY)
         return min(longer, max(self._left, drawn))

@@ -1,1 +1,1 @@
-"""From text to plan: parsing, checking and lowering of OpenSCENARIO DSL 2.2."""
+"""Language front end of OpenSCENARIO DSL 2.2: text to `Plan`, by parsing, checking and lowering."""

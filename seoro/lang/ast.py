@@ -1,7 +1,7 @@
-"""The tree of a file: what the text says, before any name means anything.
+"""Syntax tree of a file, before name resolution.
 
-Nodes are named after the productions of section 7.2.2. They are immutable, have no methods, and know their place
-in the text. What checking finds out about them lives elsewhere (`symbols.py`).
+Nodes are named after the productions of section 7.2.2. They are immutable, have no methods, and hold their spans.
+Results of the checker are stored separately (`symbols.py`).
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from seoro.lang.source import Span
 
 
 class Node(Frozen):
-    """A node of the tree."""
+    """Base of the nodes."""
 
 
 # ---------------------------------------------------------------- names and types
 
 
 class Name(Node):
-    """A qualified identifier; `namespace` is None without prefix and `null` for the global namespace."""
+    """A qualified identifier; `namespace` is the prefix, if any: `null` for the global namespace."""
 
     text: str
     namespace: str | None
@@ -43,7 +43,7 @@ class PrimitiveTypeName(Node):
 
 
 class NamedType(Node):
-    """A type that is declared somewhere."""
+    """A declared type."""
 
     name: BehaviorName
     span: Span
@@ -69,7 +69,7 @@ TypeDeclarator: TypeAlias = PrimitiveTypeName | NamedType | ListTypeDeclarator |
 
 
 class IntegerLiteral(Node):
-    """A whole number; the sign of a negative one belongs to it."""
+    """An integer, including the sign of a negative one."""
 
     value: int
     span: Span
@@ -119,7 +119,7 @@ class It(Node):
 
 
 class NameExpression(Node):
-    """A name that stands for a value: a field, an enumeration's member, or what is applied to arguments."""
+    """A name in an expression: a field, a member of an enumeration, or a callee."""
 
     name: Name
     span: Span
@@ -345,7 +345,7 @@ class Composition(Node):
 
 
 class BehaviorInvocation(Node):
-    """`[<actor>.]<behavior>(<arguments>)`; which part is the actor is decided when names are resolved."""
+    """`[<actor>.]<behavior>(<arguments>)`; name resolution decides which part is the actor."""
 
     invocation: FunctionApplication
     modifications: WithBlock | None
@@ -519,7 +519,7 @@ class DoDirective(Node):
 
 
 class WithBlock(Node):
-    """What stands in the `with:` block of an invocation or a composition."""
+    """The `with:` block of an invocation or a composition."""
 
     members: tuple[ConstraintDeclaration | ModifierApplication | UntilDirective | InvalidStatement, ...]
     span: Span

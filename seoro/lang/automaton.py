@@ -1,6 +1,6 @@
-"""The automaton of the LALR(1) table: its stacks, and what shifting a token and reducing by a rule do to them.
+"""LALR(1) automaton: its stacks, and the operations shift and reduce.
 
-What stands for a symbol is made by a method of `build.py`, called with its span and its children.
+For each reduction, a callback of `build.py` creates the node from its span and its children.
 """
 
 from __future__ import annotations
@@ -9,18 +9,18 @@ import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from seoro.lang import ast, table
+from seoro.lang import ast, parse_table
 from seoro.lang.build import Builder
 from seoro.lang.diagnostics import syntax
 from seoro.lang.lexer import Refused, Token
 from seoro.lang.source import SourceFile, Span
 
-MAX_FRAMES = 850  # of Python, whose limit is 1000, that those who walk over an expression may need for its depth
-MAX_COMPOSITIONS = 512  # within each other; for more than Python's limit has room for, that is raised
-_SPARE_FRAMES = 300  # for what calls those who walk over trees
+MAX_FRAMES = 850  # Python frames for a traversal of an expression; Python's limit is 1000
+MAX_COMPOSITIONS = 512  # nested; Python's limit is raised if necessary
+_SPARE_FRAMES = 300  # for the callers of traversals
 LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT"})
 
-_CHAINS = {  # operators that stand in rows, each with the symbol of its rule by which a row goes on
+_CHAINS = {  # chained operators, each with the symbol of its rule that continues a chain
     **dict.fromkeys(("implication", "disjunction", "conjunction", "relation", "sum", "term"), 0),
     "ternary_op_exp": -1,
 }
@@ -31,39 +31,40 @@ _FRAMES = {
     **dict.fromkeys(("list_type_declarator", "range_type_declarator"), 4),
     "function_application": 10,
     "composition": 7,
-}  # that checking, lowering or running take for a level; a chain of operators of one kind is one level
+}  # frames per level for checking, lowering or running; a chain of one kind of operators is one level
 
 
-_CHAINS_OF_UNITS: dict[tuple[int, int, str], int] = {}  # of the one table that there is
+_CHAINS_OF_UNITS: dict[tuple[int, int, str], int] = {}  # of the only table
 
 
 def _make_room(node: Any, depth: int, frames: int, span: Span) -> None:
-    """See to it that those who walk over a tree have the frames that they need.
+    """Ensure that traversals of a tree have enough Python frames.
 
-    Python's limit is one of the process. It is raised when there is a tree that needs it, and never lowered, since
-    another thread may be within such a tree; calls of Python take none of the stack of C.
+    Python's recursion limit belongs to the process. It is raised for deep trees, and never lowered, since another
+    thread may traverse such a tree. Python calls use no C stack.
 
     Raises:
-        Refused: They would be too many.
+        Refused: The tree needs too many frames.
     """
+    start = Span(span.file, span.start, span.start + 1)
     if not isinstance(node, ast.Composition):
-        raise Refused(syntax.TooNested(span, MAX_FRAMES // frames))
+        raise Refused(syntax.TooNested(start, MAX_FRAMES // frames))
     if depth > MAX_COMPOSITIONS * frames + MAX_FRAMES:
-        raise Refused(syntax.TooNested(span, MAX_COMPOSITIONS))
+        raise Refused(syntax.TooNested(start, MAX_COMPOSITIONS))
     sys.setrecursionlimit(max(sys.getrecursionlimit(), depth + _SPARE_FRAMES))
 
 
 class _Rule(NamedTuple):
-    """What a reduction does; see `table.Table`."""
+    """A reduction; see `parse_table.Table`."""
 
     origin: str
     length: int
     pick: list[int | None]
     is_list: bool
-    is_spliced: bool  # or reuses a list: what is picked is more than single children
+    is_spliced: bool  # or reuses a list: picks more than single children
     callback: Callable[..., Any] | None  # None if the only child stands for the node
-    frames: int  # that walking over what it makes takes
-    chain: int | None  # the symbol by which a row of such operators goes on; None if they stand in no rows
+    frames: int  # for a traversal of its node
+    chain: int | None  # the symbol that continues a chain of such operators, or None
 
 
 class Automaton:
@@ -71,11 +72,11 @@ class Automaton:
 
     Args:
         loaded: The table.
-        file: The file that is parsed.
-        builder: Makes the nodes of the tree.
+        file: The parsed file.
+        builder: Builder of the tree.
     """
 
-    def __init__(self, loaded: table.Table, file: SourceFile, builder: Builder) -> None:
+    def __init__(self, loaded: parse_table.Table, file: SourceFile, builder: Builder) -> None:
         self.file = file
         self._rows = [loaded["rows"][number] for number in loaded["actions"]]
         self._gotos = loaded["gotos"]
@@ -83,7 +84,7 @@ class Automaton:
         self._units = [
             origin if length == 1 and kind == "only" and pick == [0] else None
             for origin, length, pick, kind, _ in loaded["rules"]
-        ]  # rules of one thing that stands for another: most of the work
+        ]  # unit rules: most of the work
         self._starts = loaded["starts"]
         self._chains = _CHAINS_OF_UNITS
         self._states: list[int] = []
@@ -148,10 +149,10 @@ class Automaton:
         spans.append((start, end, depth))
 
     def _after_units(self, kind: str) -> int:
-        """The state after all reductions by rules of one thing that a terminal brings about one after another.
+        """Return the state after all consecutive reductions by unit rules for a terminal.
 
-        They replace the top of the stack only, so that it and the state below it tell where they lead. An operand
-        is a sum, a relation, a conjunction and so on: without the table this is most of the work of a parse.
+        They replace only the top of the stack, so the result depends only on it and the state below. An operand is
+        a sum, a relation, a conjunction and so on: without the cache, this is most of the work of a parse.
         """
         below, state = self._states[-2], self._states[-1]
         key = below, state, kind
@@ -168,11 +169,11 @@ class Automaton:
         return found
 
     def _accepts(self, terminal: str, depth: int | None = None) -> bool:
-        """Whether a terminal can follow: the row alone may promise more (LALR), so the reductions are tried.
+        """Return whether a terminal can follow; LALR rows may accept too much, so the reductions are simulated.
 
         Args:
             terminal: The terminal.
-            depth: How much of the stack counts; all of it unless given.
+            depth: Height of the stack to use; default all.
         """
         states = self._states[:depth]
         while True:
@@ -191,9 +192,9 @@ class Automaton:
 
 
 def _rule(builder: Builder, origin: str, length: int, pick: list[int | None], kind: str, callback: str) -> _Rule:
-    """A rule of the table with what it does."""
+    """Create the reduction of a rule of the table."""
     is_list = kind == "list"
-    is_spliced = any(which is not None and which >= table.SPLICED for which in pick)
+    is_spliced = any(which is not None and which >= parse_table.SPLICED for which in pick)
     makes_node = not is_list and not (kind == "only" and len(pick) == 1)
     return _Rule(
         origin,
@@ -201,22 +202,22 @@ def _rule(builder: Builder, origin: str, length: int, pick: list[int | None], ki
         pick,
         is_list,
         is_spliced,
-        getattr(builder, callback) if makes_node else None,
+        builder.callback(callback) if makes_node else None,
         _FRAMES.get(callback, 0) if makes_node else 0,
         _CHAINS.get(callback) if makes_node else None,
     )
 
 
 def _children(values: list[Any], base: int, pick: list[int | None], is_list: bool) -> list[Any]:
-    """What of a rule's symbols reaches the tree; a list that grows at its end is reused."""
+    """Select the values of a rule's symbols for the tree; a list that grows at its end is reused."""
     children: list[Any] = []
     for number, which in enumerate(pick):
         if which is None:
             children.append(None)
-        elif which < table.SPLICED:
+        elif which < parse_table.SPLICED:
             children.append(values[base + which])
         elif number == 0 and is_list:
-            children = values[base + which - table.SPLICED]
+            children = values[base + which - parse_table.SPLICED]
         else:
-            children += values[base + which - table.SPLICED]
+            children += values[base + which - parse_table.SPLICED]
     return children

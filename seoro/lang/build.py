@@ -1,34 +1,47 @@
-"""From the parser's reductions to the tree: one method for each production that has a node.
+"""Builder of the tree: one callback per production that has a node.
 
-The methods are called by `parser.py` with the production's span and those children that the grammar keeps; an
-absent optional part is None. What the grammar leaves open and the standard does not (the order of arguments,
-the ranges of numbers) is checked here.
+`automaton.py` calls them with the span of the production and the children that the grammar keeps; an absent
+optional part is `None`. Most productions have a node class of their name, whose fields are these children.
+Methods build the others, and check rules of the standard that the grammar cannot express: the order of arguments,
+and the ranges of numbers.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any, Final, TypeAlias
 
 from seoro.lang import ast
-from seoro.lang.build_expressions import bare
-from seoro.lang.build_types import TypeBuilder
+from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import syntax
-from seoro.lang.lexer import Token
-from seoro.lang.source import Span
+from seoro.lang.lexer import Number, Token
+from seoro.lang.source import SourceFile, Span
+
+Callback: TypeAlias = Callable[..., Any]
 
 
-class Builder(TypeBuilder):
-    """Makes the nodes of one file.
+class Builder:
+    """Builds the nodes of one file.
 
     Args:
         file: The file.
-        bag: Where messages go.
+        bag: Bag for messages.
     """
+
+    def __init__(self, file: SourceFile, bag: Bag) -> None:
+        self._file = file
+        self._bag = bag
+
+    def callback(self, production: str) -> Callback:
+        """Return the function that builds the node of a production."""
+        own: Callback | None = getattr(self, production, None)
+        return own or _callback(production)
 
     # ------------------------------------------------------------ 7.2.2.1 top level
 
     def osc_file(self, span: Span, *statements: ast.Statement) -> ast.OscFile:
-        """The file; imports come first."""
+        """Build the file; imports come first."""
         is_prelude = True
         for statement in statements:
             if isinstance(statement, ast.ImportModule | ast.ImportUri):
@@ -38,26 +51,20 @@ class Builder(TypeBuilder):
                 is_prelude = False
         return ast.OscFile(statements, (), span)
 
-    def lone_expression(self, span: Span, expression: ast.Expression) -> ast.Expression:
-        """An expression on its own."""
-        return expression
-
     def invalid_statement(self, span: Span, token: Token) -> ast.InvalidStatement:
-        """What could not be parsed."""
+        """Build the replacement of an unparsable statement."""
         return ast.InvalidStatement(span)
 
     def invalid_member(self, span: Span, token: Token) -> ast.DoMember:
-        """A behavior that could not be parsed."""
+        """Build the replacement of an unparsable behavior."""
         return ast.DoMember(None, ast.InvalidStatement(span), span)
 
-    def import_statement(self, span: Span, reference: ast.ImportStatement | list[str]) -> ast.ImportStatement:
+    def import_statement(self, span: Span, reference: ast.ImportUri | list[str]) -> ast.ImportStatement:
         """`import ...`."""
-        if isinstance(reference, list):
-            return ast.ImportModule(tuple(reference), span)
-        return reference
+        return ast.ImportModule(tuple(reference), span) if isinstance(reference, list) else reference
 
     def import_uri(self, span: Span, text: Token) -> ast.ImportUri:
-        """The string of an import."""
+        """Build an import of a quoted name."""
         return ast.ImportUri(text.value, span)
 
     def structured_identifier(self, span: Span, *names: Token) -> list[str]:
@@ -68,23 +75,66 @@ class Builder(TypeBuilder):
         """`namespace ...`."""
         return ast.NamespaceStatement(name, uses or (), span)
 
-    def namespace_list(self, span: Span, *names: str) -> tuple[str, ...]:
-        """The namespaces in use."""
-        return names
-
     def namespace_name(self, span: Span, name: Token) -> str:
-        """A namespace."""
+        """Return the name of a namespace."""
         return bare(name.value)
-
-    def export_statement(self, span: Span, *items: ast.Name | ast.ExportWildcard) -> ast.ExportStatement:
-        """`export ...`."""
-        return ast.ExportStatement(items, span)
 
     def export_wildcard_specification(self, span: Span, prefix: Token | None = None) -> ast.ExportWildcard:
         """`*`, with or without a namespace."""
         if prefix is None or "::" not in prefix.value:
             return ast.ExportWildcard(None, span)
         return ast.ExportWildcard(bare(prefix.value.partition("::")[0]) or "null", span)
+
+    # ------------------------------------------------------------ 7.2.2.2 types
+
+    def primitive_type(self, span: Span, word: Token) -> ast.PrimitiveTypeName:
+        """Build the name of a built-in type."""
+        return ast.PrimitiveTypeName(word.value, span)
+
+    def unit_declaration(
+        self,
+        span: Span,
+        name: ast.Name,
+        quantity: ast.Name,
+        specifier: tuple[tuple[ast.SiBaseExponent, ...], float, float],
+    ) -> ast.UnitDeclaration:
+        """`unit ...`."""
+        return ast.UnitDeclaration(name, quantity, *specifier, span)
+
+    def unit_specifier(self, span: Span, *parts: Any) -> tuple[tuple[ast.SiBaseExponent, ...], float, float]:
+        """`SI(...)` of a unit; the factor is 1 and the offset 0 unless given."""
+        *exponents, factor, offset = parts
+        return tuple(exponents), 1.0 if factor is None else factor, 0.0 if offset is None else offset
+
+    def si_base_exponent(self, span: Span, unit: Token, exponent: int) -> ast.SiBaseExponent:
+        """`m: 1`."""
+        return ast.SiBaseExponent(bare(unit.value), exponent, span)
+
+    def signed_integer(self, span: Span, sign: Token | None, digits: Token) -> int:
+        """Return the value of an integer."""
+        number: Number = digits.value
+        return -int(number.value) if sign is not None else int(number.value)
+
+    def signed_number(self, span: Span, sign: Token | None, digits: Token) -> float:
+        """Return the value of a number."""
+        number: Number = digits.value
+        return -float(number.value) if sign is not None and sign.kind == "MINUS" else float(number.value)
+
+    def enum_number(self, span: Span, digits: Token) -> int:
+        """Return the number of a member."""
+        number: Number = digits.value
+        return int(number.value)
+
+    def inheritance_condition(self, span: Span, field: ast.Name, value: Any) -> tuple[ast.Name, Any]:
+        """`(field == value)`."""
+        return field, value
+
+    def structured_type_extension(self, span: Span, *parts: Any) -> ast.StructuredTypeExtension:
+        """`extend <type>: ...`; the type's name is one name or two."""
+        names = [part for part in parts if isinstance(part, ast.Name)]
+        actor = names[0] if len(names) == 2 else None
+        name = ast.BehaviorName(actor, names[-1], names[0].span.to(names[-1].span))
+        return ast.StructuredTypeExtension(name, tuple(parts[len(names) :]), span)
 
     # ------------------------------------------------------------ 7.2.2.4 members
 
@@ -93,34 +143,14 @@ class Builder(TypeBuilder):
         span: Span,
         name: ast.Name,
         parameters: tuple[ast.ArgumentSpecification, ...] | None,
-        specification: Any,
+        specification: ast.EventSpecification | None,
     ) -> ast.EventDeclaration:
         """`event ...`."""
-        return ast.EventDeclaration(name, parameters or (), _condition(specification), span)
+        return ast.EventDeclaration(name, parameters or (), specification, span)
 
-    def event_occurrence(
-        self, span: Span, path: ast.Expression, name: ast.Name | None, condition: Any
-    ) -> ast.EventOccurrence:
-        """`@event ...`."""
-        return ast.EventOccurrence(path, name, _condition(condition), span)
-
-    def rise_expression(self, span: Span, condition: ast.Expression) -> ast.RiseExpression:
-        """`rise(...)`."""
-        return ast.RiseExpression(condition, span)
-
-    def fall_expression(self, span: Span, condition: ast.Expression) -> ast.FallExpression:
-        """`fall(...)`."""
-        return ast.FallExpression(condition, span)
-
-    def elapsed_expression(self, span: Span, duration: ast.Expression) -> ast.ElapsedExpression:
-        """`elapsed(...)`."""
-        return ast.ElapsedExpression(duration, span)
-
-    def every_expression(
-        self, span: Span, period: ast.Expression, offset: ast.Expression | None
-    ) -> ast.EveryExpression:
-        """`every(...)`."""
-        return ast.EveryExpression(period, offset, span)
+    def bool_condition(self, span: Span, condition: ast.Expression) -> ast.BoolCondition:
+        """Build a condition; its span excludes brackets around it."""
+        return ast.BoolCondition(condition, condition.span)
 
     def parameter_declaration(
         self,
@@ -130,46 +160,10 @@ class Builder(TypeBuilder):
         default: ast.Expression | None,
         members: tuple[Any, ...] = (),
     ) -> ast.ParameterDeclaration:
-        """A parameter, or several of one type."""
+        """Build a parameter, or several of one type."""
         coverage = tuple(member for member in members if isinstance(member, ast.CoverageDeclaration))
         constraints = tuple(member for member in members if not isinstance(member, ast.CoverageDeclaration))
         return ast.ParameterDeclaration(names, type_, default, constraints, coverage, span)
-
-    def parameter_with_declaration(self, span: Span, *members: Any) -> tuple[Any, ...]:
-        """The `with:` block of a parameter."""
-        return members
-
-    def variable_declaration(
-        self, span: Span, names: tuple[ast.Name, ...], type_: ast.TypeDeclarator, value: Any
-    ) -> ast.VariableDeclaration:
-        """`var ...`."""
-        return ast.VariableDeclaration(names, type_, value, span)
-
-    def field_names(self, span: Span, *names: ast.Name) -> tuple[ast.Name, ...]:
-        """`a, b, c`."""
-        return names
-
-    def sample_expression(
-        self, span: Span, value: ast.Expression, event: Any, default: ast.Expression | None
-    ) -> ast.SampleExpression:
-        """`sample(...)`."""
-        specification = _condition(event)
-        assert specification is not None
-        return ast.SampleExpression(value, specification, default, span)
-
-    def keep_constraint_declaration(
-        self, span: Span, qualifier: str | None, constraint: ast.Expression
-    ) -> ast.KeepConstraint:
-        """`keep(...)`."""
-        return ast.KeepConstraint(qualifier, constraint, span)
-
-    def constraint_qualifier(self, span: Span, word: Token) -> str:
-        """`default` or `hard`."""
-        return str(word.value)
-
-    def remove_default_declaration(self, span: Span, parameter: ast.Expression) -> ast.RemoveDefault:
-        """`remove_default(...)`."""
-        return ast.RemoveDefault(parameter, span)
 
     def method_declaration(
         self,
@@ -177,23 +171,11 @@ class Builder(TypeBuilder):
         name: ast.Name,
         parameters: tuple[ast.ArgumentSpecification, ...] | None,
         result: ast.TypeDeclarator | None,
-        qualifier: bool | None,
+        qualifier: str | None,
         implementation: Any,
     ) -> ast.MethodDeclaration:
         """`def ...`."""
         return ast.MethodDeclaration(name, parameters or (), result, bool(qualifier), implementation, span)
-
-    def method_qualifier(self, span: Span, word: Token) -> bool:
-        """`only`."""
-        return True
-
-    def expression_method(self, span: Span, value: ast.Expression) -> ast.ExpressionMethod:
-        """`expression ...`."""
-        return ast.ExpressionMethod(value, span)
-
-    def undefined_method(self, span: Span) -> ast.UndefinedMethod:
-        """`undefined`."""
-        return ast.UndefinedMethod(span)
 
     def external_method(
         self, span: Span, path: list[str], arguments: ast.ArgumentList | None
@@ -201,90 +183,176 @@ class Builder(TypeBuilder):
         """`external ...`."""
         return ast.ExternalMethod(tuple(path), arguments or ast.ArgumentList((), (), span), span)
 
-    def coverage_declaration(self, span: Span, kind: str, arguments: ast.ArgumentList) -> ast.CoverageDeclaration:
-        """`cover(...)` or `record(...)`."""
-        return ast.CoverageDeclaration(kind, arguments, span)
-
-    def coverage_kind(self, span: Span, word: Token) -> str:
-        """`cover` or `record`."""
-        return str(word.value)
-
-    def modifier_application(self, span: Span, invocation: ast.FunctionApplication) -> ast.ModifierApplication:
-        """A modifier with its arguments."""
-        return ast.ModifierApplication(invocation, span)
-
-    def on_directive(self, span: Span, event: Any, *members: Any) -> ast.OnDirective:
-        """`on ...`."""
-        specification = _condition(event)
-        assert specification is not None
-        return ast.OnDirective(specification, members, span)
-
-    def do_directive(self, span: Span, member: ast.DoMember) -> ast.DoDirective:
-        """`do ...`."""
-        return ast.DoDirective(member, span)
-
-    def do_member(self, span: Span, label: ast.Name | None, body: Any) -> ast.DoMember:
-        """A behavior with or without its label."""
-        return ast.DoMember(label, body, span)
-
     def composition(
-        self, span: Span, operator: str, arguments: tuple[ast.ArgumentList | None] | None, *rest: Any
+        self, span: Span, operator: str, arguments: ast.ArgumentList | None, *rest: Any
     ) -> ast.Composition:
         """`serial: ...` and its like."""
         *members, modifications = rest
-        given = arguments[0] if arguments is not None else None
-        return ast.Composition(operator, given, tuple(members), modifications, span)
-
-    def composition_arguments(
-        self, span: Span, arguments: ast.ArgumentList | None
-    ) -> tuple[ast.ArgumentList | None]:
-        """`(duration: ...)`."""
-        return (arguments,)
-
-    def composition_operator(self, span: Span, word: Token) -> str:
-        """`serial`, `parallel` or `one_of`."""
-        return str(word.value)
+        return ast.Composition(operator, arguments, tuple(members), modifications, span)
 
     def behavior_invocation(
         self, span: Span, invocation: ast.FunctionApplication, modifications: ast.WithBlock | None = None
     ) -> ast.BehaviorInvocation:
-        """An action or a scenario with its arguments."""
+        """Build an invocation with or without a `with:` block."""
         return ast.BehaviorInvocation(invocation, modifications, span)
 
-    def behavior_with_declaration(self, span: Span, *members: Any) -> ast.WithBlock:
-        """A `with:` block."""
-        return ast.WithBlock(members, span)
+    # ------------------------------------------------------------ 7.2.2.5 names and arguments
 
-    def wait_directive(self, span: Span, event: Any) -> ast.WaitDirective:
-        """`wait ...`."""
-        specification = _condition(event)
-        assert specification is not None
-        return ast.WaitDirective(specification, span)
+    def identifier(self, span: Span, token: Token) -> ast.Name:
+        """Build a name without prefix."""
+        return ast.Name(bare(token.value), None, span)
 
-    def emit_directive(self, span: Span, event: ast.Name, arguments: ast.ArgumentList | None) -> ast.EmitDirective:
-        """`emit ...`."""
-        return ast.EmitDirective(event, arguments, span)
+    def prefixed_identifier(self, span: Span, token: Token) -> ast.Name:
+        """Build a name with its namespace."""
+        return _name(token.value, span)
 
-    def call_directive(self, span: Span, invocation: ast.FunctionApplication) -> ast.CallDirective:
-        """`call ...`."""
-        return ast.CallDirective(invocation, span)
+    def argument_list(self, span: Span, *arguments: ast.Expression | ast.NamedArgument) -> ast.ArgumentList:
+        """Build arguments; positional ones come first."""
+        positional: list[ast.Expression] = []
+        named: list[ast.NamedArgument] = []
+        for argument in arguments:
+            if isinstance(argument, ast.NamedArgument):
+                named.append(argument)
+            else:
+                if named:
+                    self._bag.add(syntax.MixedArguments(argument.span))
+                positional.append(argument)
+        return ast.ArgumentList(tuple(positional), tuple(named), span)
 
-    def until_directive(self, span: Span, event: Any) -> ast.UntilDirective:
-        """`until ...`."""
-        specification = _condition(event)
-        assert specification is not None
-        return ast.UntilDirective(specification, span)
+    # ------------------------------------------------------------ 7.2.2.6 expressions
+
+    def implication(self, span: Span, left: ast.Expression, right: ast.Expression) -> ast.Logic:
+        """`a => b`."""
+        return ast.Logic("=>", left, right, span)
+
+    def disjunction(self, span: Span, left: ast.Expression, right: ast.Expression) -> ast.Logic:
+        """`a or b`."""
+        return ast.Logic("or", left, right, span)
+
+    def conjunction(self, span: Span, left: ast.Expression, right: ast.Expression) -> ast.Logic:
+        """`a and b`."""
+        return ast.Logic("and", left, right, span)
+
+    def relation(self, span: Span, left: ast.Expression, operator: str, right: ast.Expression) -> ast.Relation:
+        """`a < b`."""
+        return ast.Relation(operator, left, right, span)
+
+    def sum(self, span: Span, left: ast.Expression, operator: str, right: ast.Expression) -> ast.Arithmetic:
+        """`a + b`."""
+        return ast.Arithmetic(operator, left, right, span)
+
+    def term(self, span: Span, left: ast.Expression, operator: str, right: ast.Expression) -> ast.Arithmetic:
+        """`a * b`."""
+        return ast.Arithmetic(operator, left, right, span)
+
+    def negation(self, span: Span, operand: ast.Expression) -> ast.Expression:
+        """`-a`; a sign directly before a number belongs to it."""
+        if operand.span.start == span.start + 1:
+            match operand:
+                case ast.IntegerLiteral(value) if value >= 0 and not operand.span.text.startswith("0x"):
+                    if value > 2**63:
+                        self._bag.add(syntax.IntegerOutOfRange(span))
+                        value = 0
+                    return ast.IntegerLiteral(-value, span)
+                case ast.FloatLiteral(value) if operand.span.text[0] not in "+-":
+                    return ast.FloatLiteral(-value, span)
+                case ast.PhysicalLiteral(value, unit) if operand.span.text[0] not in "+-":
+                    return ast.PhysicalLiteral(-value, unit, span)
+        return ast.Negation(operand, span)
+
+    def positive_literal(
+        self, span: Span, literal: ast.FloatLiteral | ast.PhysicalLiteral
+    ) -> ast.FloatLiteral | ast.PhysicalLiteral:
+        """`+1.5`: the sign belongs to the number."""
+        if literal.span.start != span.start + 1:
+            self._bag.add(syntax.UnexpectedToken(span, "`+`", ("an expression",)))
+        if isinstance(literal, ast.FloatLiteral):
+            return ast.FloatLiteral(literal.value, span)
+        return ast.PhysicalLiteral(literal.value, literal.unit, span)
+
+    def function_application(
+        self, span: Span, function: ast.Expression, arguments: ast.ArgumentList | None
+    ) -> ast.FunctionApplication:
+        """`f(...)`."""
+        return ast.FunctionApplication(function, arguments or ast.ArgumentList((), (), span), span)
+
+    def integer_literal(self, span: Span, digits: Token) -> ast.IntegerLiteral:
+        """Build an integer."""
+        number: Number = digits.value
+        return ast.IntegerLiteral(int(number.value), span)
+
+    def float_literal(self, span: Span, word: Token) -> ast.FloatLiteral:
+        """Build a number with a fraction or an exponent, `inf` or `nan`."""
+        value = word.value
+        return ast.FloatLiteral(float(value.value if isinstance(value, Number) else value), span)
+
+    def physical_literal(self, span: Span, digits: Token) -> ast.PhysicalLiteral:
+        """Build a number with its unit."""
+        number: Number = digits.value
+        assert number.unit is not None
+        start = span.end - len(number.unit)
+        return ast.PhysicalLiteral(number.value, _name(number.unit, Span(self._file, start, span.end)), span)
+
+    def bool_literal(self, span: Span, word: Token) -> ast.BoolLiteral:
+        """`true` or `false`."""
+        return ast.BoolLiteral(word.value == "true", span)
+
+    def string_literal(self, span: Span, text: Token) -> ast.StringLiteral:
+        """Build a string."""
+        return ast.StringLiteral(text.value, span)
 
 
-def _condition(specification: Any) -> Any:
-    """An expression in the place of an event condition becomes one."""
-    if specification is None or isinstance(
-        specification,
-        ast.EventOccurrence
-        | ast.RiseExpression
-        | ast.FallExpression
-        | ast.ElapsedExpression
-        | ast.EveryExpression,
-    ):
-        return specification
-    return ast.BoolCondition(specification, specification.span)
+def bare(text: str) -> str:
+    """Remove the bars of an identifier."""
+    return text[1:-1] if text.startswith("|") else text
+
+
+def _name(text: str, span: Span) -> ast.Name:
+    """Create a name with an optional prefix; bars may contain `::`."""
+    if not text.startswith("|") and "::" in text:
+        namespace, _, rest = text.partition("::")
+    elif "|::" in text:
+        namespace, _, rest = text.partition("|::")
+        namespace = namespace[1:]
+    else:
+        return ast.Name(bare(text), None, span)
+    return ast.Name(bare(rest), namespace or "null", span)
+
+
+# ---------------------------------------------------------------- productions without a method
+
+_CLASSES: Final[Mapping[str, type[ast.Node]]] = {
+    "qualified_behavior_name": ast.BehaviorName,
+    "keep_constraint_declaration": ast.KeepConstraint,
+    "remove_default_declaration": ast.RemoveDefault,
+    "behavior_with_declaration": ast.WithBlock,
+    "enum_value": ast.EnumValueReference,
+}  # node classes that are not named after their productions
+_WITH_ITEMS: Final = frozenset(
+    {ast.ExportStatement, ast.OnDirective, ast.WithBlock, ast.ListConstructor, ast.PrimitiveTypeExtension}
+    | {ast.StructDeclaration, ast.ActorDeclaration, ast.ScenarioDeclaration, ast.ActionDeclaration}
+    | {ast.ModifierDeclaration}
+)  # nodes whose last field contains all remaining children
+_ITEMS: Final = frozenset(
+    {"namespace_list", "base_unit_specifier", "enum_members", "field_names", "parameter_with_declaration"}
+    | {"argument_list_specification"}
+)  # productions that stand for the tuple of their children
+_WORDS: Final = frozenset(
+    {"constraint_qualifier", "method_qualifier", "coverage_kind", "composition_operator"}
+    | {"relational_op", "additive_op", "multiplicative_op"}
+)  # productions that stand for a word or a sign
+
+
+@cache
+def _callback(production: str) -> Callback:
+    if production in _ITEMS:
+        return lambda span, *children: children
+    if production in _WORDS:
+        return lambda span, token: str(token.value)
+    cls: Any = _CLASSES.get(production) or getattr(ast, production.title().replace("_", ""))
+    count = len(cls.__match_args__) - 2 if cls in _WITH_ITEMS else None
+
+    def node(span: Span, *children: Any) -> Any:
+        return cls(*children, span) if count is None else cls(*children[:count], children[count:], span)
+
+    return node

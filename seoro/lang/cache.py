@@ -1,26 +1,24 @@
-"""Trees of libraries, kept on disk: a library is parsed once, not at every start.
+"""Cache of library trees on disk, so that a library is not parsed at every start.
 
-A tree is a file of data in the user's cache folder, under a name that changes with the text of the library and
-with what makes trees: the files of the parser, and the classes of the nodes. What is read there has a checksum and
-the form of a tree of that text, or it is parsed again. A folder that cannot be written to is no fault.
+A tree is a data file in the user's cache folder. Its name depends on the text of the library, the files of the
+parser, and the classes of the nodes. Files without a valid checksum or an invalid tree are ignored. The cache is
+not used if the folder is read-only.
 """
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
-import os
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from seoro.lang import ast, table
+from seoro.files.cache import cache_folder, digest_of, read_cached, stamps_of, write_cached
+from seoro.lang import ast, parse_table
 from seoro.lang.diagnostic import Bag
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
 
-MAX_SIZE = 16 * 2**20  # bytes of a tree
 MAX_DEPTH = 400  # levels of a tree; a chain of operators has one for each operand
 _TUPLE: Final = -1  # in the place of a class
 _CLASSES: Final = tuple(
@@ -33,10 +31,8 @@ _MAKERS: Final = (
     "parser.py",
     "automaton.py",
     "build.py",
-    "build_expressions.py",
-    "build_types.py",
     "cache.py",
-    table.TABLE.name,
+    parse_table.TABLE.name,
 )
 
 
@@ -45,7 +41,7 @@ class _TooDeepError(Exception):
 
 
 def parse_library(file: SourceFile, bag: Bag) -> ast.OscFile:
-    """The tree of a library, from the cache if it is there; errors go to the bag, and such trees are not kept."""
+    """Return the tree of a library, from the cache if possible; trees with errors are not cached."""
     path = _path(file)
     tree = _read(path, file) if path is not None else None
     if tree is None:
@@ -57,58 +53,37 @@ def parse_library(file: SourceFile, bag: Bag) -> ast.OscFile:
 
 
 def _path(file: SourceFile) -> Path | None:
-    """Where the tree of a text is kept; None if there is no place for it."""
+    """Return the cache file of a text; None without a cache folder."""
+    folder = cache_folder("trees")
     try:
-        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        digest = hashlib.sha256(f"{_form()}\n{file.text}".encode()).hexdigest()
-    except (OSError, RuntimeError, UnicodeEncodeError):
+        digest = digest_of(f"{_form()}\n{file.text}")
+    except (OSError, UnicodeEncodeError):
         return None
     stem = file.path.stem if file.path is not None else ""
-    return Path(home) / "seoro" / "trees" / f"{stem}-{digest}.json"
+    return folder / f"{stem}-{digest}.json" if folder is not None else None
 
 
 @cache
 def _form() -> str:
-    """What trees depend on besides the text."""
+    """Return the digest input besides the text."""
     classes = [f"{cls.__name__}{cls.__match_args__}" for cls in _CLASSES]
-    files = [Path(__file__).with_name(name).stat() for name in _MAKERS]
-    return "\n".join([*classes, *(f"{found.st_size} {found.st_mtime_ns}" for found in files)])
+    return "\n".join([*classes, stamps_of([Path(__file__).with_name(name) for name in _MAKERS])])
 
 
 def _read(path: Path, file: SourceFile) -> ast.OscFile | None:
-    """The tree of a file; None if there is none, or what is there is none."""
+    """Read a cached tree; None if it is missing or invalid."""
+    content = read_cached(path)
     try:
-        with path.open("rb") as stream:
-            data = stream.read(MAX_SIZE + 1)
-        if len(data) > MAX_SIZE:
-            return None
-        checksum, _, content = data.partition(b"\n")
-        if checksum != _checksum(content):
-            return None
-        tree = _decode(json.loads(content), file)
-    except (OSError, ValueError, TypeError, IndexError, RecursionError):
+        tree = _decode(json.loads(content), file) if content is not None else None
+    except (ValueError, TypeError, IndexError, RecursionError):
         return None
     return tree if isinstance(tree, ast.OscFile) else None
 
 
 def _write(path: Path, tree: ast.OscFile) -> None:
-    """Keep a tree in the place of earlier ones of that library; readers see all of it or nothing."""
-    from tempfile import mkstemp  # noqa: PLC0415 - seldom needed
-
+    """Store a tree, and delete earlier ones of that library."""
     with contextlib.suppress(OSError, _TooDeepError):
-        content = json.dumps(_encode(tree, 0), separators=(",", ":")).encode()
-        data = _checksum(content) + b"\n" + content
-        if len(data) > MAX_SIZE:
-            return
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        handle, name = mkstemp(dir=path.parent)  # readable by its user only
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(data)
-            Path(name).replace(path)
-        except OSError:
-            Path(name).unlink()
-            raise
+        write_cached(path, json.dumps(_encode(tree, 0), separators=(",", ":")).encode())
         library = _library(path)
         for other in path.parent.glob("*.json"):
             if other != path and _library(other) == library:
@@ -116,21 +91,17 @@ def _write(path: Path, tree: ast.OscFile) -> None:
 
 
 def _library(path: Path) -> str:
-    """The library that a file in the cache belongs to."""
+    """Return the library of a file in the cache."""
     return path.name.rpartition("-")[0]
 
 
-def _checksum(content: bytes) -> bytes:
-    return hashlib.sha256(content).hexdigest().encode()
-
-
 def _encode(value: Any, depth: int) -> Any:
-    """A node as the number of its class, start, end and fields; a tuple as its items.
+    """Encode a node as the number of its class, start, end and fields; a tuple as its items.
 
-    The limit of depth is our own, not Python's: that one is of the process, and the parser may have raised it.
+    The depth is limited here, as the parser may have raised Python's recursion limit.
 
     Raises:
-        _TooDeepError: There are more than `MAX_DEPTH` levels.
+        _TooDeepError: The tree has more than `MAX_DEPTH` levels.
     """
     if depth > MAX_DEPTH:
         raise _TooDeepError
@@ -143,19 +114,19 @@ def _encode(value: Any, depth: int) -> Any:
 
 
 def _decode(data: Any, file: SourceFile) -> Any:
-    """What `_encode` was given.
+    """Decode the result of `_encode`.
 
     Raises:
-        ValueError, TypeError, IndexError: The data are not of its making.
+        ValueError, TypeError, IndexError: The data are invalid.
     """
     if type(data) is not list:
         if isinstance(data, dict):
-            raise TypeError("no part of a tree")
+            raise TypeError("invalid part of a tree")
         return data
     number = data[0]
     if number == _TUPLE:
         return tuple([_decode(item, file) for item in data[1:]])
     _, start, end, *fields = data
     if number < 0 or {type(start), type(end)} != {int} or not 0 <= start <= end <= len(file.text):
-        raise ValueError("a place outside of the text")
+        raise ValueError("span outside of the text")
     return _CLASSES[number](*[_decode(field, file) for field in fields], Span(file, start, end))

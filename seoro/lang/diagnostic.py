@@ -1,18 +1,19 @@
-"""Messages about source text, as data: what is wrong, where, and what to do about it.
+"""Diagnostics: messages about source text with a code, spans and help.
 
-Every message of a phase is a small immutable class in `diagnostics/`, whose fields say what the message is
-about and which turns itself into a `Diagnostic`. `render.py` shows diagnostics to people and programs.
+Each message is declared by a small frozen class in `diagnostics/`, which fills its templates.
+`render.py` prints diagnostics as text or JSON.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from typing import Final, Protocol
 
 from seoro.lang.frozen import Value
+from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.source import Span
 
 MAX_ERRORS: Final = 300  # of a phase
@@ -20,14 +21,14 @@ MAX_TEXT: Final = 1000  # characters of a message
 
 
 class Severity(Enum):
-    """How bad it is: only an error keeps a scenario from running."""
+    """Severity of a diagnostic: only errors prevent a run."""
 
     ERROR = "error"
     WARNING = "warning"
 
 
 class Label(Value):
-    """A remark on a stretch of text."""
+    """A span of source text with a remark."""
 
     span: Span
     text: str
@@ -38,12 +39,12 @@ class Diagnostic(Value):
 
     Args:
         severity: Error or warning.
-        code: `E0312`-like; the first two digits tell the phase: 01 syntax, 02 names and imports, 03 types,
-            04 behaviors and instantiation, 05 coverage and runs, 06 Python, 09 what is not supported yet.
+        code: A code like `E0312`. The first two digits denote the phase: 01 syntax, 02 names and imports,
+            03 types, 04 behaviors and instantiation, 05 coverage and runs, 06 Python, 09 unsupported constructs.
         message: One line, without a full stop.
-        primary: Where it is, and what to say there (may be empty).
-        secondary: Other places that explain it.
-        help: What to do; may be empty.
+        primary: Its span, with a remark that may be empty.
+        secondary: Other spans that explain it.
+        help: Suggested fix; may be empty.
     """
 
     severity: Severity
@@ -55,24 +56,29 @@ class Diagnostic(Value):
 
     @property
     def position(self) -> tuple[str, int, int]:
-        """What diagnostics are sorted by: file, then place."""
+        """Sort key: file, then span."""
         span = self.primary.span
         return span.file.name, span.start, span.end
 
 
 class Message(Protocol):
-    """What the classes in `diagnostics/` have in common."""
+    """Interface of the classes in `diagnostics/`."""
+
+    @property
+    def span(self) -> Span:
+        """Span of the diagnostic."""
+        ...
 
     def diagnostic(self) -> Diagnostic:
-        """The message as a diagnostic."""
+        """Create the diagnostic."""
         ...
 
 
-@dataclass
+@lazy_dataclass
 class Bag:
-    """Collects the messages of a phase; the same message at the same place counts once.
+    """Collects the diagnostics of a phase; equal messages at the same place count once.
 
-    With many errors, no more are taken: nobody reads them, and to word each takes time.
+    After `MAX_ERRORS` errors, further messages are dropped, since formatting takes time.
     """
 
     _found: dict[tuple[str, str, str, int], Diagnostic] = field(default_factory=dict)
@@ -81,14 +87,14 @@ class Bag:
     _copies: list[Diagnostic] | None = None
 
     def add(self, message: Message) -> None:
-        """Take a message."""
+        """Add a message, or count it as dropped if the bag is full."""
         if self._errors >= MAX_ERRORS:
             self._dropped += 1
             return
         self.put(message.diagnostic())
 
     def put(self, found: Diagnostic) -> None:
-        """Take a message that is worded already."""
+        """Add a diagnostic."""
         if self._copies is not None:
             self._copies.append(found)
         span = found.primary.span
@@ -99,7 +105,7 @@ class Bag:
 
     @contextmanager
     def copied(self) -> Iterator[list[Diagnostic]]:
-        """Copy what is taken within the block, known messages as well."""
+        """Record the diagnostics that are added within the block, duplicates included."""
         copies: list[Diagnostic] = []
         self._copies = copies
         try:
@@ -109,7 +115,7 @@ class Bag:
 
     @property
     def is_full(self) -> bool:
-        """Whether no more messages are taken."""
+        """Whether further messages are dropped."""
         return self._errors >= MAX_ERRORS
 
     def __len__(self) -> int:
@@ -117,27 +123,5 @@ class Bag:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """All messages, in the order in which they were found."""
+        """All diagnostics, in the order in which they were added."""
         return tuple(self._found.values())
-
-
-def _short(text: str) -> str:
-    """A text without its middle if it is too long to be read; names and strings of a file have any length."""
-    return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT // 2]}...{text[-MAX_TEXT // 2 :]}"
-
-
-def error(
-    code: str,
-    span: Span,
-    message: str,
-    *secondary: Label,
-    label: str = "",
-    help: str = "",  # noqa: A002
-) -> Diagnostic:
-    """An error, shortly written."""
-    return Diagnostic(Severity.ERROR, code, _short(message), Label(span, _short(label)), secondary, _short(help))
-
-
-def warning(code: str, span: Span, message: str, label: str = "", help: str = "") -> Diagnostic:  # noqa: A002
-    """A warning, shortly written."""
-    return Diagnostic(Severity.WARNING, code, _short(message), Label(span, _short(label)), (), _short(help))

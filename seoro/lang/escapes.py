@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-# Both are compiled where they are needed first: few texts have escapes.
+# Both are compiled on first use: few texts have escapes.
 _ESCAPE: Final = r"(?s)\\(x[0-9a-fA-F]{2}|u[0-9a-fA-F]{4}|U(?:000[0-9a-fA-F]|0010)[0-9a-fA-F]{4}|\r\n|.)"
 _ESCAPED: Final = {
     "n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "\n": "", "\r": "", "\r\n": "",
@@ -17,14 +17,14 @@ ESCAPES: Final = r"\n, \t, \r, \a, \b, \f, \v, \\, \', \", \xhh, \uhhhh and \Uhh
 
 
 def unescape(text: str) -> str:
-    """Resolve escapes: those of Python but for octal ones and those by names; others keep their backslash."""
+    """Resolve the escapes of Python, except octal and named ones; others keep their backslash."""
     if "\\" not in text:
         return text
     return re.sub(_ESCAPE, _escaped, text)
 
 
 def _escaped(found: re.Match[str]) -> str:
-    """What an escape stands for; half of a surrogate pair is no character, and stays as it is written."""
+    """Resolve an escape; half of a surrogate pair stays unchanged."""
     escape = found[1]
     if escape in _ESCAPED or len(escape) < 3:
         return _ESCAPED.get(escape, found[0])
@@ -33,13 +33,13 @@ def _escaped(found: re.Match[str]) -> str:
 
 
 def unknown_escapes(literal: str) -> Iterator[tuple[int, int]]:
-    """Find the escapes of a string literal that stand for nothing, and keep their backslash.
+    """Find the unknown escapes of a string literal, which keep their backslash.
 
     Args:
         literal: The text of the literal, with its quotes.
 
     Returns:
-        Where each starts and ends.
+        Start and end of each.
     """
     if "\\" not in literal or "\\" not in re.sub(_SIMPLE, "", literal):  # most have simple ones only
         return

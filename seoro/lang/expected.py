@@ -1,10 +1,10 @@
-"""What a syntax error says in the words of the language: what was found, what was expected, and common slips."""
+"""Texts of syntax errors in the words of the language: found and expected tokens, and hints for common slips."""
 
 from __future__ import annotations
 
 from typing import Final
 
-from seoro.lang import table
+from seoro.lang import parse_table
 from seoro.lang.lexer import Token
 
 _OPERANDS: Final = frozenset(
@@ -68,30 +68,30 @@ _PLACES: Final = {
     "do": "`do` belongs to scenarios and actions",
     "on": "`on` belongs to scenarios, actions and modifiers",
     "import namespace export type unit enum struct actor action scenario modifier extend global": (
-        "declarations stand at the left margin, outside of blocks"
+        "write declarations at the left margin, outside of blocks"
     ),
     "event var def keep remove_default cover record": "it is a member of a type",
-    "wait emit call serial parallel one_of": "behavior stands below the `do` of a scenario",
-    "until": "`until` stands in the `with:` block of an invocation",
+    "wait emit call serial parallel one_of": "write behavior below the `do` of a scenario",
+    "until": "write `until` in the `with:` block of an invocation",
     "with": "a `with:` block belongs to the line above it, at the same indentation as that one",
 }
 
 
 def explain(word: str) -> str:
-    """Where a statement that begins with this word belongs; empty if no statement does."""
+    """Help on the place of statements that begin with `word`; empty for other words."""
     return next((place for words, place in _PLACES.items() if word in words.split()), "")
 
 
 def describe(
     token: Token, kind: str, previous: Token | None, expected: set[str]
 ) -> tuple[str, tuple[str, ...], str]:
-    """What was found, what was expected, and a hint.
+    """Return the found token, the expected ones, and a hint.
 
     Args:
-        token: The token that does not fit.
-        kind: The terminal it was taken as.
+        token: The unexpected token.
+        kind: Its terminal.
         previous: The token before it on its line.
-        expected: Terminals that would have fitted.
+        expected: Terminals that the grammar allows here.
     """
     found = {"_NEWLINE": "end of the line", "$END": "end of the file", "_DEDENT": "end of the block"}.get(kind)
     if found is None:
@@ -117,7 +117,7 @@ def _wanted(expected: set[str]) -> tuple[str, ...]:
         shown.append("an operator")
     elif {"COLON", "LPAR"} <= rest:
         rest -= {"BANG", "LSQB"}  # a member: a field, or a modifier, whose actor is seldom an element
-    literals = {name: text for text, name in table.load()["literals"].items()}
+    literals = {name: text for text, name in parse_table.load()["literals"].items()}
     shown += sorted(_WORDS.get(terminal) or f"`{literals[terminal]}`" for terminal in rest)
     return tuple(shown) if len(shown) <= _MAX_SHOWN else ()
 
@@ -125,19 +125,19 @@ def _wanted(expected: set[str]) -> tuple[str, ...]:
 def _hint(token: Token, kind: str, previous: Token | None, expected: set[str]) -> str:
     before = previous.kind if previous is not None else ""
     if kind == "_ASSIGN" and before == "COLON":
-        return "a default comes after the type: `name: type = value`"
+        return "write a default after the type: `name: type = value`"
     if kind == "_ASSIGN" and "EQUAL" in expected:
-        return "values are compared by `==`"
+        return "compare values by `==`"
     if kind == "NAME" and before in _NUMBERS and before != "PHYSICAL_LITERAL":
-        return "a unit follows its number without a blank, as in `5m`"
+        return "write a unit directly after its number, as in `5m`"
     if kind == "RSQB" and before == "LSQB":
         return "a list has at least one member; a list without a value is empty"
     if kind == "RPAR" and before == "LPAR" and "NOT" in expected:
-        return "without arguments, leave out the brackets"
+        return "omit empty brackets"
     if kind == "_ASSIGN" and "COLON" in expected:
-        return "arguments are named by `name: value`, and fields are declared by `name: type = value`"
+        return "name an argument by `name: value`, and declare a field by `name: type = value`"
     if token.value == "inherits" and "OF" in expected:
         return "modifiers do not inherit"
     if kind == "EQUAL" and "_ASSIGN" in expected:
-        return "a default is given by `=`"
+        return "set a default by `=`"
     return ""

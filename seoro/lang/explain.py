@@ -1,7 +1,6 @@
-"""What the codes of messages mean, for `seoro explain` and the documentation.
+"""Explanations of the codes of messages, for `seoro explain` and the documentation.
 
-Each code has a file in `explanations/`: its title, what it means, a wrong example with the message that it gives,
-and a right one.
+Each code has a file in `explanations/`: title, meaning, a wrong example with its message, and a right example.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ from seoro.lang.diagnostics import listing, near
 from seoro.lang.frozen import Frozen
 
 FOLDER: Final = Path(__file__).with_name("explanations")
-EXAMPLE: Final = "example.osc"  # how examples are called in their messages
+EXAMPLE: Final = "example.osc"  # name of examples in their messages
 PHASES: Final = {
     "E01": "Reading and parsing",
     "E02": "Imports and names",
     "E03": "Types and expressions",
-    "E04": "Behaviors, and what a run is made from",
+    "E04": "Behaviors and instantiation",
     "E05": "Coverage and runs",
     "E06": "Python",
 }
@@ -36,16 +35,16 @@ _TEXT: Final = re.compile(
 
 
 class Example(Frozen):
-    """A file that shows a message, and one that shows how to do without it.
+    """A wrong and a right example.
 
     Args:
-        wrong: The text of the one.
-        command: The command that gives the message.
-        message: What it prints on stderr.
-        right: The text of the other.
-        right_command: The command that then has nothing to say.
-        files: Texts of files beside it, by their paths.
-        right_files: Those of them that the right example changes or adds.
+        wrong: The text of the wrong example.
+        command: The command that prints the message.
+        message: Its output on stderr.
+        right: The text of the right example.
+        right_command: The command that succeeds with it.
+        files: Texts of other files, by path.
+        right_files: Other files that the right example changes or adds.
     """
 
     wrong: str
@@ -58,13 +57,13 @@ class Example(Frozen):
 
 
 class Explanation(Frozen):
-    """What a code means.
+    """Explanation of a code.
 
     Args:
         code: The code, such as `E0312`.
         title: One line, without a full stop.
-        meaning: What is wrong, and why; Markdown.
-        text: All of it in Markdown, with the examples.
+        meaning: Cause of the message; Markdown.
+        text: The whole explanation with the examples; Markdown.
         example: The examples.
     """
 
@@ -76,17 +75,17 @@ class Explanation(Frozen):
 
     @property
     def phase(self) -> str:
-        """In which phase the message is found."""
+        """Name of the phase that reports the code."""
         return PHASES[self.code[:3]]
 
 
 def codes() -> tuple[str, ...]:
-    """All codes that there are, in order."""
+    """Return all codes, in order."""
     return tuple(sorted(path.stem for path in FOLDER.glob("E????.md")))
 
 
 def explanation(code: str) -> Explanation | None:
-    """The explanation of a code, in upper or lower case; None if there is no such code."""
+    """Return the explanation of a code, in upper or lower case; None if the code is unknown."""
     code = code.upper()
     path = FOLDER / f"{code}.md"
     if not _CODE.fullmatch(code) or not path.exists():
@@ -95,12 +94,12 @@ def explanation(code: str) -> Explanation | None:
 
 
 def explanations() -> tuple[Explanation, ...]:
-    """The explanations of all codes, in order."""
+    """Return the explanations of all codes, in order."""
     return tuple(filter(None, map(explanation, codes())))
 
 
 def near_codes(code: str) -> str:
-    """A help text with the codes that may have been meant; empty if nothing comes near."""
+    """Return help that suggests similar codes; empty without any."""
     code = code.upper()
     phase = [known for known in codes() if known.startswith(code[:3])]
     if not _CODE.fullmatch(code) or not phase:
@@ -113,11 +112,11 @@ def parse(text: str) -> Explanation:
     """Read the text of an explanation.
 
     Raises:
-        ValueError: It has not the form that all have.
+        ValueError: The text has an invalid form.
     """
     found = _TEXT.fullmatch(text)
     if found is None:
-        raise ValueError(f"this is no explanation of a code: {text[:40]!r}")
+        raise ValueError(f"invalid explanation of a code: {text[:40]!r}")
     example = Example(
         found["wrong"],
         found["command"],
@@ -131,5 +130,5 @@ def parse(text: str) -> Explanation:
 
 
 def _files(text: str) -> dict[str, str]:
-    """Files of an example: each has its path before it."""
+    """Read the files of an example, each with its path before it."""
     return dict(re.findall(r"^`([^`\n]+)`:\n\n```\w+\n(.*?)```$", text, re.DOTALL | re.MULTILINE))

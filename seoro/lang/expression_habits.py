@@ -1,4 +1,4 @@
-"""Expressions as they are written in other languages: patterns of words, and what to write here."""
+"""Patterns of expressions in other languages, with the equivalent in OpenSCENARIO DSL."""
 
 from __future__ import annotations
 
@@ -10,42 +10,42 @@ EXPRESSION_HABITS: Final = (
     Habit(
         r".*?(?P<at>!) (?!=)",
         "unexpected `!`",
-        "the negation is written `not`; behind the name of an enumeration, `!` takes a member",
+        "write `not` for the negation; `!` after the name of an enumeration selects a member",
         "not",
     ),
     Habit(
         r".*?(?P<number>\d[\d.]*) (?P<at>%) (?:[,)\]\n]|with)",
-        "`%` is the remainder and needs a right side",
+        "`%` is the remainder and needs a right operand",
         "{number} percent is `{percent}`",
         "",
     ),
     Habit(
         r".+?(?P<at>if) .+ else .+",
         "unexpected `if` in an expression",
-        "the conditional expression is `<condition> ? <value> : <value>`",
+        "write `<condition> ? <value> : <value>`",
     ),
     Habit(r".+?(?P<at>[fFrRbBuU]) \"", "unexpected `{at}` before a string", "strings have no prefix", ""),
-    Habit(r".+?(?P<at>\* \*)", "unknown operator `**`", "powers are written as products: `a * a`"),
+    Habit(r".+?(?P<at>\* \*)", "unknown operator `**`", "write a power as a product: `a * a`"),
     Habit(r".+?(?P<at>is not)\b", "unknown operator `is not`", "write `!=`", "!="),
     Habit(r".+?(?P<at>not in)\b", "unknown operator `not in`", "write `not (<value> in <list>)`"),
-    Habit(r".+?(?P<at>->) (?=\w)", "unexpected `->`", "members are taken by `.`", "."),
+    Habit(r".+?(?P<at>->) (?=\w)", "unexpected `->`", "access members by `.`", "."),
     Habit(
         r".+?(?P<at>= = =|= = |== =)",
         "unknown operator `{at}`",
-        "values are compared by `==`",
+        "compare values by `==`",
     ),
     Habit(
         r"(?!(?:scenario|action|actor|struct|modifier|def|event|keep|wait|cover|record|remove_default) |.*\bif )"
         r".*?(?:\w \(|,) (?P<name>\w+) (?P<at>=) (?!=)",
-        "unexpected `=` behind the name of an argument",
+        "unexpected `=` after the name of an argument",
         "write `{name}: <value>`",
         ":",
     ),
-    Habit(r".+?(?P<at>< >|= / =|!= =)", "unknown operator `{at}`", "values are compared by `!=`", "!="),
+    Habit(r".+?(?P<at>< >|= / =|!= =)", "unknown operator `{at}`", "compare values by `!=`", "!="),
     Habit(
         r"(?!def |event |type |unit ).+?(?P<at>is) (?!not\b)(?=[\w\"])",
         "unknown operator `is`",
-        "values are compared by `==`",
+        "compare values by `==`",
         "==",
     ),
     Habit(

@@ -1,12 +1,12 @@
-"""Frozen dataclasses that cost nothing to define: what trees, messages and plans are made of.
+"""Frozen dataclasses that are cheap to define, for trees, messages and plans.
 
-To the type checker and to the functions of `dataclasses` (`fields`, `replace`, `is_dataclass`) the subclasses of
-`Frozen` and `Value` are frozen dataclasses with slots. The decorator itself takes most of a millisecond for each
-class, as it writes and compiles methods; with two hundred classes that is more than a short scenario takes in all.
-Here a class is no more than a tuple of names, and the rest is made when somebody asks for it.
+To type checkers and the functions of `dataclasses` (`fields`, `replace`, `is_dataclass`), subclasses of `Frozen`
+and `Value` are frozen dataclasses with slots. The decorator `@dataclass` takes most of a millisecond per class, as
+it compiles methods; for two hundred classes, that is longer than a short scenario takes. Here a class is only a
+tuple of names, and the rest is created on demand.
 
-Of what dataclasses offer, there are defaults, `field(default_factory=...)`, `field(repr=False)` and inheritance.
-Annotations have to be strings: modules with such classes say `from __future__ import annotations`.
+Supported are defaults, `field(default_factory=...)`, `field(repr=False)` and inheritance. Annotations must be
+strings, so modules with such classes need `from __future__ import annotations`.
 """
 
 from __future__ import annotations
@@ -16,16 +16,17 @@ import inspect
 from collections.abc import Callable
 from functools import cache
 from itertools import repeat
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn, TypeAlias, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn, TypeAlias, TypeVar, dataclass_transform
 
 _Init: TypeAlias = Callable[..., None]
 _Setter: TypeAlias = Callable[[Any, Any], None]
+_Made = TypeVar("_Made", bound="Frozen")
 
 
 def _init_for_the_first_time(self: Any, *values: Any, **named: Any) -> None:
-    """Give the class an `__init__` of its own, which sets its slots without a loop, and call it.
+    """Give the class its own `__init__`, which sets slots without a loop, and call it.
 
-    A file has tens of thousands of nodes and places, and most of the time for a node went into the loop.
+    A file has tens of thousands of nodes and spans, and the loop took most of the time.
     """
     cls: Any = type(self)
     setters = [getattr(cls, name).__set__ for name in cls.__match_args__]
@@ -101,7 +102,7 @@ _INITS: Final[dict[int, Callable[..., _Init]]] = {
 
 
 class _Frozen(type):
-    """Turns the annotations of a class into slots, and what they are set to into defaults."""
+    """Turns the annotations of a class into slots, and their values into defaults."""
 
     def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> _Frozen:
         inherited: dict[str, None] = {}
@@ -123,7 +124,7 @@ class _Frozen(type):
 
 
 class _OnDemand:
-    """An attribute that the decorator would have given to the class."""
+    """A class attribute that `@dataclass` would set, created on demand."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
@@ -134,10 +135,10 @@ class _OnDemand:
 
 @cache
 def _decorated(cls: type[Frozen]) -> type:
-    """A real dataclass with the fields of a class.
+    """Create a real dataclass with the fields of a class.
 
     Raises:
-        TypeError: A field asks for what `Frozen` does not offer.
+        TypeError: A field has an unsupported option.
         ValueError: A default is mutable.
     """
     annotations: dict[str, str] = {}
@@ -152,7 +153,7 @@ def _decorated(cls: type[Frozen]) -> type:
         if isinstance(default, dataclasses.Field):
             if not default.init or not default.compare or default.hash is not None or default.kw_only is True:
                 raise TypeError(
-                    f"{cls.__name__}.{name}: of the options of `field`, there are default and repr only"
+                    f"{cls.__name__}.{name}: `field` supports only default, default_factory and repr here"
                 )
             default = dataclasses.field(  # a copy, since a field belongs to one class
                 default=default.default, default_factory=default.default_factory, repr=default.repr
@@ -181,11 +182,11 @@ class Frozen(metaclass=_Frozen):
         raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r} of {type(self).__name__}")
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """For `copy`, which would assign to fields."""
+        """Support `copy`, which would assign to fields."""
         return type(self), _values(self)
 
     def __repr__(self) -> str:
-        """The fields; places in the text say little to people, and hide the rest."""
+        """Return the fields, without spans, which are long and uninformative."""
         shown = (field.name for field in dataclasses.fields(self) if field.repr and field.name != "span")
         return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in shown)})"
 
@@ -203,35 +204,45 @@ class Value(Frozen):
         return hash(_values(self))
 
 
+def replaced(value: _Made, /, **fields: Any) -> _Made:
+    """Copy a value with other fields, as `dataclasses.replace` without setting up a dataclass first.
+
+    Raises:
+        TypeError: A field is unknown.
+    """
+    kept = {name: getattr(value, name) for name in value.__match_args__}
+    return type(value)(**kept | fields)
+
+
 def _values(made: Any) -> tuple[Any, ...]:
-    """The fields of an instance, in order."""
+    """Return the fields of an instance, in order."""
     return tuple(map(getattr, repeat(made), made.__match_args__))
 
 
 def _arguments(cls: type[Frozen], values: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
-    """The values of all fields, where not all are given by their positions.
+    """Return the values of all fields, from positional and named arguments and defaults.
 
     Raises:
-        TypeError: A field has no value or two, or there is no such field.
+        TypeError: A field is missing, duplicate or unknown.
     """
     names = cls.__match_args__
     given = dict(zip(names, values, strict=False))
     if len(values) > len(names):
-        raise TypeError(f"{cls.__name__} has {len(names)} fields, and {len(values)} values were given")
+        raise TypeError(f"{cls.__name__} has {len(names)} fields, but got {len(values)} values")
     for name, value in named.items():
         if name in given or name not in names:
-            raise TypeError(f"{cls.__name__} {'has two values for' if name in given else 'has no'} field {name!r}")
+            raise TypeError(f"{cls.__name__}: {'duplicate' if name in given else 'unknown'} field {name!r}")
         given[name] = value
     missing = [name for name in names if name not in given]
     for name in missing:
         if name not in cls.__field_defaults__:
-            raise TypeError(f"{cls.__name__} lacks a value for field {name!r}")
+            raise TypeError(f"{cls.__name__}: missing field {name!r}")
         given[name] = _default(cls.__field_defaults__[name])
     return tuple(given[name] for name in names)
 
 
 def _default(default: Any) -> Any:
-    """What a field has that is not given."""
+    """Return the default of a field."""
     if not isinstance(default, dataclasses.Field):
         return default
     return default.default if default.default_factory is dataclasses.MISSING else default.default_factory()

@@ -1,7 +1,7 @@
-"""From the grammar `osc.lark` to the parse table `osc.json` that the parser runs on.
+"""Generator of the parse table `osc.json` from the grammar `osc.lark`.
 
-The table is generated when the grammar changes, with `python -m seoro.lang.grammar`, so that running a scenario
-neither loads lark nor builds the table (together a quarter of a second). A test compares the two files.
+Run `python -m seoro.lang.grammar` after changes of the grammar. A run of a scenario then neither loads lark nor
+builds the table, which takes a quarter of a second. A test compares the two files.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from seoro.lang.table import SPLICED, TABLE, Table
+from seoro.lang.parse_table import SPLICED, TABLE, Table
 
 if TYPE_CHECKING:
     from lark import Lark
@@ -25,12 +25,12 @@ STARTS = ("osc_file", "lone_expression")
 
 
 def digest() -> str:
-    """What the text of the grammar is known by in its table."""
+    """Return the digest of the grammar, which the table contains."""
     return hashlib.sha256(GRAMMAR.read_bytes()).hexdigest()
 
 
 def generate() -> Table:
-    """Build the table from the grammar; a conflict in the grammar is an error."""
+    """Build the table from the grammar; raise on conflicts in it."""
     lark = _read_grammar()
     states, starts, ends = _number_states(lark)
     rules = list(lark.rules)
@@ -77,7 +77,7 @@ def write() -> None:
 
 
 def _layout(value: object) -> str:
-    """One item a line, so that a change of the grammar shows in a diff."""
+    """Format one item per line, so that diffs show changes of the grammar."""
     if isinstance(value, list) and value and isinstance(value[0], list | dict):
         return "[\n" + ",\n".join(json.dumps(item, separators=(",", ":")) for item in value) + "\n]"
     return json.dumps(value, separators=(",", ":"))
@@ -101,7 +101,7 @@ def _read_grammar() -> Lark:
 
 
 def _number_states(lark: Lark) -> tuple[list[Any], dict[str, int], Mapping[str, Any]]:
-    """States in the order in which they are reached, so that the same grammar always gives the same table."""
+    """Number the states in the order of traversal, so that the table is deterministic."""
     table = lark.parser.parser._parse_table
     order: dict[Any, None] = {}
     queue = deque(table.start_states[start] for start in STARTS)
@@ -118,7 +118,7 @@ def _number_states(lark: Lark) -> tuple[list[Any], dict[str, int], Mapping[str, 
 
 
 def _describe(rule: Rule) -> list[Any]:
-    """A rule as the table holds it."""
+    """Encode a rule for the table."""
     keep_all = rule.options.keep_all_tokens
     absent = [0] * (len(rule.expansion) + 1)
     if rule.options.empty_indices:

@@ -6,22 +6,22 @@ from typing import Final
 
 from seoro.lang.frozen import Frozen
 
-FILE, MEMBERS, BEHAVIORS, REACTIONS = "file", "members", "behaviors", "reactions"  # where statements stand
-END: Final = "\n"  # of a line, in the layout of a statement
+FILE, MEMBERS, BEHAVIORS, REACTIONS = "file", "members", "behaviors", "reactions"  # places of a statement
+END: Final = "\n"  # end of a line, in the layout of a statement
 BLOCK: Final = "\t"  # the beginning of a block
 
 
 class Habit(Frozen):
-    """A statement as another language has it.
+    """A statement of another language.
 
     Args:
-        pattern: A regular expression for the words of a statement. Its group `at` is what is at fault.
-        message: The message; names of groups in braces stand for what they matched.
-        help: How to repair it.
+        pattern: A regular expression for the words of a statement. Its group `at` is the faulty part.
+        message: The message; names of groups in braces are replaced by their matches.
+        help: Help text, with the same replacements.
         repair: The words that replace `at`; None if the statement is skipped.
-        place: Where statements of this kind stand; empty for everywhere.
-        meant: What `at` may be a misspelling of, for `{meant}`; the habit is passed over if nothing comes near.
-        tails: Words with which further parts of the same statement begin, which are skipped with it.
+        place: The place in which the habit applies; empty for all.
+        meant: Correct words for `{meant}`; the habit applies only if `at` resembles one of them.
+        tails: First words of further parts of the same statement, which are skipped with it.
     """
 
     pattern: str

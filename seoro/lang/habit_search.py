@@ -1,4 +1,4 @@
-"""Finds the habit of another language that a statement with a syntax error shows."""
+"""Search for a habit of another language in a statement with a syntax error."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from seoro.lang.lexer import Token
 from seoro.lang.line_habits import HABITS
 from seoro.lang.source import SourceFile, Span
 
-MAX_WORDS: Final = 200  # of a statement that are looked at
+MAX_WORDS: Final = 200  # searched words of a statement
 _SHOWN: Final = {"_NEWLINE": END, "_INDENT": BLOCK, "_DEDENT": END, "$END": END, "STRING_LITERAL": '"'}
 
 
 class Found(Frozen):
-    """A habit that was found in a statement.
+    """A habit in a statement.
 
     Args:
         habit: The habit.
         message: Its message.
-        first: The index of the first token at fault.
-        behind: The index behind the last one.
-        repair: The text to read in their place; None if the statement is skipped.
+        first: Index of the first faulty token.
+        behind: Index after the last faulty token.
+        repair: Replacement text of the faulty tokens; None if the statement is skipped.
     """
 
     habit: Habit
-    message: syntax.OtherLanguage
+    message: syntax.ForeignSyntax
     first: int
     behind: int
     repair: str | None
@@ -40,14 +40,14 @@ class Found(Frozen):
 def find(
     file: SourceFile, tokens: Sequence[Token], first: int, index: int, stands: Callable[[str], bool]
 ) -> Found | None:
-    """The habit that a statement shows; None if it shows none.
+    """Return the first habit that matches a statement, or None.
 
     Args:
         file: The text.
         tokens: Its tokens.
         first: The index of the first token of the statement.
-        index: The index of the token that does not fit.
-        stands: Whether the statement stands in a place.
+        index: The index of the unexpected token.
+        stands: Returns whether the statement stands in a place.
     """
     if index - first >= MAX_WORDS:
         return None
@@ -72,23 +72,23 @@ def find(
         fields |= {"meant": listing(near, "or"), "only": near[0] if near else "", "at": span.text}
         if "number" in fields:
             fields["percent"] = f"{float(fields['number']) / 100:g}"
-        message = syntax.OtherLanguage(span, habit.message.format(**fields), habit.help.format(**fields))
+        message = syntax.ForeignSyntax(span, habit.message.format(**fields), habit.help.format(**fields))
         repair = habit.repair.format(**fields) if habit.repair is not None else None
         return Found(habit, message, first + start, first + behind, repair)
     return None
 
 
 def _concerns(found: re.Match[str], habit: Habit, at_fault: int, number: int) -> bool:
-    """Whether a habit explains the word at an offset, the `number`-th of the statement from 0."""
+    """Return whether a habit explains the word at an offset, the `number`-th of the statement from 0."""
     if found.end() > at_fault:
         return True
     return found.start("at") == 0 and (not habit.meant or number <= 1)
 
 
 def _lay_out(file: SourceFile, tokens: Sequence[Token]) -> tuple[str, list[int]]:
-    """The words of a statement with one blank between them, and where each of them begins.
+    """Join the words of a statement by single blanks; return the text and the offsets of the words.
 
-    A block that belongs to the statement shows by the word for its beginning.
+    `BLOCK` represents a block of the statement.
     """
     parts: list[str] = []
     starts: list[int] = []
@@ -114,7 +114,7 @@ def _near(word: str, meant: Sequence[str]) -> list[str]:
 
 
 def _joined(words: str) -> str:
-    """Words of a statement as they are written."""
+    """Return words of a statement as in source text."""
     return re.sub(r" ?([.()]) ?", r"\1", words)
 
 

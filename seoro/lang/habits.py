@@ -1,6 +1,6 @@
-"""Words of other languages: what people write by habit, and how it is written here.
+"""Tables of words from other languages, with the equivalent in OpenSCENARIO DSL.
 
-The tables are data. `line_habits.py` has the habits that show in the words of a whole statement.
+`line_habits.py` has the patterns of whole statements.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from io import StringIO
 from typing import Final
 
 _TRUE: Final = "booleans are `true` and `false`"
-_NULL: Final = "every field has a value: leave out the default, and it is chosen or given when a run starts"
-_SELF: Final = "fields of the own type are written by their name alone"
+_NULL: Final = "every field has a value: omit the default, and the run chooses or sets it"
+_SELF: Final = "write only the name of a field of the own type"
 _NO_IF: Final = "use `one_of` with a `wait <condition>` in each branch, `on <event>:`, or `? :` in an expression"
-_EVENTS: Final = "it stands directly behind `wait`, `on`, `until` or `is`, without brackets around it"
+_EVENTS: Final = "write it directly after `wait`, `on`, `until` or `is`, without brackets around it"
 
 NAMES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("True", "False", "TRUE", "FALSE", "yes", "no", "on", "off"), _TRUE),
     **dict.fromkeys(("None", "none", "null", "NULL", "nil", "nullptr", "undefined"), _NULL),
     **dict.fromkeys(("self", "this"), _SELF),
-    **dict.fromkeys(("NaN", "NAN"), "it is written `nan`"),
-    **dict.fromkeys(("Inf", "infinity", "INFINITY"), "it is written `inf`"),
+    **dict.fromkeys(("NaN", "NAN"), "write `nan`"),
+    **dict.fromkeys(("Inf", "infinity", "INFINITY"), "write `inf`"),
     **dict.fromkeys(
         ("math", "pi", "PI", "M_PI"), "write the number: `3.141592653589793`, or an angle as `180deg`"
     ),
@@ -46,11 +46,11 @@ TYPES: Final[Mapping[str, str]] = {
 BEHAVIORS: Final[Mapping[str, str]] = {
     **dict.fromkeys(
         ("keep", "remove_default"),
-        "`{}` stands among the members of the scenario, or below `with:`",
+        "`{}` is a member of the scenario, or of a `with:` block",
     ),
-    **dict.fromkeys(("cover", "record", "event", "var"), "`{}` stands among the members of the scenario"),
-    "until": "`until` stands below `with:` of what it ends",
-    "emit": "an event is emitted without brackets: `emit <event>`",
+    **dict.fromkeys(("cover", "record", "event", "var"), "`{}` is a member of the scenario"),
+    "until": "write `until` below the `with:` of the behavior that it ends",
+    "emit": "emit an event without brackets: `emit <event>`",
     "call": "write `call <method>()`",
     **dict.fromkeys(("print", "printf", "echo", "puts", "info"), "write `log(...)`, of `import osc.helpers`"),
     **dict.fromkeys(("sleep", "delay", "pause", "wait_for"), "write `wait elapsed(<time>)`"),
@@ -60,7 +60,7 @@ BEHAVIORS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("exit", "quit", "stop"), "write `emit end`, or `emit fail`"),
     **dict.fromkeys(("if", "switch"), _NO_IF),
     **dict.fromkeys(
-        ("set", "assign"), "variables change by `increment(...)` and `decrement(...)` of `osc.helpers`"
+        ("set", "assign"), "change a variable by `increment(...)` or `decrement(...)` of `osc.helpers`"
     ),
 }
 """Help for unknown scenarios and actions; `{}` stands for the name."""
@@ -68,23 +68,23 @@ BEHAVIORS: Final[Mapping[str, str]] = {
 METHODS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("elapsed", "rise", "fall", "every"), _EVENTS),
     "sample": "`sample` gives a variable its value: `var x: int = sample(<value>, @<event>, <first value>)`",
-    "len": "a list has the method `size()`",
-    "range": "write `[1..3]`, or `range(1, 3)` in a place of values",
+    "len": "use the method `size()` of the list",
+    "range": "write `[1..3]`, or `range(1, 3)` in an expression",
     **dict.fromkeys(("int", "float", "str", "bool", "string", "uint"), "convert by `.as(<type>)`"),
-    **dict.fromkeys(("sqrt", "sin", "cos", "abs", "pow", "exp", "log10"), "declare it as `external` method"),
+    **dict.fromkeys(("sqrt", "sin", "cos", "abs", "pow", "exp", "log10"), "declare it as an `external` method"),
 }
-"""Help for what is applied in expressions and is neither a method nor a struct."""
+"""Help for calls in expressions of something that is neither a method nor a struct."""
 
 CHARACTERS: Final[Mapping[str, str]] = {
     ";": "a statement ends with its line",
-    "{": "blocks are made by `:` and indentation",
-    "}": "blocks are made by `:` and indentation",
+    "{": "write a block by `:` and indentation",
+    "}": "write a block by `:` and indentation",
     "|": "an identifier in bars ends with a second `|`, and `or` is the disjunction",
-    "°": "angles are written `90deg`, temperatures `20celsius`",
+    "°": "write an angle as `90deg`, a temperature as `20celsius`",
     "π": "write `3.141592653589793`",
-    "^": "powers are written as products, `a * a`, and units as one name, `mpss`",
-    "~": "the negation is written `not`",
-    "\\": "a line goes on within brackets, or after `\\` at its very end",
+    "^": "write a power as a product, `a * a`, and a unit as one name, `mpss`",
+    "~": "write `not` for the negation",
+    "\\": "continue a line within brackets, or by `\\` at its very end",
 }
 """Help for characters that begin no token."""
 
@@ -104,10 +104,10 @@ OPERATORS: Final[Mapping[str, str]] = {
     "…": "..",
     "→": "->",
 }
-"""Operators of other languages and of typography, and those that are read in their place."""
+"""Operators of other languages and of typography, and the operators that replace them."""
 
 COMMENTS: Final[Mapping[str, str]] = {"//": r"[^\r\n]*", "/*": r"(?s:.*?)(?:\*/|\Z)"}
-"""Signs that begin comments in other languages, and patterns of what belongs to them."""
+"""Signs that begin comments in other languages, and patterns for the rest of the comment."""
 
 MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
     **dict.fromkeys(
@@ -120,9 +120,9 @@ MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
         "compare the number, as in `{text} == 3`; to let time pass, write `wait elapsed(<time>)`",
     ),
 }
-"""Help for values of the wrong type, by what they are for or the type that is expected, and the type found.
+"""Help for values of the wrong type, by their purpose or the expected type, and the found type.
 
-`{text}` stands for the value as it is written.
+`{text}` stands for the source text of the value.
 """
 
 LITERAL_MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
@@ -135,7 +135,7 @@ LITERAL_MISMATCHES: Final[Mapping[tuple[str, str], str]] = {
     ),
     **dict.fromkeys((("bool", "int"), ("bool", "uint"), ("bool", "float")), _TRUE),
 }
-"""The same for values that are written out."""
+"""Help for literals of the wrong type, by the expected and the found type."""
 
 UNITS: Final[Mapping[str, str]] = {
     "m/s": "mps",
@@ -165,15 +165,15 @@ UNITS: Final[Mapping[str, str]] = {
     "ft": "feet",
     "in": "inch",
 }
-"""Units that exist by another name."""
+"""Other spellings of units, and their names in the standard."""
 
 OPENING_QUOTES: Final = "`“‘„‚«”’"  # noqa: RUF001
 CLOSING_QUOTES: Final = "`”’“‘»"  # noqa: RUF001
 BLANKS: Final = "\u00a0\u2007\u202f\u2002\u2003\u2009\u200b\u3000\ufeff"
-"""Blanks that separate no tokens, as text copied from documents has them."""
+"""Unicode blanks of text copied from documents, which do not separate tokens."""
 
 _LONGEST_QUANTITY: Final = 100  # characters of a number and the first part of its unit
-# Compiled where they are needed first: most texts are what they should be.
+# Compiled on first use: few texts need them.
 _XML: Final = r"\s*<(?:\?xml|!--|!DOCTYPE|[A-Za-z][\w:.-]*[\s/>])"
 _JSON: Final = r"\s*\{\s*(?:\"|\}|$)"
 _YAML: Final = (
@@ -195,7 +195,7 @@ def _first_word(text: str) -> str:
 
 
 def foreign_format(text: str) -> str:
-    """The format of a text that is not OpenSCENARIO DSL at all; empty if it may be."""
+    """Detect the format of a text in another language; empty if it may be OpenSCENARIO DSL."""
     first = _first_word(text)
     if first[:1] == "<" and re.match(_XML, text):
         return "an OpenSCENARIO XML file" if "<OpenSCENARIO" in text[:4096] else "an XML file"
@@ -211,8 +211,8 @@ def compound_unit(text: str, start: int, end: int) -> tuple[int, str]:
 
     Args:
         text: The text of the file.
-        start: Where the name behind the `/` begins.
-        end: Where it ends.
+        start: Start of the name after the `/`.
+        end: End of the name.
     """
     if text[max(0, start - 1) : start] != "/":
         return -1, ""
@@ -222,13 +222,13 @@ def compound_unit(text: str, start: int, end: int) -> tuple[int, str]:
 
 
 def mismatch_help(context: str, expected: str, found: str, text: str) -> str:
-    """Help for a value of the wrong type; empty if nothing is known about it.
+    """Return help for a value of the wrong type; empty without an entry in the tables.
 
     Args:
-        context: What it is for.
-        expected: The type that is needed.
-        found: Its own type.
-        text: The value as it is written.
+        context: Purpose of the value.
+        expected: Expected type.
+        found: Type of the value.
+        text: Source text of the value.
     """
     habit = MISMATCHES.get((context, found)) or MISMATCHES.get((expected, found), "")
     if not habit and re.fullmatch(r"([\"']).*\1|[+-]?[\d.]+|true|false", text, re.DOTALL):

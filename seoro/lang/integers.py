@@ -9,10 +9,10 @@ UINT_LIMITS: Final = (0, 2**64 - 1)
 
 
 def wrap_int(value: int) -> int:
-    """The value in two's complement of 64 bits."""
+    """Return the value in two's complement of 64 bits."""
     return (value + 2**63) % 2**64 - 2**63
 
 
 def wrap_uint(value: int) -> int:
-    """The value modulo 2 to the 64."""
+    """Return the value modulo 2**64."""
     return value % 2**64

@@ -1,7 +1,7 @@
-"""From characters to tokens (7.2.1): logical lines, indentation, literals, words and operators.
+"""Lexer (7.2.1): logical lines, indentation, literals, words and operators.
 
-Words come out as `NAME`, whether they are keywords or not: that depends on where the grammar has them, so the
-parser decides. Indentation follows Python 3.10, section 2.1.8, with tabs to multiples of 8 columns.
+All words are `NAME` tokens; the parser decides by context which are keywords. Indentation follows Python 3.10,
+section 2.1.8, with tabs to multiples of 8 columns.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 import unicodedata
 from typing import Any, Final, NamedTuple
 
-from seoro.lang import table
+from seoro.lang import parse_table
 from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import syntax
 from seoro.lang.escapes import unescape
@@ -18,10 +18,10 @@ from seoro.lang.habits import BLANKS, CLOSING_QUOTES, COMMENTS, OPENING_QUOTES, 
 from seoro.lang.source import SourceFile, Span
 
 TAB_STOP = 8
-MAX_ERRORS = 30  # of one file; what comes after is seldom more than an echo
+MAX_ERRORS = 30  # of one file; later errors are mostly consequences
 MAX_TOKENS = 50_000  # of one logical line
-# A letter or an underscore, then digits too, or anything beyond ASCII, which is looked at by category later:
-# written as the rest of ASCII excluded, since character sets of Unicode ranges take long to compile.
+# A letter, an underscore or a character beyond ASCII, whose category is checked later; then digits, too.
+# The sets exclude the rest of ASCII: sets of Unicode ranges take long to compile.
 _NAME = r"(?:[^\x00-@\[-^`{-\x7f][^\x00-/:-@\[-^`{-\x7f]*|\|[^|]+\|)"
 # No possessive groups: Python up to 3.11.4 gets them wrong (`*+` of single characters is right).
 _TOKEN: Final = re.compile(
@@ -46,7 +46,7 @@ _CHAR_CATEGORIES = _START_CATEGORIES | {"Mc", "Mn", "Nd", "Pc"}
 
 
 class Token:
-    """A token: `kind` is the terminal it is for the grammar; `NAME` for any word."""
+    """A token: `kind` is its terminal in the grammar; `NAME` for any word."""
 
     __slots__ = ("end", "kind", "start", "value")
 
@@ -66,7 +66,7 @@ class Number(NamedTuple):
 
 
 class Refused(Exception):
-    """A text is not read any further; the message says why."""
+    """Reading of a text stopped; the message has the reason."""
 
     def __init__(self, message: Message) -> None:
         super().__init__()
@@ -78,8 +78,8 @@ class Lexer:
 
     Args:
         file: The file.
-        bag: Where messages go.
-        stop: Offset of the line at which to stop; the end of the text unless given.
+        bag: Bag for messages.
+        stop: Offset of the line at which to stop; default the end of the text.
     """
 
     def __init__(self, file: SourceFile, bag: Bag, stop: int | None = None) -> None:
@@ -87,15 +87,15 @@ class Lexer:
         self._text = file.text[:stop]
         self._bag = bag
         self._errors = 0
-        self._operators = table.load()["literals"]
+        self._operators = parse_table.load()["literals"]
         self._has_braces = False
-        self._blanks_line = 0  # the last line with a blank that is reported
+        self._blanks_line = 0  # the last line with a reported blank
 
     def tokens(self, offset: int = 0, indents: tuple[int, ...] = (0,)) -> list[Token]:
-        """All tokens from an offset, which is the start of a line inside blocks indented as given.
+        """Return all tokens from the start of a line, inside blocks of the given indentations.
 
         Raises:
-            Refused: The text is beyond a limit.
+            Refused: The text exceeds a limit.
         """
         text, match = self._text, _TOKEN.match
         tokens: list[Token] = []
@@ -129,12 +129,12 @@ class Lexer:
             group = found.lastgroup
             if group in {"blank", "comment"}:
                 continue
-            if group == "name" and (word := found.group()).isascii() and word[0] != "|":  # most of all
+            if group == "name" and (word := found.group()).isascii() and word[0] != "|":  # most tokens
                 tokens.append(Token("NAME", word, offset - len(word), offset))
                 continue
             if group == "end":
                 if not brackets and len(tokens) == first and self._errors:
-                    at_start = True  # the line had nothing but what was reported
+                    at_start = True  # the line contained only reported text
                 elif not brackets:
                     tokens.append(Token("_NEWLINE", None, found.start(), found.start()))
                     at_start = True
@@ -149,7 +149,7 @@ class Lexer:
         return tokens
 
     def _indentation(self, offset: int) -> tuple[int, int]:
-        """The first character of a line that is no blank, and its column from 0."""
+        """Return the offset of a line's first non-blank character, and its column from 0."""
         column = 0
         while offset < len(self._text):
             char = self._text[offset]
@@ -175,7 +175,7 @@ class Lexer:
         end = tokens[-1].end if tokens else offset
         while column < levels[-1]:
             inner = levels.pop()
-            if column > levels[-1]:  # between two levels: taken as the inner one
+            if column > levels[-1]:  # between two levels: use the inner one
                 start = max(self._text.rfind("\n", 0, offset), self._text.rfind("\r", 0, offset)) + 1
                 blanks = self._text[start:offset]
                 mixes = "\t" in blanks or "\t" in self._file.line(self._file.position(end)[0])[: inner or 1]
@@ -186,7 +186,7 @@ class Lexer:
             tokens.append(Token("_DEDENT", column, end, end))
 
     def _token(self, tokens: list[Token], brackets: list[Token], found: re.Match[str], group: str) -> int:
-        """Add the token that was matched; gives the offset after it."""
+        """Add the matched token; return the offset after it."""
         start, end = found.span()
         text = found.group()
         if group == "operator":
@@ -236,7 +236,7 @@ class Lexer:
         return Token(kind, Number(value, is_float, unit), start, end)
 
     def _end_of_name(self, start: int, end: int) -> int:
-        """Where a word ends; characters beyond ASCII are looked up by category (7.2.1.5.1)."""
+        """Return the end of a word; the category decides about non-ASCII characters (7.2.1.5.1)."""
         text = self._text[start:end]
         if text.isascii() or text.startswith("|"):
             return end
@@ -248,14 +248,14 @@ class Lexer:
         return end
 
     def _report(self, message: Message) -> None:
-        """Report; the file is given up when there are so many that it is no scenario."""
+        """Report an error; stop reading after `MAX_ERRORS`."""
         self._errors += 1
         if self._errors >= MAX_ERRORS:
             raise Refused(message)
         self._bag.add(message)
 
     def _recover(self, tokens: list[Token], offset: int) -> int:
-        """Report what is no token; gives the offset to go on from."""
+        """Report an invalid token; return the offset to resume at."""
         text = self._text
         char = text[offset]
         if char in "\"'":
@@ -267,13 +267,13 @@ class Lexer:
         sign = next((sign for sign in OPERATORS if text.startswith(sign, offset)), None)
         if sign is not None:
             return self._foreign_operator(tokens, offset, sign)
-        if char != "}" or not self._has_braces:  # that belong to the one that was reported
+        if char != "}" or not self._has_braces:  # belongs to a reported brace
             self._report(syntax.UnknownCharacter(Span(self._file, offset, offset + 1)))
         self._has_braces |= char == "{"
         return offset + 1
 
     def _unclosed(self, tokens: list[Token], offset: int) -> int:
-        """A string that is not closed: it ends with its line, or with the text."""
+        """Read an unclosed string, which ends with its line or the text."""
         text = self._text
         quotes = text[offset] * 3 if text.startswith(text[offset] * 3, offset) else text[offset]
         ends = [text.find(end, offset) for end in "\r\n"] if len(quotes) == 1 else []
@@ -283,11 +283,11 @@ class Lexer:
         return end
 
     def _foreign_quotes(self, tokens: list[Token], offset: int) -> int:
-        """A string in quotes of typography: it ends at the next quotes on its line."""
+        """Read a string in typographic quotes, which ends at the next quotes on its line."""
         char = self._text[offset]
-        hint = "strings are quoted by `\"` or `'`"
+        hint = "quote strings by `\"` or `'`"
         self._report(
-            syntax.OtherLanguage(Span(self._file, offset, offset + 1), f"unexpected quotes `{char}`", hint)
+            syntax.ForeignSyntax(Span(self._file, offset, offset + 1), f"unexpected quotes `{char}`", hint)
         )
         end = offset + 1
         while end < len(self._text) and self._text[end] not in f"\"'\r\n{CLOSING_QUOTES}":
@@ -297,26 +297,26 @@ class Lexer:
         return end + is_closed
 
     def _foreign_operator(self, tokens: list[Token], offset: int, sign: str) -> int:
-        """An operator of another language, in whose place the one of this language is read."""
+        """Replace an operator of another language by its equivalent."""
         own, end = OPERATORS[sign], offset + len(sign)
         span = Span(self._file, offset, end)
-        self._report(syntax.OtherLanguage(span, f"unknown operator `{sign}`", f"write `{own}`"))
+        self._report(syntax.ForeignSyntax(span, f"unknown operator `{sign}`", f"write `{own}`"))
         tokens.append(Token("NAME" if own.isalpha() else self._operators[own], own, offset, end))
         return end
 
     def _foreign_comment(self, offset: int) -> int:
-        """A comment of another language; gives the offset behind it."""
+        """Skip a comment of another language; return the offset after it."""
         sign = self._text[offset : offset + 2]
         span = Span(self._file, offset, offset + 2)
         before = self._text[self._text.rfind("\n", 0, offset) + 1 : offset]
         is_behind = bool(before.strip()) and sign == "//"
-        hint = "comments begin with `#`" + (", and a division is written `/`" if is_behind else "")
-        self._report(syntax.OtherLanguage(span, f"unexpected `{sign}`", hint))
+        hint = "begin a comment with `#`" + (", and write a division as `/`" if is_behind else "")
+        self._report(syntax.ForeignSyntax(span, f"unexpected `{sign}`", hint))
         found = re.compile(COMMENTS[sign]).match(self._text, offset)
         return found.end() if found else offset + 2
 
     def _foreign_blanks(self, offset: int) -> int:
-        """A blank that separates no words; reported once a line. Gives the offset behind it."""
+        """Skip an invalid blank, reported once per line; return the offset after it."""
         line = self._file.position(offset)[0]
         if line != self._blanks_line:
             self._blanks_line = line
@@ -324,7 +324,5 @@ class Lexer:
             name = unicodedata.name(char, "a blank").lower()
             text = f"unexpected blank U+{ord(char):04X} ({name})"
             span = Span(self._file, offset, offset + 1)
-            self._report(
-                syntax.OtherLanguage(span, text, "indent and separate words with blanks from the space bar")
-            )
+            self._report(syntax.ForeignSyntax(span, text, "indent and separate words by spaces"))
         return offset + 1

@@ -1,24 +1,24 @@
-"""Finds libraries, which scenarios import as `osc.<name>`.
+"""Search for libraries, which scenarios import as `osc.<name>`.
 
-There are three kinds, looked for in this order:
+The search order is:
 
-- seoro's own, in `library/`;
-- those in the folder `seoro.libraries` beside the scenario file: `name.osc`, or `name/name.osc`;
-- those of installed packages: the entry-point group `seoro.libraries` has `name = "package.module"`, and
-  `name.osc` is in the folder of that module.
+- built-in libraries, in `library/`;
+- the folder `seoro.libraries` beside the scenario file: `name.osc`, or `name/name.osc`;
+- installed packages: the entry-point group `seoro.libraries` has `name = "package.module"`, and `name.osc` is in
+  the folder of that module.
 
-Nothing of a library is run to find it.
+The search runs no code of a library.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from enum import Enum
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from seoro.lang.diagnostic import Message
+from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.diagnostics import imports
 from seoro.lang.frozen import Value
 from seoro.lang.source import SourceFile, Span
@@ -26,23 +26,16 @@ from seoro.lang.source import SourceFile, Span
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
 
-Report: TypeAlias = Callable[[Message], None]
+    from seoro.lang.diagnostic import Message
+
+Report: TypeAlias = "Callable[[Message], None]"
 
 FOLDER = "seoro.libraries"  # beside the scenario file
 ENTRY_POINTS = "seoro.libraries"  # the group of installed packages
-_OWN = Path(__file__).with_name("library")
-
-STANDARD_MODULES: Mapping[str, tuple[str, frozenset[str]]] = {
-    "osc.types": ("types.osc", frozenset({"stdtypes"})),
-    "osc.standard": ("standard.osc", frozenset({"std", "stdtypes"})),
-    "osc.standard.all": ("standard.osc", frozenset()),
-    "osc.standard.types": ("types.osc", frozenset()),
-}
-"""The modules whose file has another name, with the namespaces that they put in use."""
 
 
 class Origin(Enum):
-    """Where a library comes from."""
+    """Source of a library."""
 
     OWN = "seoro itself"
     BESIDE = "the folder beside the scenario"
@@ -50,16 +43,16 @@ class Origin(Enum):
 
 
 class Library(Value):
-    """A library that was found.
+    """A library.
 
     Args:
-        name: What was imported, such as `osc.nav2`.
-        origin: Where it comes from.
+        name: Imported name, such as `osc.nav2`.
+        origin: Its source.
         path: The file with its declarations.
-        shown: How messages call that file.
-        module: The Python module that may carry out what it declares: its name in `FOLDER`, or that of the entry
-            point; empty for seoro's own.
-        span: Where it was imported first.
+        shown: Name of that file in messages.
+        module: The Python module that may implement it: its name in `FOLDER`, or that of the entry point; empty
+            for built-in libraries.
+        span: The first import.
     """
 
     name: str
@@ -71,19 +64,19 @@ class Library(Value):
 
 
 def find_library(name: str, span: Span, entry: SourceFile, report: Report) -> Library | None:
-    """The library of a name; None if there is none, which is reported.
+    """Find a library; report an unknown one and return None.
 
     Args:
-        name: What is imported.
-        span: Where.
+        name: Imported name.
+        span: The import.
         entry: The scenario file.
-        report: Called with what is wrong.
+        report: Receives errors.
     """
     beside = _beside(name, entry)
-    own = own_libraries().get(name)
+    own = builtin_libraries().get(name)
     if own is not None:
         if beside is not None:
-            report(imports.OwnName(span, name, _shown(beside, entry)))
+            report(imports.ReservedLibrary(span, name, _shown(beside, entry)))
         return Library(name, Origin.OWN, own, f"<{name}>", "", span)
     bare = name.removeprefix("osc.")
     if beside is not None:
@@ -91,59 +84,57 @@ def find_library(name: str, span: Span, entry: SourceFile, report: Report) -> Li
     return _installed(name, bare, span, entry, report)
 
 
-def own_libraries() -> dict[str, Path]:
-    """Modules of seoro's own libraries."""
-    found = {f"osc.{path.stem}": path for path in sorted(_OWN.glob("*.osc"))}
-    return {**found, **{name: _OWN / file for name, (file, _) in STANDARD_MODULES.items()}}
-
-
 def library_files(scenario: Path | None) -> dict[str, Path]:
-    """The files of all libraries that a scenario can import, by what it imports.
+    """Return the files of all libraries that a scenario can import, by imported name.
 
     Args:
-        scenario: Its file; None for the libraries that all can import.
+        scenario: Its file; None for the libraries of all scenarios.
     """
-    return {**_installed_files(), **(_files_beside(scenario) if scenario is not None else {}), **own_libraries()}
+    return {
+        **_installed_files(),
+        **(_files_beside(scenario) if scenario is not None else {}),
+        **builtin_libraries(),
+    }
 
 
 def library_file(name: str, scenario: Path | None) -> Path | None:
-    """The file of one library that a scenario can import; None if there is none."""
-    return own_libraries().get(name) or library_files(scenario).get(name)
+    """Return the file of a library that a scenario can import; None if it is unknown."""
+    return builtin_libraries().get(name) or library_files(scenario).get(name)
 
 
 # ---------------------------------------------------------------- beside the scenario
 
 
-def _folder_of(scenario: Path) -> Path:
-    """The folder that may hold libraries: beside a scenario file, or around the file of a library itself."""
+def folder_of_libraries(scenario: Path) -> Path:
+    """Return the folder of libraries beside a scenario file, or around the file of a library."""
     return folder_around(scenario) or scenario.absolute().parent / FOLDER
 
 
 def folder_around(path: Path) -> Path | None:
-    """The folder of libraries to which a file belongs; None if it belongs to none."""
+    """Return the folder of libraries that contains a file, or None."""
     return next((folder for folder in path.absolute().parents[:2] if folder.name == FOLDER), None)
 
 
 def _beside(name: str, entry: SourceFile) -> Path | None:
-    """The file of a library in the folder beside a scenario file."""
+    """Return the file of a library in the folder beside a scenario file."""
     bare = name.removeprefix("osc.")
     if entry.path is None or "." in bare or bare == name:
         return None
-    folder = _folder_of(entry.path)
+    folder = folder_of_libraries(entry.path)
     candidates = (folder / f"{bare}.osc", folder / bare / f"{bare}.osc")
     return next((path for path in candidates if path.is_file()), None)
 
 
 def _shown(path: Path, entry: SourceFile) -> str:
-    """A file beside the scenario, as the user would name it."""
+    """Return the name of a file beside the scenario, from the user's view."""
     assert entry.path is not None
     folder = entry.path.absolute().parent
     return str(Path(entry.name).parent / path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
 
 
 def _files_beside(scenario: Path) -> dict[str, Path]:
-    """The files of all libraries in the folder beside a scenario file."""
-    folder = _folder_of(scenario)
+    """Return the files of all libraries in the folder beside a scenario file."""
+    folder = folder_of_libraries(scenario)
     packages = (path for path in folder.glob("*/*.osc") if path.stem == path.parent.name)
     return {f"osc.{path.stem}": path for path in (*packages, *folder.glob("*.osc"))}
 
@@ -164,13 +155,13 @@ def _installed(name: str, bare: str, span: Span, entry: SourceFile, report: Repo
         return None
     origin = _locate(modules[0])
     if origin is None:
-        report(imports.NoModule(span, name, modules[0]))
+        report(imports.MissingModule(span, name, modules[0]))
         return None
     return Library(name, Origin.INSTALLED, origin.parent / f"{bare}.osc", f"<{name}>", modules[0], span)
 
 
 def _installed_files() -> dict[str, Path]:
-    """The files of all libraries of installed packages."""
+    """Return the files of all libraries of installed packages."""
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and seldom needed
 
     found = ((point.name, _locate(point.module)) for point in entry_points(group=ENTRY_POINTS))
@@ -178,7 +169,7 @@ def _installed_files() -> dict[str, Path]:
 
 
 def _locate(module: str) -> Path | None:
-    """The file of a Python module; none of it, nor of the packages around it, is run."""
+    """Find the file of a Python module, without running it or its packages."""
     from importlib.util import find_spec  # noqa: PLC0415 - seldom needed
 
     top, *rest = module.split(".")

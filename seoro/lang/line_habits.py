@@ -1,8 +1,7 @@
-"""Statements as they are written in other languages: patterns of words, and what to write here.
+"""Patterns of statements in other languages, with the equivalent in OpenSCENARIO DSL.
 
-`habit_search.py` lays a statement out as its words with one blank between them and compares it with `HABITS`, in
-order. Some habits have a repair, with which parsing goes on, so that the rest of the statement and its block are
-checked.
+`habit_search.py` joins the words of a statement by single blanks and matches the text against `HABITS`, in order.
+If a habit has a repair, parsing continues with it, so that the rest of the statement and its block are checked.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ _INSTEAD_OF_IF: Final = (
     "use `one_of` with a `wait <condition>` in each branch, `on <event>:`, or `? :` in an expression"
 )
 _CHANGES: Final = (
-    "variables change by `increment({name})` and `decrement({name})` of `import osc.helpers`, or with events: "
+    "change a variable by `increment({name})` or `decrement({name})` of `import osc.helpers`, or by events: "
     "`var {name}: <type> = sample(<value>, @<event>, <first value>)`"
 )
 
@@ -39,8 +38,8 @@ HABITS: Final = (
     ),
     Habit(
         r"do (?:\w+ : )?(?P<at>:) \n",
-        "missing composition behind `do`",
-        "`do` is followed by what it does on the same line: `do serial:`",
+        "missing composition after `do`",
+        "write the composition on the same line: `do serial:`",
         "serial :",
     ),
     Habit(
@@ -54,37 +53,37 @@ HABITS: Final = (
     # ------------------------------------------------------------ control flow
     Habit(
         r"(?P<at>if|elif|else|switch|case|match|unless|select|when)\b(?! [.=]| : [^\n])",
-        "the language has no `{at}`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
         _INSTEAD_OF_IF,
         tails=("else", "elif", "case", "default"),
     ),
     Habit(
         r"(?P<at>for|foreach|while|loop)\b(?! [.=]| : [^\n])",
-        "the language has no `{at}`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
         "repeat a behavior with `repeat(<count>)` below its `with:`, and end it there by `until <event>`",
         tails=("else",),
     ),
     Habit(
         r"(?P<at>try|except|catch|finally|throw|raise)\b(?! [.=]| : [^\n])",
-        "the language has no `{at}`",
-        "what fails ends the scenario; `retry()` and `failure_is_success()` of `osc.helpers` stand below `with:`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
+        "a failure ends the scenario; use `retry()` or `failure_is_success()` of `osc.helpers` below `with:`",
         tails=("except", "catch", "finally", "else"),
     ),
     Habit(
         r"(?P<at>return|pass|break|continue|goto|yield|await|del)\b(?! [.=:(])",
-        "the language has no `{at}`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
         "a behavior ends with its last member; `emit end` ends the scenario, `until` below `with:` one behavior",
     ),
     Habit(
         r"(?P<at>repeat|retry|timeout|inverter) \( .*: \n",
         "`{at}` opens no block",
-        "modifiers stand below the `with:` of what they modify: `with:`, and `{at}(...)` in its block",
+        "write a modifier below the `with:` of a behavior: `with:`, and `{at}(...)` in its block",
     ),
     # ------------------------------------------------------------ declarations of other languages
     Habit(
         r"(?P<at>class|interface|record|object)\b(?= \w)",
-        "the language has no `{at}`",
-        "declare a `struct` for values, or an `actor` for what acts",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
+        "declare a `struct` for values, or an `actor` for something that acts",
         place=FILE,
     ),
     Habit(
@@ -108,7 +107,7 @@ HABITS: Final = (
     ),
     Habit(
         r"(?:scenario|action|actor|struct|modifier) \w+(?: \. \w+)? (?P<at>\() (?:\w+ :.*)?\)",
-        "parameters in brackets behind the name",
+        "unexpected parameters after the name",
         "declare them as members, one on each line of the block: `<name>: <type> = <default>`",
         place=FILE,
     ),
@@ -123,39 +122,39 @@ HABITS: Final = (
     Habit(
         r"\w+ \w+ inherits .*\( (?P<field>\w+) (?P<at>:|=) (?P<value>\w+)",
         "unexpected `{at}` in the condition",
-        "the condition of a subtype is an equation: `({field} == {value})`",
+        "write the condition of a subtype as an equation: `({field} == {value})`",
         "==",
         FILE,
     ),
     Habit(
         r"enum (?P<name>\w+) (?P<at>=) \[",
-        "unexpected `=` behind `{name}`",
+        "unexpected `=` after `{name}`",
         "write `enum {name}: [...]`",
         ":",
         FILE,
     ),
     Habit(
         r"enum (?P<name>\w+) (?::|=) (?P<at>\w+)",
-        "the members of `{name}` lack their brackets",
+        "missing brackets around the members of `{name}`",
         "write `enum {name}: [{at}, ...]`, on one line or within the brackets",
         place=FILE,
     ),
     Habit(
         r"enum (?P<name>\w+) (?P<at>:) \n",
-        "the members of `{name}` lack their brackets",
+        "missing brackets around the members of `{name}`",
         "write `enum {name}: [<member>, <member>]`, on one line or within the brackets",
         place=FILE,
     ),
     Habit(
         r"(?P<at>from (?P<library>osc) import (?P<name>\w+)) \n",
-        "unknown import statement `from ... import`",
+        "unsupported import statement `from ... import`",
         "write `import {library}.{name}`",
         "import {library} . {name}",
         FILE,
     ),
     Habit(
         r"(?P<at>from (?P<library>\w+(?: \. \w+)*) import .*?) \n",
-        "unknown import statement `from ... import`",
+        "unsupported import statement `from ... import`",
         "write `import {library}`, which imports all that the library exports",
         "import {library}",
         FILE,
@@ -163,14 +162,14 @@ HABITS: Final = (
     Habit(
         r"import [\w.\" ]+ (?P<at>as \w+) \n",
         "an import has no `as`",
-        "leave it out: names of a library are used as they are",
+        "omit it: names of a library are used unchanged",
         "",
         FILE,
     ),
     Habit(
         r"import [\w.\" ]+ (?P<at>, .*?) \n",
         "several libraries in one import",
-        "write one `import` a line",
+        "write one `import` per line",
         place=FILE,
     ),
     Habit(
@@ -182,7 +181,7 @@ HABITS: Final = (
     ),
     Habit(
         r"(?P<at>include|using|require|use|load)(?= [\w\"])",
-        "the language has no `{at}`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
         'write `import osc.<library>`, or `import "<file>.osc"`',
         "import",
         FILE,
@@ -196,26 +195,26 @@ HABITS: Final = (
     # ------------------------------------------------------------ fields and constraints
     Habit(
         r"(?P<at>(?P<type>int|uint|float|bool|string|double) (?P<name>\w+)) (?:=|\n)",
-        "the type stands in front of the name",
+        "expected the type after the name",
         "write `{name}: {type}`",
         "{name} : {type}",
         MEMBERS,
     ),
     Habit(
         r"(?P<at>let|const|val|auto|param|parameter|field|static|final)\b(?= \w)",
-        "the language has no `{at}`",
-        "a parameter is declared by `<name>: <type> = <default>`, a variable by `var <name>: <type> = <value>`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
+        "declare a parameter by `<name>: <type> = <default>`, a variable by `var <name>: <type> = <value>`",
         place=MEMBERS,
     ),
     Habit(
         r"(?:var )?(?P<at>(?P<name>\w+)) (?:: )?= (?P<value>\S+)",
-        "`{name}` lacks its type",
+        "missing type of `{name}`",
         "write `{name}: <type> = {value}`",
         place=MEMBERS,
     ),
     Habit(
         r"(?P<at>keep|cover|record|remove_default) (?!\()(?P<rest>.*?) \n",
-        "missing `(` behind `{at}`",
+        "missing `(` after `{at}`",
         "write `{at}({rest})`",
         "{at} ( {rest} )",
     ),
@@ -229,48 +228,48 @@ HABITS: Final = (
     Habit(
         r"(?P<at>-)(?= \w)",
         "unexpected `-` before a member",
-        "members of a composition are lines of its block, without dashes",
+        "write the members of a composition as lines of its block, without dashes",
         "",
         BEHAVIORS,
     ),
     Habit(
         r"emit (?P<at>@)",
-        "unexpected `@` behind `emit`",
-        "an event is emitted by its name alone; `@` is for what listens, as in `wait @<event>`",
+        "unexpected `@` after `emit`",
+        "emit an event by its name only; use `@` to wait for events, as in `wait @<event>`",
         "",
     ),
     Habit(
         r"wait (?P<at>for (?P<time>\d\S*)) \n",
-        "unexpected `for` behind `wait`",
+        "unexpected `for` after `wait`",
         "write `wait elapsed({time})`",
         "elapsed ( {time} )",
     ),
     Habit(
         r"wait (?P<at>until|for|while) .*",
-        "unexpected `{at}` behind `wait`",
-        "a condition or an event stands directly behind `wait`: `wait <condition>`, `wait @<event>`",
+        "unexpected `{at}` after `wait`",
+        "write a condition or an event directly after `wait`: `wait <condition>`, `wait @<event>`",
         "",
     ),
     Habit(
         r"(?P<word>wait|emit|call) .*(?P<at>with) : \n",
         "`{word}` takes no `with:`",
-        "put it below a `serial:` around the `{word}` that has the `with:`",
+        "put the `{word}` into a `serial:` that has the `with:`",
     ),
     Habit(
         r".*\) (?P<at>with) \w+ \(.*\) \n",
-        "missing block behind `with`",
+        "missing block after `with`",
         "write `with:`, and the modifier or constraint on a line of its own below it",
         place=BEHAVIORS,
     ),
     Habit(
         r"(?P<at>with) : \n",
         "`with:` among the members of a composition",
-        "write it at the end of the line of what it modifies, or below a block, as far left as its first line",
+        "write it at the end of the modified line, or below a block, at the indentation of its first line",
         place=BEHAVIORS,
     ),
     Habit(
         r"(?P<at>assert|check|expect|require|ensure) (?=\w)",
-        "the language has no `{at}`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
         "write `wait <condition>`, with a `timeout` below `with:`",
         place=BEHAVIORS,
     ),
@@ -282,7 +281,7 @@ HABITS: Final = (
     ),
     Habit(
         r"(?:do )?(?P<at>set|let|assign) (?P<name>\w+(?: \. \w+)*) (?::|to|=)",
-        "the language has no `{at}`",
+        "`{at}` is not a statement of OpenSCENARIO DSL",
         _CHANGES,
         place=BEHAVIORS,
     ),
@@ -294,25 +293,25 @@ HABITS: Final = (
     ),
     Habit(
         r"(?:do )?(?:\w+ : )?(?P<name>(?!wait |emit |call |do )\w+(?: \. \w+)*) (?:: )?(?P<at>[\"\d][^\n]*) \n",
-        "missing `(` behind `{name}`",
-        "arguments stand in brackets: `{name}(...)`",
+        "missing `(` after `{name}`",
+        "write arguments in brackets: `{name}(...)`",
         place=BEHAVIORS,
     ),
     Habit(
         r"do (?:\w+ : )?(?P<name>\w+(?: \. \w+)*) (?P<at>\"[^\n]*|\d[^\n]*) \n",
-        "missing `(` behind `{name}`",
-        "arguments stand in brackets: `{name}(...)`",
+        "missing `(` after `{name}`",
+        "write arguments in brackets: `{name}(...)`",
     ),
     Habit(
         r"(?:do )?(?:\w+ : )?(?P<name>(?:\w+ \. )+(?P<at>\w+)) \n",
-        "missing `()` behind `{name}`",
-        "what is invoked has brackets, also without arguments: `{name}()`",
+        "missing `()` after `{name}`",
+        "an invocation has brackets, also without arguments: `{name}()`",
         "{at} ( )",
     ),
     Habit(
         r"(?P<at>\w+)(?: \. \w+)* \(",
         "`{at}` among reactions",
-        "the block of `on` has `emit` and `call` only; other behavior waits for the event below `do`",
+        "the block of `on` allows only `emit` and `call`; other behavior waits for the event below `do`",
         place=REACTIONS,
     ),
     *EXPRESSION_HABITS,
@@ -344,6 +343,6 @@ HABITS: Final = (
     Habit(
         r"do (?P<at>\w+) : \n",
         "unknown composition `{at}`",
-        "write `serial`, `parallel` or `one_of`; a label is followed by what it names on the same line",
+        "write `serial`, `parallel` or `one_of`; after a label, write its behavior on the same line",
     ),
 )

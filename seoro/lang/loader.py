@@ -1,41 +1,43 @@
-"""Finds and reads the files of a scenario: the entry file and all it imports (7.7.5).
+"""Loader: reads the entry file of a scenario and its imports (7.7.5).
 
-Each file is read once, at its first place in a depth-first walk; files may import each other in circles. A module
-`osc.<name>` is a library, which `libraries.py` finds.
+Each file is read once, at its first place in a depth-first walk; cyclic imports are valid. A module `osc.<name>`
+is a library, which `libraries.py` finds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Final, NamedTuple, TypeAlias
 from urllib.parse import unquote, urlsplit
 
 from seoro.errors import InvalidScenario
-from seoro.input_files import Kind, read_input, resolved
+from seoro.files.inputs import Kind, read_input, resolved
+from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang import ast
+from seoro.lang.builtin_libraries import STANDARD_MODULES
 from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag, Diagnostic, Message
 from seoro.lang.diagnostics import imports, syntax
 from seoro.lang.frozen import Value
-from seoro.lang.libraries import STANDARD_MODULES, Library, find_library
+from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.lang.libraries import Library, find_library
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
-from seoro.located import Locate, as_named
 
-MAX_MISSES = 30  # imports that find nothing, until no more are followed
+MAX_MISSES = 30  # failed imports before loading stops
 MAX_PATH = 4096  # characters
 
 
 class Unreadable(Value):
-    """Why a file could not be read."""
+    """Reason why a file could not be read."""
 
     reason: str
 
 
 def read_file(path: Path) -> str | Unreadable:
-    """The text of a file on disk."""
+    """Read the text of a file on disk."""
     try:
         data = read_input(path, Kind.SCENARIO)
     except OSError as fault:
@@ -43,7 +45,7 @@ def read_file(path: Path) -> str | Unreadable:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
-        return Unreadable(f"it is not UTF-8 (byte {fault.start})")
+        return Unreadable(f"not UTF-8 (byte {fault.start})")
 
 
 Reader: TypeAlias = Callable[[Path], str | Unreadable]
@@ -51,7 +53,7 @@ Parse: TypeAlias = Callable[[SourceFile, Bag], ast.OscFile]
 
 
 class Parsers(NamedTuple):
-    """What parses the files of a user, and those of libraries."""
+    """Parsers for files of users, and for libraries."""
 
     own: Parse = parse_file
     library: Parse = parse_library
@@ -61,12 +63,12 @@ PARSERS: Final = Parsers()
 
 
 class Module(Value):
-    """One file that was read.
+    """A loaded file.
 
     Args:
         file: Its text.
         tree: Its tree; empty if nothing could be parsed.
-        library: What was imported to get it, such as `osc.nav2`; None for files of the user.
+        library: Imported library, such as `osc.nav2`; None for files of the user.
     """
 
     file: SourceFile
@@ -75,15 +77,15 @@ class Module(Value):
 
 
 class Sources(Value):
-    """A scenario file with all it imports.
+    """A scenario file with its imports.
 
     Args:
-        entry: The file that was asked for.
-        modules: All files, those that are imported before those that import them.
-        uses: Namespaces that imports put in use for the global one.
-        libraries: The libraries, in the order in which they were imported.
-        diagnostics: What is wrong with the texts.
-        unread: Names that text which could not be read may declare; None for any name.
+        entry: The scenario file.
+        modules: All files, imported ones before their importers.
+        uses: Namespaces that imports use for the global one.
+        libraries: The libraries, in the order of imports.
+        diagnostics: Errors of the texts.
+        unread: Names that unreadable text may declare; None for any name.
     """
 
     entry: Module
@@ -94,9 +96,9 @@ class Sources(Value):
     unread: frozenset[str] | None
 
 
-@dataclass
+@lazy_dataclass
 class _Loading:
-    """The state of one walk over the imports."""
+    """State of one walk over the imports."""
 
     entry: SourceFile
     read: Reader
@@ -110,7 +112,7 @@ class _Loading:
     missed: int = 0
 
     def miss(self, message: Message) -> None:
-        """Report an import that finds nothing."""
+        """Report a failed import."""
         self.missed += 1
         self.bag.add(message)
 
@@ -119,17 +121,19 @@ def load(
     path: Path,
     name: str | None = None,
     read: Reader = read_file,
-    locate: Locate = as_named,
+    locate: Locate = unchanged_path,
     parsers: Parsers = PARSERS,
 ) -> Sources:
-    """Read a scenario file and all it imports; faults stand in the diagnostics.
+    """Read and parse a scenario file and its imports.
+
+    Errors in the texts do not raise; they are in the `diagnostics` of the result.
 
     Args:
         path: The file.
-        name: How to call it in messages; as it was given unless said otherwise.
-        read: Gives the texts of files.
-        locate: Gives the places of those that are imported by absolute paths.
-        parsers: Parse the files.
+        name: Name of the file in messages; default `path`.
+        read: Reader of files.
+        locate: Maps absolute paths of imports.
+        parsers: Parsers of the files.
     """
     shown = name or str(path)
     text = read(path)
@@ -149,7 +153,7 @@ def load(
 
 
 def _unread(loading: _Loading) -> frozenset[str] | None:
-    """Names that text which could not be read may declare; None if a whole file is missing."""
+    """Return names that unreadable text may declare; None if a whole file is missing."""
     names: set[str] = set()
     for module in loading.modules:
         if module.tree.unread is None:
@@ -159,10 +163,10 @@ def _unread(loading: _Loading) -> frozenset[str] | None:
 
 
 def read_source(path: Path) -> SourceFile:
-    """Read one file, without what it imports.
+    """Read one file, without its imports.
 
     Raises:
-        InvalidScenario: It cannot be read.
+        InvalidScenario: The file cannot be read.
     """
     text = read_file(path)
     if isinstance(text, str):
@@ -172,9 +176,9 @@ def read_source(path: Path) -> SourceFile:
 
 
 def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) -> Module:
-    """Parse a file and, before it is added, what it imports.
+    """Parse a file and its imports, which are added first.
 
-    The walk keeps its own stack, since chains of imports have no limit.
+    The walk has its own stack, since chains of imports have no limit.
     """
     entry: Module | None = None
     stack: list[tuple[Module, Path, Iterator[ast.Statement]]] = []
@@ -208,7 +212,7 @@ def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) 
 
 
 def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[SourceFile, Path, str] | None:
-    """The file of a module, unless it was read already or there is none."""
+    """Find the file of a module, unless it is loaded or missing."""
     name = ".".join(statement.path)
     if name in loading.libraries:
         return None
@@ -231,9 +235,9 @@ def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[Source
 def _find_file(
     loading: _Loading, statement: ast.ImportUri, where: Path, importer: Module
 ) -> tuple[SourceFile, Path, str | None] | None:
-    """The file of a URI, relative to the importing file, unless it was read already or there is none."""
+    """Find the file of a URI, relative to the importing file, unless it is loaded or missing."""
     if len(statement.uri) > MAX_PATH:
-        reason = f"it is longer than {MAX_PATH} characters"
+        reason = f"longer than {MAX_PATH} characters"
         loading.miss(imports.MissingFile(statement.span, statement.uri, reason))
         return None
     path = path_of(statement.uri)
@@ -253,10 +257,10 @@ def _find_file(
 
 
 def path_of(uri: str) -> Path | None:
-    """The path that a URI names; without a scheme it is one itself. None if the scheme is not that of files."""
+    """Return the path of a `file:` URI or a plain path; None for other schemes."""
     try:
         parts = urlsplit(uri)
-    except ValueError:  # a host in brackets that is none
+    except ValueError:  # an invalid host in brackets
         return None
     if len(parts.scheme) <= 1:  # none, or a drive
         return Path(unquote(uri))

@@ -1,4 +1,4 @@
-"""The members of types, parameters of events and of methods: by their names, and by what people call them."""
+"""Tables of members and parameters, by unique name and by identifier."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Final, Protocol, TypeVar
 
 
 class Member(Protocol):
-    """Something with an identifier in a namespace, and a name that is unique among its like."""
+    """A declaration with an identifier in a namespace, and a name that is unique in its table."""
 
     name: str
     text: str
@@ -23,7 +23,7 @@ class MemberTable(Mapping[str, M]):
     """Members by their unique names, in the order in which they were added.
 
     Args:
-        inherited: What it begins with: it is looked at in the place of a copy until something is added.
+        inherited: Initial members; copied before the first addition.
     """
 
     def __init__(self, inherited: MemberTable[M] | None = None) -> None:
@@ -32,14 +32,14 @@ class MemberTable(Mapping[str, M]):
         self._by_text: dict[str, dict[str, M]] = {} if inherited is None else inherited._by_text
 
     def add(self, member: M) -> None:
-        """Add a member, in the place of the one that it overrides, which has its name."""
+        """Add a member; replace one of the same name."""
         if not self._is_own:
             self._by_name, self._by_text, self._is_own = dict(self._by_name), dict(self._by_text), True
         self._by_name[member.name] = member
-        self._by_text[member.text] = {**self.called(member.text), member.namespace: member}
+        self._by_text[member.text] = {**self.with_text(member.text), member.namespace: member}
 
-    def called(self, text: str) -> Mapping[str, M]:
-        """The members with an identifier, by their namespaces."""
+    def with_text(self, text: str) -> Mapping[str, M]:
+        """Return the members with an identifier, by namespace."""
         return self._by_text.get(text, _NONE)
 
     def __getitem__(self, name: str) -> M:
@@ -55,5 +55,5 @@ class MemberTable(Mapping[str, M]):
         return len(self._by_name)
 
     def values(self) -> ValuesView[M]:
-        """The members; those of the base class look up each by its name."""
+        """Return the members, faster than the base class, which looks up each name."""
         return self._by_name.values()

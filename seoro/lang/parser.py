@@ -1,8 +1,8 @@
-"""The parser: runs the automaton of `osc.lark` over the tokens of a file and lets `build.py` make the tree.
+"""Parser: runs the automaton of `osc.lark` over the tokens of a file; `build.py` builds the tree.
 
-Words are keywords where the grammar has a place for the keyword, names elsewhere (7.2.1.5.1); where it has a
-place for both, the token behind the word decides. A statement that cannot be parsed is reported, replaced by
-`INVALID`, and parsing goes on with the next one, so that one run reports the errors of all statements.
+A word is a keyword where the grammar allows the keyword, and a name elsewhere (7.2.1.5.1); if both are allowed,
+the next token decides. An invalid statement is reported and replaced by `INVALID`. Parsing continues with the next
+one, so that one run reports the errors of all statements.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from seoro.lang import ast, table
+from seoro.lang import ast, parse_table
 from seoro.lang.automaton import LAYOUT, Automaton
 from seoro.lang.build import Builder
 from seoro.lang.diagnostic import Bag, Message
@@ -39,7 +39,7 @@ _MARKS_OF_PLACES: Mapping[str, tuple[tuple[str, bool], ...]] = {
     "members": (("VAR", True),),
     "behaviors": (("WAIT", True),),
     "reactions": (("CALL", True), ("WAIT", False)),
-}  # which words begin statements in places, and which do not
+}  # terminals by place, each with whether statements there can begin with it
 
 
 def parse_file(file: SourceFile, bag: Bag) -> ast.OscFile:
@@ -55,11 +55,11 @@ def parse_file(file: SourceFile, bag: Bag) -> ast.OscFile:
 
 
 def parse_part(file: SourceFile, bag: Bag, start: int, stop: int) -> ast.OscFile | None:
-    """Parse some statements of a file; None if nothing could be made of them.
+    """Parse some statements of a file; None if they are unparsable.
 
     Args:
         file: The file.
-        bag: Where messages go.
+        bag: Bag for messages.
         start: Offset of the line of the first statement.
         stop: Offset of the line behind the last one, or the length of the text.
     """
@@ -69,14 +69,14 @@ def parse_part(file: SourceFile, bag: Bag, start: int, stop: int) -> ast.OscFile
 
 
 def parse_expression(file: SourceFile, bag: Bag, offset: int = 0) -> ast.Expression | None:
-    """Parse a text that is one expression from `offset` on; None if it is none."""
+    """Parse a text that is one expression from `offset`; None if it is invalid."""
     before = len(bag)
     tree: ast.Expression | None = _parse(_Parser(file, bag), "lone_expression", offset)
     return tree if len(bag) == before else None
 
 
 def _parse(parser: _Parser, start: str, offset: int) -> Any:
-    """The tree for a start symbol; None if nothing could be made of the text."""
+    """Return the tree of a start symbol; None if the text is unparsable."""
     try:
         return parser.parse(start, Lexer(parser.file, parser.bag, parser.stop).tokens(offset))
     except Refused as refused:
@@ -85,31 +85,31 @@ def _parse(parser: _Parser, start: str, offset: int) -> Any:
 
 
 def _first_line(whole: Span) -> Span:
-    """The first line of a text that is not blank."""
+    """Return the first line of a text that is not blank."""
     start = len(whole.text) - len(whole.text.lstrip())
     return Span(whole.file, start, start + len(whole.text[start:].partition("\n")[0].rstrip()))
 
 
 class _Parser(Automaton):
-    """One parse: which words are keywords, and what becomes of tokens that do not fit."""
+    """One parse: detection of keywords, and recovery from unexpected tokens."""
 
     def __init__(self, file: SourceFile, bag: Bag, stop: int | None = None) -> None:
-        loaded = table.load()
+        loaded = parse_table.load()
         super().__init__(loaded, file, Builder(file, bag))
         self.bag = bag
         self.stop = stop
         self._keywords = {text: name for text, name in loaded["literals"].items() if text[0].isalpha()}
         self._tokens: list[Token] = []
         self._errors = 0
-        self._reported: set[int] = set()  # lines that have an error: what comes after it there is an echo
-        self._lost: list[tuple[int, int]] = []  # stretches of text that are not in the tree
-        self._lost_from = 0  # where the stretch begins that is being skipped
+        self._reported: set[int] = set()  # lines with an error: later ones there are consequences
+        self._lost: list[tuple[int, int]] = []  # spans that are not in the tree
+        self._lost_from = 0  # start of the span that is being skipped
 
     def parse(self, start: str, tokens: list[Token]) -> Any:
-        """The tree for a start symbol; None if nothing could be made of the tokens.
+        """Return the tree of a start symbol; None if the tokens are unparsable.
 
         Raises:
-            Refused: The text is beyond a limit.
+            Refused: The text exceeds a limit.
         """
         self._tokens = tokens
         self._reported = {found.primary.span.line for found in self.bag.diagnostics}
@@ -145,7 +145,7 @@ class _Parser(Automaton):
                 self._reduce(-1 - action)
 
     def _kind(self, index: int, row: dict[str, int]) -> str:
-        """Whether the word at `index` is a keyword where the parser stands."""
+        """Return the terminal of the token at `index`: a keyword or a name, by the parser's state."""
         word = self._tokens[index].value
         keyword = self._keywords[word]
         if keyword not in row:
@@ -177,7 +177,7 @@ class _Parser(Automaton):
         return tree if unread == () else ast.OscFile(tree.statements, unread, tree.span)
 
     def _recover(self, index: int, kind: str) -> int:
-        """Report the token at `index`, which does not fit, and go on behind it; -1 to give up."""
+        """Report the unexpected token at `index`; return the index to resume at, or -1 to stop."""
         self._lost_from = self._tokens[index].start
         index = self._mend(index, kind)
         if index >= 0 and self._lost_from < self._tokens[index].start:
@@ -212,7 +212,7 @@ class _Parser(Automaton):
         return index
 
     def _habit(self, index: int) -> habit_search.Found | None:
-        """The habit of another language that the statement at `index` shows; it is reported."""
+        """Find and report a habit of another language in the statement at `index`."""
         from seoro.lang import habit_search  # noqa: PLC0415 - for errors only
 
         first = index if self._fresh else self._first_of_line(index)
@@ -226,11 +226,11 @@ class _Parser(Automaton):
         return found
 
     def _stands(self, place: str, depth: int) -> bool:
-        """Whether statements of a place can stand where the stack has a depth."""
+        """Return whether statements of a kind of surroundings are allowed at a depth of the stack."""
         return all(self._accepts(word, depth) == is_accepted for word, is_accepted in _MARKS_OF_PLACES[place])
 
     def _repair(self, index: int, found: habit_search.Found) -> int:
-        """Replace the words at fault; gives the first one of their statement, to parse it again."""
+        """Replace the faulty words; return the first index of their statement, to parse it again."""
         first = index if self._fresh else self._first_of_line(index)
         if not self._fresh:
             self._truncate(self._marks[-1])
@@ -245,13 +245,13 @@ class _Parser(Automaton):
 
     def _add(self, message: Message) -> None:
         """Report, unless the line has an error already."""
-        line = message.diagnostic().primary.span.line
+        line = message.span.line
         if line not in self._reported:
             self._reported.add(line)
             self.bag.add(message)
 
     def _unexpected_block(self, index: int) -> int:
-        """A block below a line that opens none, or lacks the colon for it."""
+        """Recover from a block below a line that opens none, or lacks its colon."""
         tokens, newline = self._tokens, self._values[-1]
         if isinstance(newline, Token) and newline.kind == "_NEWLINE":
             taken = self._states.pop(), self._values.pop(), self._spans.pop()
@@ -297,13 +297,13 @@ class _Parser(Automaton):
         self._add(syntax.UnexpectedToken(self._span(token), found, wanted, hint))
 
     def _reread_unclosed(self, index: int) -> bool:
-        """If an open bracket swallowed the line ends before the token, read on from its line as a new one."""
+        """Read the line of a token again if an open bracket consumed the line end before it."""
         tokens, token = self._tokens, self._tokens[index]
         opened = self._open_bracket(index)
         if opened is None or self._fresh:
             return False
         line = self.file.position(token.start)[0]
-        if token.kind == "_NEWLINE":  # a line ends within brackets with the file only
+        if token.kind == "_NEWLINE":  # within brackets, a line ends only with the file
             self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
             self._reported.add(line)
             return False
@@ -323,7 +323,7 @@ class _Parser(Automaton):
         return True
 
     def _open_bracket(self, index: int) -> Token | None:
-        """The innermost bracket that is open before the token."""
+        """Return the innermost open bracket before the token."""
         opened: list[Token] = []
         for earlier in self._tokens[self._first_of_line(index) : index]:
             if earlier.kind in {"LPAR", "LSQB"}:
@@ -333,7 +333,7 @@ class _Parser(Automaton):
         return opened[-1] if opened else None
 
     def _levels(self, index: int) -> tuple[int, ...]:
-        """Columns of the blocks that are open at a token."""
+        """Return the columns of the open blocks at a token."""
         levels = [0]
         for token in self._tokens[:index]:
             if token.kind == "_INDENT":
@@ -343,7 +343,7 @@ class _Parser(Automaton):
         return tuple(levels)
 
     def _feed_invalid(self, token: Token) -> bool:
-        """Put `INVALID` in the place of a statement, or of the statement around it where that cannot be."""
+        """Replace a statement by `INVALID`, or the enclosing statement if that is not possible."""
         while not self._accepts("INVALID"):
             if len(self._marks) < 2:
                 return False
@@ -361,14 +361,14 @@ class _Parser(Automaton):
         return True
 
     def _drop_line(self) -> None:
-        """Take off what was parsed of the current statement of the innermost block."""
+        """Remove the parsed part of the current statement from the stacks."""
         depth = self._marks[-1]
         if depth < len(self._spans):
             self._lost_from = min(self._lost_from, self._spans[depth][0])
         self._truncate(depth)
 
     def _skip_statement(self, index: int) -> int:
-        """The index behind the rest of a line and the block that belongs to it."""
+        """Return the index after the rest of a line and its block."""
         tokens = self._tokens
         while tokens[index].kind not in {"_NEWLINE", "$END"}:
             index += 1
@@ -378,7 +378,7 @@ class _Parser(Automaton):
         return self._end_of_block(index) + 1 if tokens[index].kind == "_INDENT" else index
 
     def _end_of_block(self, index: int) -> int:
-        """The index of the DEDENT that belongs to the INDENT at `index`."""
+        """Return the index of the DEDENT that matches the INDENT at `index`."""
         depth = 0
         while True:
             kind = self._tokens[index].kind

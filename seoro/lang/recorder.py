@@ -1,35 +1,31 @@
-"""What checking tells, on request, of every name and every expression that it comes across.
+"""Interface of recorders: receivers of the meanings of names and the types of values during a check.
 
-Editors ask where a name is declared and of what type a value is; the plan has no use for either. So nothing is
-kept, unless whoever starts the check hands in a recorder.
+Editors need both, the plan needs neither. Without a recorder, they are not stored.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from seoro.lang.frozen import Value
 from seoro.lang.source import Span
-
-if TYPE_CHECKING:
-    from seoro.lang.symbols import EnumSymbol
-    from seoro.lang.types import Type
+from seoro.lang.symbols import EnumSymbol, Type
 
 
 class EnumMember(Value):
-    """A member of an enumeration, as what a name means; all other names mean a symbol."""
+    """A member of an enumeration as the meaning of a name; all other names denote symbols."""
 
     enum: EnumSymbol
     text: str
 
 
 class Recorder(Protocol):
-    """Takes notes while a scenario is checked."""
+    """Receiver of names and values during a check."""
 
     def name(self, span: Span, meaning: object) -> None:
-        """A name at a place means a symbol; what is told later of one place replaces what was told before."""
+        """Record the meaning of a name; later calls for the same span replace earlier ones."""
         ...
 
     def value(self, span: Span, type_: Type) -> None:
-        """An expression has a type."""
+        """Record the type of an expression."""
         ...

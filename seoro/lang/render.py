@@ -1,6 +1,6 @@
-"""Diagnostics for people (text with the source line and carets) and for programs (JSON).
+"""Output of diagnostics: text with the source lines and carets for people, JSON for programs.
 
-The text form is held to by tests and users; see `seoro check`.
+Tests and users rely on the text form; see `seoro check`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.source import SourceFile
 
 TAB_WIDTH = 4
-MAX_WIDTH = 200  # characters of a line that are shown
+MAX_WIDTH = 200  # shown characters of a line
 _RESET = "\x1b[0m"
 _BOLD = "\x1b[1m"
 _BLUE = "\x1b[34;1m"
@@ -20,7 +20,7 @@ _COLOURS = {Severity.ERROR: "\x1b[31;1m", Severity.WARNING: "\x1b[33;1m"}
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, str | int]:
-    """A diagnostic as one flat JSON object; lines and columns count from 1."""
+    """Convert a diagnostic to one flat JSON object; lines and columns count from 1."""
     span = diagnostic.primary.span
     end_line, end_column = span.file.position(span.end)
     return {
@@ -37,7 +37,7 @@ def to_json(diagnostic: Diagnostic) -> dict[str, str | int]:
 
 
 def render_text(diagnostic: Diagnostic, colour: bool = False) -> str:
-    """A diagnostic with the lines it is about.
+    """Format a diagnostic with its source lines.
 
     Args:
         diagnostic: The diagnostic.
@@ -47,7 +47,7 @@ def render_text(diagnostic: Diagnostic, colour: bool = False) -> str:
     labels = (diagnostic.primary, *diagnostic.secondary)
     files: list[SourceFile] = []
     for label in labels:
-        if label.span.file.text and label.span.file not in files:  # one that was not read has nothing to show
+        if label.span.file.text and label.span.file not in files:  # unreadable files have no text
             files.append(label.span.file)
     width = len(str(max(label.span.line for label in labels)))
     lines = [
@@ -64,7 +64,7 @@ def render_text(diagnostic: Diagnostic, colour: bool = False) -> str:
 
 
 class _Paint(Value):
-    """Puts ANSI codes around text, or not."""
+    """Wraps text in ANSI codes, if enabled."""
 
     on: bool
     tone: str
@@ -83,7 +83,7 @@ class _Paint(Value):
 
 
 class _Mark(Value):
-    """A label within one line: columns from 0 in the line as shown."""
+    """A label within one line: columns from 0 in the shown line."""
 
     start: int
     end: int
@@ -92,7 +92,7 @@ class _Mark(Value):
 
 
 def _excerpt(labels: Sequence[Label], primary: Label, width: int, paint: _Paint) -> list[str]:
-    """The lines of one file that labels point to, with marks below them."""
+    """Return the lines of one file that labels refer to, with marks below them."""
     gutter = " " * width + " " + paint.blue("|")
     shown = [gutter]
     last = None
@@ -109,7 +109,7 @@ def _excerpt(labels: Sequence[Label], primary: Label, width: int, paint: _Paint)
 
 
 def _window(labels: Sequence[Label]) -> tuple[str, int]:
-    """What is shown of the line in which labels begin, and how far it is shifted: long ones are shown in part."""
+    """Return the shown part of the line in which labels start, and its shift; long lines are cut."""
     span = labels[0].span
     line = span.file.line(span.line)
     if len(line) <= MAX_WIDTH:
@@ -121,14 +121,14 @@ def _window(labels: Sequence[Label]) -> tuple[str, int]:
 
 
 def _expand(text: str) -> str:
-    """The text as shown: tabs widened, form feeds and other control characters as blanks."""
+    """Replace tabs by `TAB_WIDTH` blanks, and other control characters by one."""
     return "".join(
         " " * TAB_WIDTH if char == "\t" else char if char.isprintable() or char == " " else " " for char in text
     )
 
 
 def _place(label: Label, line: str, shift: int, is_primary: bool) -> _Mark:
-    """Where a label's mark goes; a span of several lines is marked to the end of its first one."""
+    """Return the mark of a label; a span of several lines is marked to the end of the first one."""
     start = min(label.span.column - 1 + shift, len(line))
     end = min(start + label.span.end - label.span.start, len(line.rstrip()))
     shown_start = len(_expand(line[:start]))
@@ -137,7 +137,7 @@ def _place(label: Label, line: str, shift: int, is_primary: bool) -> _Mark:
 
 
 def _rows(marks: Sequence[_Mark], paint: _Paint) -> list[str]:
-    """The row of carets, with the text of the last mark behind it, then the other texts, each under its mark."""
+    """Return the row of carets with the text of the last mark, then the other texts below their marks."""
     ordered = sorted(marks, key=lambda mark: mark.start)
     row, column = "", 0
     for mark in ordered:

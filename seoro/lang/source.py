@@ -1,7 +1,7 @@
-"""Where things stand in source text: files, spans, lines and columns.
+"""Positions in source text: files, spans, lines and columns.
 
-Every node of the tree, every node of the plan and every message holds a `Span`, so that whatever goes
-wrong, at check time or in the middle of a run, can be shown in the scenario's own text.
+All nodes of trees and plans and all messages have a `Span`. So errors of checks and of runs can show the text of
+the scenario.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from typing import Final
 
 from seoro.lang.frozen import Value
 
-# str.splitlines would also break at form feeds and Unicode separators, which end no OSC line.
+# `str.splitlines` would also split at form feeds and Unicode separators.
 _LINE_END: Final = re.compile(r"\r\n?|\n")
 
 
 @dataclass(frozen=True, eq=False)
 class SourceFile:
-    """One text that was read.
+    """A source text.
 
     Args:
-        name: How the user named it; shown in messages.
-        text: Its content, decoded, with line ends as they are in the file.
-        path: Where it lies; None for text that came from elsewhere, such as a command-line option.
+        name: Name in messages.
+        text: Decoded content, with the line ends of the file.
+        path: Path of the file; None for other text, such as a command-line option.
     """
 
     name: str
@@ -35,32 +35,32 @@ class SourceFile:
 
     @cached_property
     def _line_starts(self) -> tuple[int, ...]:
-        """Offsets at which lines begin; CR, LF and CRLF end a line (7.2.1.2)."""
+        """Offsets of line starts; CR, LF and CRLF end a line (7.2.1.2)."""
         return (0, *(found.end() for found in _LINE_END.finditer(self.text)))
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Line and column of an offset into the text, both from 1."""
+        """Return line and column of an offset, both from 1."""
         line = bisect_right(self._line_starts, offset)
         return line, offset - self._line_starts[line - 1] + 1
 
     def start_of_line(self, number: int) -> int:
-        """Offset at which a line (from 1) begins."""
+        """Return the offset of the start of a line (from 1)."""
         return self._line_starts[number - 1]
 
     def line(self, number: int) -> str:
-        """Text of a line (from 1), without its end."""
+        """Return the text of a line (from 1), without its end."""
         start = self._line_starts[number - 1]
         end = self._line_starts[number] if number < len(self._line_starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")
 
     @property
     def line_count(self) -> int:
-        """How many lines the text has; an empty last line counts."""
+        """Number of lines; an empty last line counts."""
         return len(self._line_starts)
 
 
 class Span(Value):
-    """A stretch of a source file: offsets `start` (included) to `end` (excluded)."""
+    """A section of a source file: offsets `start` (included) to `end` (excluded)."""
 
     file: SourceFile
     start: int
@@ -78,12 +78,16 @@ class Span(Value):
 
     @property
     def text(self) -> str:
-        """The text that is spanned."""
+        """Text of the span."""
         return self.file.text[self.start : self.end]
 
     def to(self, other: Span) -> Span:
-        """The span from the start of this one to the end of the other."""
+        """Return the span from the start of this one to the end of the other."""
         return Span(self.file, self.start, other.end)
+
+    def head(self, word: str) -> Span:
+        """Return the span of the first word of a statement, for messages about the whole statement."""
+        return Span(self.file, self.start, min(self.start + len(word), self.end))
 
     def __str__(self) -> str:
         line, column = self.file.position(self.start)

@@ -1,63 +1,31 @@
-"""What names mean: the declarations of a program, collected and resolved by `check/`.
+"""Symbols, which are the meanings of names, and the types of values.
 
-Symbols are filled by the passes of checking in turn (names, then bases and types), and not changed after it. They
-live beside the tree and point into it.
+The passes of the checker fill symbols in turn: names, then bases and types. Symbols refer to the tree, which stays
+unchanged. Types are compared by `==`; physical types have dimensions instead of names. `plan/types.py` has the
+types of the runtime, and `check/plan_types.py` converts to them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from typing import TypeAlias
 
 from seoro.lang import ast, plan
 from seoro.lang.frozen import Value
+from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
-from seoro.lang.recorder import Recorder
+from seoro.lang.namespaces import GLOBAL_NAMESPACE, Home
 from seoro.lang.source import Span
-from seoro.lang.types import Type
 from seoro.lang.units import Dimension
 
-GLOBAL_NAMESPACE = "null"
 PHASES: Mapping[str, plan.Phase] = {phase.value: phase for phase in plan.Phase}  # the predefined events (7.3.10.3)
 MethodImplementation: TypeAlias = ast.ExpressionMethod | ast.UndefinedMethod | ast.ExternalMethod
 
 
-class Space(Value):
-    """The scope of a namespace statement: where names without a prefix are looked for (7.7.4.2)."""
-
-    name: str
-    uses: frozenset[str] = frozenset()
-
-
-class Home(Value):
-    """Where a declaration stands.
-
-    Args:
-        space: The scope of the text.
-        library: What was imported to get it, such as `osc.nav2`; None for files of the user.
-    """
-
-    space: Space
-    library: str | None
-
-    def namespace_of(self, name: ast.Name) -> str:
-        """The namespace into which a name is defined here: the current one, unless it has a prefix."""
-        return name.namespace or self.space.name
-
-
-class Export(Value):
-    """An item of an export list: a name, or all names of a namespace (7.7.4.1)."""
-
-    namespace: str | None  # None if the name has no prefix
-    name: str | None  # None for all names
-    home: Home
-    span: Span
-
-
-@dataclass(eq=False)
+@lazy_dataclass
 class QuantitySymbol:
     """A physical type."""
 
@@ -68,23 +36,23 @@ class QuantitySymbol:
     span: Span
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class UnitSymbol:
     """A unit: `base value = value * factor + offset`."""
 
     name: str
-    dimension: Dimension | None  # None if it was declared wrongly
+    dimension: Dimension | None  # None after an error
     factor: float
     offset: float
     span: Span
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class EnumSymbol:
     """An enumeration with the numbers of its members, in the order of declaration.
 
-    `declared` has the members of the declaration and then those of its extensions, in the order of the text;
-    `spaces`, the namespaces in which the names of members are.
+    `declared` has the members of the declaration and its extensions, in source order. `spaces` has the namespaces
+    of the members.
     """
 
     name: str
@@ -98,16 +66,76 @@ class EnumSymbol:
 
     @cached_property
     def plan_type(self) -> plan.EnumType:
-        """What it is in the plan; for use when its members are numbered."""
+        """Its type in the plan, after its members are numbered."""
         return plan.EnumType(self.plan_name, tuple(self.members.items()))
 
 
-@dataclass(eq=False)
+class Primitive(Value):
+    """A built-in type."""
+
+    name: str
+
+
+class Quantity(Value):
+    """A physical type, or the type of a product or quotient of physical values.
+
+    Types of one dimension are the same type, as the algebra of 7.3.4 requires.
+    """
+
+    dimension: Dimension
+
+
+class Enumeration(Value):
+    """An enumeration."""
+
+    symbol: EnumSymbol
+
+
+class Structured(Value):
+    """A struct or an actor."""
+
+    symbol: TypeSymbol
+
+
+class ListOf(Value):
+    """`list of <element>`."""
+
+    element: Type
+
+
+class RangeOf(Value):
+    """`range of <element>`."""
+
+    element: Type
+
+
+class EventObject(Value):
+    """An occurrence that `as <name>` binds; its fields are the parameters of the event."""
+
+    symbol: EventSymbol
+
+
+class CompositionObject(Value):
+    """`it` in a composition; its fields are the parameters of the composition."""
+
+    symbol: CompositionSymbol
+
+
+class Unknown(Value):
+    """The type of an invalid expression, which has been reported; compatible with all types."""
+
+
+Type: TypeAlias = (
+    Primitive | Quantity | Enumeration | Structured | ListOf | RangeOf | EventObject | CompositionObject | Unknown
+)
+
+
+@lazy_dataclass
 class FieldSymbol:
     """A field of a structured type, a parameter of an event or a method, or a global parameter.
 
-    `name` is unique among the fields of a type and of all that it inherits; `text` is the identifier, which fields
-    of several namespaces may share.
+    `name` is unique in a type and its bases; `text` is the identifier, which fields of several namespaces may
+    share.
     """
 
     name: str
@@ -121,9 +149,9 @@ class FieldSymbol:
     is_variable: bool = False
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class EventSymbol:
-    """An event of a structured type; `specification` is what stands behind `is`."""
+    """An event of a structured type; `specification` follows `is`."""
 
     name: str
     owner: TypeSymbol
@@ -135,11 +163,11 @@ class EventSymbol:
     parameters: MemberTable[FieldSymbol] = field(default_factory=MemberTable)
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class MethodSymbol:
-    """An implementation of a method; those that override one another share their `name`.
+    """An implementation of a method; overriding methods share their `name`.
 
-    `owner` is None for a method of a primitive type, which `receiver` names; else it is the type that has it.
+    `owner` is the declaring type, or None for a method of the primitive type `receiver`.
     """
 
     name: str
@@ -154,16 +182,16 @@ class MethodSymbol:
     span: Span
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class CompositionSymbol:
-    """A composition operator with its parameters (7.3.13); or any behavior, with those that one may have."""
+    """A composition operator or any behavior, with its possible parameters (7.3.13)."""
 
     name: str
     parameters: MemberTable[FieldSymbol]
 
 
 class Kind(Enum):
-    """What a structured type is."""
+    """Kind of a structured type."""
 
     STRUCT = "struct"
     ACTOR = "actor"
@@ -180,13 +208,13 @@ class Part(Value):
 
 
 class Condition(Value):
-    """What makes a value of the base one of a conditional subtype (7.3.8.2): a field has a value."""
+    """Condition of a conditional subtype (7.3.8.2): a field of the base has a value."""
 
     field: FieldSymbol
     value: ast.EnumValueReference | ast.BoolLiteral
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class Inventory:
     """The members of a type, inherited ones first."""
 
@@ -195,18 +223,18 @@ class Inventory:
     methods: MemberTable[MethodSymbol] = field(default_factory=MemberTable)
 
     def inherited(self) -> Inventory:
-        """What a subtype begins with."""
+        """Return the initial inventory of a subtype."""
         return Inventory(MemberTable(self.fields), MemberTable(self.events), MemberTable(self.methods))
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 
-    `fields`, `events` and `methods` are its own, `inventory` has those of its bases too; `do` is its own or one of
-    a base. `is_open` says that it may have members that are not known, as its base is not; `is_constrained`, that
-    constraints may give its fields values. `of` is the scenario or action that a modifier is for. `plan_name` is
-    unique among types, among scenarios and actions, or among modifiers.
+    `fields`, `events` and `methods` are its own members; `inventory` includes those of its bases. `do` is its own
+    or inherited. An open type may have unknown members, as its base is unknown. Constraints may set fields of a
+    constrained type. `of` is the scenario or action that a modifier modifies. `plan_name` is unique among types,
+    among scenarios and actions, or among modifiers.
     """
 
     kind: Kind
@@ -234,12 +262,12 @@ class TypeSymbol:
 
     @property
     def qualified_name(self) -> str:
-        """`actor.name` for what belongs to an actor, else the name; for people."""
+        """Name for people: `actor.name` for a member of an actor."""
         return f"{self.actor.name}.{self.name}" if self.actor is not None else self.name
 
     @property
     def name_in_plan(self) -> str:
-        """What the plan calls it where types of all kinds have names."""
+        """Name in the plan that is unique among types of all kinds."""
         match self.kind:
             case Kind.STRUCT | Kind.ACTOR:
                 return self.plan_name
@@ -250,9 +278,9 @@ class TypeSymbol:
 
     @cached_property
     def plan_type(self) -> plan.StructType | plan.ActorType:
-        """What it is in the plan; for use when all members are declared.
+        """Its type in the plan, after all members are declared.
 
-        An instance of a scenario or an action is held like a struct.
+        Instances of scenarios and actions are like structs.
         """
         bases = tuple(base.name_in_plan for base in lineage(self) if base is not self)
         make = plan.ActorType if self.kind is Kind.ACTOR else plan.StructType
@@ -260,108 +288,31 @@ class TypeSymbol:
 
 
 def lineage(symbol: TypeSymbol) -> Iterator[TypeSymbol]:
-    """The type and its bases, nearest first; bases form no cycle once they are resolved."""
+    """Yield a type and its bases, nearest first; resolved bases have no cycles."""
     current: TypeSymbol | None = symbol
     while current is not None:
         yield current
         current = current.base
 
 
-def all_fields(symbol: TypeSymbol) -> MemberTable[FieldSymbol]:
-    """The fields of a type, inherited ones first."""
-    return symbol.inventory.fields
-
-
-def all_events(symbol: TypeSymbol) -> MemberTable[EventSymbol]:
-    """The events of a type, inherited ones first."""
-    return symbol.inventory.events
-
-
-def all_methods(symbol: TypeSymbol) -> MemberTable[MethodSymbol]:
-    """The methods of a type with the implementations that it has, inherited ones first."""
-    return symbol.inventory.methods
-
-
 def has_phases(symbol: TypeSymbol) -> bool:
-    """Whether the predefined events are events of a type: whether its values have a beginning and an end."""
+    """Return whether a type has the predefined events: whether its values start and end."""
     return symbol.kind not in {Kind.STRUCT, Kind.ACTOR}
 
 
 def is_open(symbol: TypeSymbol) -> bool:
-    """Whether a type or one of its bases may have members that are not known."""
+    """Return whether a type or one of its bases may have unknown members."""
     return any(type_.is_open for type_ in lineage(symbol))
 
 
 def may_lack_values(symbol: TypeSymbol) -> bool:
-    """Whether a field without a value may get one from what is not supported."""
+    """Return whether unknown members or constraints may set a field without a value."""
     return any(type_.is_open or type_.is_constrained for type_ in lineage(symbol))
 
 
 class DoFound(Value):
-    """The `do` of a scenario or action: which type declares it, and in what scope."""
+    """The `do` of a scenario or action, with the declaring type and its scope."""
 
     owner: TypeSymbol
     directive: ast.DoDirective
     home: Home
-
-
-def do_directive(symbol: TypeSymbol) -> DoFound | None:
-    """The `do` of a scenario or action: its own, one of its extensions, or that of a base."""
-    return symbol.do
-
-
-Declaration: TypeAlias = QuantitySymbol | EnumSymbol | TypeSymbol
-TypeTable: TypeAlias = dict[tuple[str, TypeSymbol | None, str], TypeSymbol]
-
-
-@dataclass
-class Program:
-    """All declarations; tables are by namespace and name. `check/lookup.py` finds what a name means.
-
-    Args:
-        nowhere: The beginning of the entry file, for what has no place of its own.
-        unread: Names that text which could not be read may declare; None for any name.
-        recorder: Is told what names mean; None unless an editor asks.
-    """
-
-    nowhere: Span
-    unread: frozenset[str] | None = frozenset()
-    recorder: Recorder | None = None
-    types: dict[tuple[str, str], Declaration] = field(default_factory=dict)
-    behaviors: TypeTable = field(default_factory=dict)
-    modifiers: TypeTable = field(default_factory=dict)
-    units: dict[str, UnitSymbol] = field(default_factory=dict)
-    globals: dict[tuple[str, str], FieldSymbol] = field(default_factory=dict)
-    primitives: dict[str, MemberTable[MethodSymbol]] = field(default_factory=dict)  # methods by primitive type
-    conditionals: list[TypeSymbol] = field(default_factory=list)  # conditional subtypes, bases first
-    holders: dict[str, list[EnumSymbol]] = field(
-        default_factory=dict
-    )  # enumerations by the names of their members
-    defined: set[tuple[str, str]] = field(default_factory=set)  # all identifiers, with their namespaces
-    exports: dict[str, dict[str | None, list[Export]]] = field(default_factory=dict)  # by namespace and name
-    methods: plan.Methods = field(default_factory=plan.Methods)
-    structures: plan.Structures = field(default_factory=plan.Structures)
-    global_declarations: list[tuple[ast.ParameterDeclaration, Home]] = field(default_factory=list)
-
-    def is_unread(self, name: str) -> bool:
-        """Whether text that could not be read may declare a name; it is then not reported as unknown."""
-        return self.unread is None or name in self.unread
-
-    def structured(self) -> list[TypeSymbol]:
-        """All structs, actors, scenarios, actions and modifiers."""
-        types = [symbol for symbol in self.types.values() if isinstance(symbol, TypeSymbol)]
-        return [*types, *self.behaviors.values(), *self.modifiers.values()]
-
-    @cached_property
-    def globals_by_name(self) -> dict[str, FieldSymbol]:
-        """Global parameters by their unique names; for use when all are declared."""
-        return {parameter.name: parameter for parameter in self.globals.values()}
-
-    @cached_property
-    def quantities(self) -> dict[Dimension, str]:
-        """The name of the first physical type of each dimension; for use when all types are declared."""
-        names: dict[Dimension, str] = {}
-        for symbol in self.types.values():
-            if isinstance(symbol, QuantitySymbol):
-                names.setdefault(symbol.dimension, symbol.name)
-        return names

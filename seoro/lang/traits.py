@@ -1,4 +1,4 @@
-"""What Python implementations of actions and modifiers take for parameters, other than values of their types."""
+"""Traits of parameters whose Python implementation takes something other than a value of the declared type."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class ParameterTrait(Enum):
-    """How an argument is checked and passed."""
+    """Rule for checking and passing an argument."""
 
     VALUE = "value"  # a value of the declared type
     ANY = "any"  # a value of any type

@@ -11,22 +11,22 @@ DIMENSIONLESS: Final[Dimension] = (0,) * len(BASE_UNITS)
 
 
 def dimension(exponents: Mapping[str, int]) -> Dimension:
-    """The dimension with these exponents; base units that are not named have none."""
+    """Return the dimension with the given exponents; others are zero."""
     return tuple(exponents.get(unit, 0) for unit in BASE_UNITS)
 
 
 def product(left: Dimension, right: Dimension) -> Dimension:
-    """The dimension of a product."""
+    """Return the dimension of a product."""
     return tuple(a + b for a, b in zip(left, right, strict=True))
 
 
 def quotient(left: Dimension, right: Dimension) -> Dimension:
-    """The dimension of a quotient."""
+    """Return the dimension of a quotient."""
     return tuple(a - b for a, b in zip(left, right, strict=True))
 
 
 def unit_text(of: Dimension) -> str:
-    """The SI unit of a dimension for people, such as `m/s` or `kg/m/s^2`."""
+    """Return the SI unit of a dimension for people, such as `m/s` or `kg/m/s^2`."""
     above = [_power(unit, exponent) for unit, exponent in zip(BASE_UNITS, of, strict=True) if exponent > 0]
     below = [_power(unit, -exponent) for unit, exponent in zip(BASE_UNITS, of, strict=True) if exponent < 0]
     return "/".join(["*".join(above) or "1", *below])
@@ -37,5 +37,5 @@ def _power(unit: str, exponent: int) -> str:
 
 
 def to_si(value: float, factor: float, offset: float) -> float:
-    """The value in the base unit of what was written in a unit (7.3.4)."""
+    """Convert a value in a unit to the base unit (7.3.4)."""
     return float(value) * factor + offset

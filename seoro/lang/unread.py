@@ -16,11 +16,11 @@ _LAYOUT: Final = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
 
 
 def names_declared(tokens: Sequence[Token], lost: Sequence[tuple[int, int]]) -> tuple[str, ...] | None:
-    """The names that statements may declare which could not be parsed; None if they may be any.
+    """Return the names that unparsable statements may declare; None for any name.
 
     Args:
         tokens: The tokens of the file.
-        lost: Where the statements begin and end.
+        lost: Starts and ends of the statements.
     """
     names: dict[str, None] = {}
     stretches = sorted(lost)
@@ -42,6 +42,6 @@ def names_declared(tokens: Sequence[Token], lost: Sequence[tuple[int, int]]) -> 
 
 
 def _bare(token: Token) -> str:
-    """The identifier of a name, without prefix and bars."""
+    """Return the identifier of a name, without prefix and bars."""
     text = str(token.value)
     return text.rpartition("::")[2].strip("|") if token.kind in {"NAME", "PREFIXED"} else ""

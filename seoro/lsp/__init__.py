@@ -1,5 +1,5 @@
-"""The language server: what editors ask of scenario files, answered over the Language Server Protocol.
+"""Language server: answers requests of editors about scenario files over the Language Server Protocol.
 
-`server.py` has the features, `scheduling.py` says when texts are checked, `analysis.py` does it; the other modules
-answer one question each from an analysis, and know nothing of the server.
+`features.py` has the requests, `server.py` the state, `scheduling.py` schedules checks, and `analysis.py` runs
+them. The other modules answer one kind of request from an `Analysis`, and do not import the server.
 """

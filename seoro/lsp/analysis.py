@@ -1,4 +1,4 @@
-"""What is known of a document: it is checked, with all that it imports, as an editor shows them."""
+"""Analysis of a document: check it with its imports, as the editor shows them."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from seoro.lang.check.checker import Checked
 from seoro.lang.libraries import library_files
 from seoro.lang.loader import Module
 from seoro.lang.source import SourceFile
+from seoro.lsp.check_cache import CheckCache
 from seoro.lsp.documents import Texts, reader
 from seoro.lsp.index import Files, Index, Notes
-from seoro.lsp.memory import Memory
 
-ENTRY = ".import-of-one-library.osc"  # stands for a scenario that imports a library, when that is what is open
+ENTRY = ".import-of-one-library.osc"  # a scenario that imports an open library
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """A document that was checked.
+    """A checked document.
 
     Args:
         path: Its resolved path.
-        checked: The scenario of which it is the entry; a library that is open is imported by one of its own.
+        checked: The scenario whose entry it is; for a library, a scenario that imports it.
         files: The files that were read.
         module: The document itself.
-        notes: What was noted while it was checked.
+        notes: Records of the check.
     """
 
     path: Path
@@ -40,13 +40,13 @@ class Analysis:
 
     @cached_property
     def index(self) -> Index:
-        """What stands where; made when it is needed, since diagnostics do not wait for it."""
-        len(self.checked.behaviors)  # those that were left are checked now, which makes their notes
+        """Index of names and types; built on demand, so that diagnostics do not wait for it."""
+        len(self.checked.behaviors)  # elaborates deferred behaviors, which completes the notes
         return Index(self.checked, self.notes, self.files)
 
     @property
     def file(self) -> SourceFile:
-        """The text that was checked."""
+        """The checked text."""
         return self.module.file
 
     @property
@@ -60,16 +60,16 @@ class Analysis:
         return any(found.code.startswith("E01") for found in self.checked.sources.diagnostics)
 
 
-def analyse(path: Path, texts: Texts, strict: bool = False, memory: Memory | None = None) -> Analysis:
+def analyse(path: Path, texts: Texts, strict: bool = False, memory: CheckCache | None = None) -> Analysis:
     """Check a document.
 
     Args:
         path: Its resolved path.
-        texts: The documents that are open.
+        texts: The open documents.
         strict: Whether to report extensions to the standard.
-        memory: What is kept from one check of the document to the next.
+        memory: Cache between checks of the document.
     """
-    memory = memory or Memory()
+    memory = memory or CheckCache()
     notes = Notes()
     library = library_at(path)
     entry = path
@@ -84,7 +84,7 @@ def analyse(path: Path, texts: Texts, strict: bool = False, memory: Memory | Non
         recorder=notes,
         parsers=memory.parsers,
         known=memory.bodies,
-    ).checked  # importing runs Python, which nobody asked for who only edits
+    ).checked  # editing must not import, as that runs Python
     files = Files(checked.sources.modules)
     here = [module for module in checked.sources.modules if module.file is files.by_path.get(path)]
     module = here[0] if here else checked.sources.entry  # a library's file that has just vanished
@@ -92,11 +92,11 @@ def analyse(path: Path, texts: Texts, strict: bool = False, memory: Memory | Non
 
 
 def library_at(path: Path) -> str | None:
-    """The library that a file is; None if it is a user's."""
+    """Return the name of the library in a file; None for files of users."""
     return _libraries().get(path)
 
 
 @cache
 def _libraries() -> Mapping[Path, str]:
-    """The modules of libraries by the paths of their files; finding those of installed packages takes a while."""
+    """Return the libraries by their files; cached, as searching installed packages is slow."""
     return {path.resolve(): name for name, path in sorted(library_files(None).items())}

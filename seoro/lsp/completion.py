@@ -1,7 +1,7 @@
-"""What may be meant at the cursor.
+"""Completion at the cursor.
 
-The text is unfinished there, so its place is told from its tokens (`cursor.py`, `regions.py`), and what names mean
-from the last check (`surroundings.py`).
+The text is unfinished there, so its tokens determine the place (`cursor.py`, `regions.py`), and the last check the
+meaning of names (`cursor_context.py`).
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from dataclasses import dataclass
 from lsprotocol.types import CompletionItemKind as Sort
 
 from seoro.lang import ast, plan
-from seoro.lang.symbols import EnumSymbol, FieldSymbol, Kind, TypeSymbol, all_fields
-from seoro.lang.types import PRIMITIVES, Enumeration, Structured, Type, is_known, quantity
+from seoro.lang.symbols import Enumeration, EnumSymbol, FieldSymbol, Kind, Structured, Type, TypeSymbol
+from seoro.lang.types import PRIMITIVES, is_known, quantity
 from seoro.lsp import items
 from seoro.lsp.analysis import Analysis
 from seoro.lsp.cursor import Cursor, read_cursor
+from seoro.lsp.cursor_context import CursorContext, callee, cursor_context
 from seoro.lsp.describe import parameters_of
 from seoro.lsp.items import Item
 from seoro.lsp.regions import COMPOSITIONS, KEYWORDS, TYPES, Region, behavior_start, region
-from seoro.lsp.surroundings import Surroundings, callee, surroundings
 
 _COMPARISONS = frozenset({"==", "!=", "<", "<=", ">", ">=", "in"})
 _EVENT_WORDS = frozenset({"wait", "until", "on", "if"})
@@ -30,19 +30,19 @@ _BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
 @dataclass(frozen=True)
 class Completion:
-    """What may be meant, and where what it replaces begins."""
+    """Completion items, and the start of the text that they replace."""
 
     start: int
     items: tuple[Item, ...]
 
 
 def complete(text: str, offset: int, analyses: Sequence[Analysis]) -> Completion:
-    """What may be meant at a place in a text.
+    """Complete the text at the cursor.
 
     Args:
-        text: As it is now.
-        offset: Of the cursor.
-        analyses: Of the document, the newest first; at least one.
+        text: Current text.
+        offset: Offset of the cursor.
+        analyses: Analyses of the document, newest first; at least one.
     """
     cursor = read_cursor(text, offset)
     if cursor is None:
@@ -51,12 +51,12 @@ def complete(text: str, offset: int, analyses: Sequence[Analysis]) -> Completion
     if words[0] == "import" and len(words) > 1:
         start = cursor.line.tokens[1].start
         return Completion(start, tuple(items.modules(cursor.file.text[start : cursor.start], cursor.file.path)))
-    around = surroundings(cursor, analyses)
+    around = cursor_context(cursor, analyses)
     found = {(item.label, item.sort): item for item in reversed(list(_items(around)))}
     return Completion(cursor.start, tuple(found.values()))
 
 
-def _items(around: Surroundings) -> Iterator[Item]:
+def _items(around: CursorContext) -> Iterator[Item]:
     cursor = around.cursor
     words = cursor.line.words
     place = len(words) - 1
@@ -85,11 +85,11 @@ def _items(around: Surroundings) -> Iterator[Item]:
             return items.keywords(KEYWORDS[Region.ON]) if place == 0 else _emitted(around)
 
 
-# ---------------------------------------------------------------- behind a dot and `@`
+# ---------------------------------------------------------------- after a dot and `@`
 
 
-def _members(around: Surroundings, dot: int) -> Iterator[Item]:
-    """What may stand behind a dot."""
+def _members(around: CursorContext, dot: int) -> Iterator[Item]:
+    """Complete after a dot."""
     cursor = around.cursor
     words = cursor.line.words
     first = cursor.receiver(dot)
@@ -110,20 +110,20 @@ def _members(around: Surroundings, dot: int) -> Iterator[Item]:
     return items.members(type_, around.program)
 
 
-def _invocable(around: Surroundings, owner: TypeSymbol) -> Iterator[Item]:
-    """What can be invoked of an object, and the fields that lead on to others."""
+def _invocable(around: CursorContext, owner: TypeSymbol) -> Iterator[Item]:
+    """Yield the behaviors of an object, and its fields that hold objects."""
     here = region(around.cursor)
     if here is Region.BEHAVIORS or around.cursor.line.words[0] == "do":
         yield from items.behaviors(around, owner)
-        for found in all_fields(owner).values():
+        for found in owner.inventory.fields.values():
             if isinstance(found.type, Structured):
                 yield items.field(found, around.program)
     else:
         yield from items.modifiers(around, owner)
 
 
-def _events(around: Surroundings) -> Iterator[Item]:
-    """What may stand behind `@`."""
+def _events(around: CursorContext) -> Iterator[Item]:
+    """Complete after `@`."""
     yield from items.events(around, around.owner)
     yield from (Item(label, Sort.Reference, "label", rank=items.FIRST) for label in around.labels)
     for found in around.scope.fields.values():
@@ -131,8 +131,8 @@ def _events(around: Surroundings) -> Iterator[Item]:
             yield items.field(found, around.program)
 
 
-def _events_of(around: Surroundings, base: str) -> Iterator[Item]:
-    """The events of a behavior with a label, or of an object."""
+def _events_of(around: CursorContext, base: str) -> Iterator[Item]:
+    """Yield the events of a labelled behavior, or of an object."""
     member = around.labels.get(base)
     if member is None:
         type_ = around.type_of(base)
@@ -151,8 +151,8 @@ def _events_of(around: Surroundings, base: str) -> Iterator[Item]:
 # ---------------------------------------------------------------- statements
 
 
-def _in_header(around: Surroundings) -> Iterator[Item]:
-    """The line of a declaration."""
+def _in_header(around: CursorContext) -> Iterator[Item]:
+    """Complete the line of a declaration."""
     words = around.cursor.line.words
     place, before = len(words) - 1, words[-2] if len(words) > 1 else ""
     match words[0], before:
@@ -178,12 +178,12 @@ def _in_header(around: Surroundings) -> Iterator[Item]:
             return iter(())
 
 
-def _all_behaviors(around: Surroundings) -> Iterator[Item]:
+def _all_behaviors(around: CursorContext) -> Iterator[Item]:
     return iter((*items.behaviors(around, None), *items.types(around, (Kind.ACTOR,))))
 
 
-def _in_member(around: Surroundings) -> Iterator[Item]:
-    """A line among the members of a type."""
+def _in_member(around: CursorContext) -> Iterator[Item]:
+    """Complete a member of a type."""
     words = around.cursor.line.words
     place = len(words) - 1
     if place == 0:
@@ -201,8 +201,8 @@ def _in_member(around: Surroundings) -> Iterator[Item]:
             return _after_name(around)
 
 
-def _in_method(around: Surroundings) -> Iterator[Item]:
-    """A method, behind its name."""
+def _in_method(around: CursorContext) -> Iterator[Item]:
+    """Complete a method, after its name."""
     words = around.cursor.line.words
     if "expression" in words:
         return items.values(around, _expected(around))
@@ -217,8 +217,8 @@ def _in_method(around: Surroundings) -> Iterator[Item]:
             return items.keywords(("is",))
 
 
-def _after_name(around: Surroundings) -> Iterator[Item]:
-    """The type and the default of a field."""
+def _after_name(around: CursorContext) -> Iterator[Item]:
+    """Complete the type and the default of a field."""
     words = around.cursor.line.words
     if "=" in words:
         return items.values(around, _expected(around))
@@ -227,8 +227,8 @@ def _after_name(around: Surroundings) -> Iterator[Item]:
     return items.keywords(("with",)) if ":" in words else iter(())
 
 
-def _in_behavior(around: Surroundings, first: int) -> Iterator[Item]:
-    """A line among behaviors, of which one begins at `first`."""
+def _in_behavior(around: CursorContext, first: int) -> Iterator[Item]:
+    """Complete a line of behaviors, one of which begins at `first`."""
     words = around.cursor.line.words
     place = len(words) - 1
     if place == first:
@@ -244,8 +244,8 @@ def _in_behavior(around: Surroundings, first: int) -> Iterator[Item]:
             return items.values(around, None) if place > first else iter(())
 
 
-def _statements(around: Surroundings) -> Iterator[Item]:
-    """How a behavior may begin."""
+def _statements(around: CursorContext) -> Iterator[Item]:
+    """Yield the beginnings of behaviors."""
     yield from items.keywords(KEYWORDS[Region.BEHAVIORS], items.SOON)
     if around.owner is not None and around.owner.actor is not None:
         yield from items.behaviors(around, around.owner.actor)
@@ -256,16 +256,16 @@ def _statements(around: Surroundings) -> Iterator[Item]:
             yield items.field(found, around.program, items.FIRST)
 
 
-def _in_with(around: Surroundings) -> Iterator[Item]:
-    """A line of a `with:` block."""
+def _in_with(around: CursorContext) -> Iterator[Item]:
+    """Complete a line of a `with:` block."""
     words = around.cursor.line.words
     if len(words) == 1:
         return iter((*items.keywords(KEYWORDS[Region.WITH]), *items.modifiers(around, None)))
     return _specification(around) if words[0] == "until" else items.values(around, None)
 
 
-def _specification(around: Surroundings) -> Iterator[Item]:
-    """An event specification."""
+def _specification(around: CursorContext) -> Iterator[Item]:
+    """Complete an event specification."""
     before = around.cursor.line.words[-2]
     if before in _EVENT_WORDS or before == "is":
         yield Item("@", Sort.Operator, "an event", rank=items.FIRST)
@@ -276,19 +276,19 @@ def _specification(around: Surroundings) -> Iterator[Item]:
     yield from items.values(around, _expected(around))
 
 
-def _emitted(around: Surroundings) -> Iterator[Item]:
-    """What may be emitted."""
+def _emitted(around: CursorContext) -> Iterator[Item]:
+    """Yield the events that can be emitted."""
     if around.cursor.line.words[-2] != "emit":
         return iter(())
-    phases = (item for item in items.phases() if item.label != plan.Phase.START.value)  # which no one may emit
+    phases = (item for item in items.phases() if item.label != plan.Phase.START.value)  # cannot be emitted
     return iter((*items.declared_events(around, around.owner), *phases))
 
 
 # ---------------------------------------------------------------- arguments and values
 
 
-def _in_bracket(around: Surroundings) -> Iterator[Item]:
-    """What may stand within brackets."""
+def _in_bracket(around: CursorContext) -> Iterator[Item]:
+    """Complete within brackets."""
     cursor = around.cursor
     words, bracket = cursor.line.words, cursor.brackets[-1]
     name = words[bracket.index - 1] if bracket.is_call else ""
@@ -305,16 +305,16 @@ def _in_bracket(around: Surroundings) -> Iterator[Item]:
     return iter((*names, *items.values(around, _expected(around))))
 
 
-def _open_parameters(around: Surroundings) -> Iterable[FieldSymbol]:
-    """The parameters that have no argument yet."""
+def _open_parameters(around: CursorContext) -> Iterable[FieldSymbol]:
+    """Return the parameters without an argument."""
     given = arguments_before(around.cursor)
     names = {name for name in given if name}
     positional = sum(not name for name in given[:-1])
     return [parameter for parameter in _parameters(around)[positional:] if parameter.text not in names]
 
 
-def _parameters(around: Surroundings) -> list[FieldSymbol]:
-    """The parameters of what the innermost bracket belongs to."""
+def _parameters(around: CursorContext) -> list[FieldSymbol]:
+    """Return the parameters of the innermost call."""
     bracket = around.cursor.brackets[-1]
     if not bracket.is_call:
         return []
@@ -323,7 +323,7 @@ def _parameters(around: Surroundings) -> list[FieldSymbol]:
 
 
 def arguments_before(cursor: Cursor) -> list[str]:
-    """The names of the arguments in the innermost bracket up to the cursor; empty for those without one."""
+    """Return the names of the arguments in the innermost bracket up to the cursor; empty for positional ones."""
     first = cursor.brackets[-1].index + 1
     names, depth, start = list[str](), 0, first
     words = cursor.line.words
@@ -336,8 +336,8 @@ def arguments_before(cursor: Cursor) -> list[str]:
     return names
 
 
-def _expected(around: Surroundings) -> Type | None:
-    """The type that a value at the cursor should have; None if any will do, or it is not known."""
+def _expected(around: CursorContext) -> Type | None:
+    """Return the expected type of a value at the cursor; None if any type is valid, or it is unknown."""
     cursor = around.cursor
     words = cursor.line.words
     if len(words) > 2 and words[-2] in _COMPARISONS:
@@ -353,8 +353,8 @@ def _expected(around: Surroundings) -> Type | None:
     return None
 
 
-def _expected_argument(around: Surroundings) -> Type | None:
-    """The type of the parameter whose argument the cursor is in."""
+def _expected_argument(around: CursorContext) -> Type | None:
+    """Return the type of the parameter whose argument contains the cursor."""
     name = around.cursor.line.words[around.cursor.brackets[-1].index - 1]
     if name in {"elapsed", "every"}:
         return _declared(around, "time")
@@ -365,8 +365,8 @@ def _expected_argument(around: Surroundings) -> Type | None:
     return parameters[len(given) - 1].type if len(given) <= len(parameters) else None
 
 
-def _declared(around: Surroundings, text: str) -> Type | None:
-    """The type that a declarator means, if it is but a name."""
+def _declared(around: CursorContext, text: str) -> Type | None:
+    """Return the type of a declarator that is a bare name."""
     if text in PRIMITIVES:
         return PRIMITIVES[text]
     symbol = around.find_type(text) if text else None

@@ -1,8 +1,8 @@
-"""What stands before the cursor, in a text that is being written.
+"""Text before the cursor, while it is being written.
 
-Such a text is seldom right, so nothing here needs a tree: the tokens of the declaration around the cursor are cut
-into lines, and blocks are told by indentation alone. The unfinished word at the cursor is made a token by one
-letter that is put behind it.
+Such a text is seldom valid, so this module needs no tree. It splits the tokens of the declaration around the
+cursor into lines, and finds blocks by indentation. A letter after the unfinished word at the cursor makes it a
+token.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from seoro.lang.expected import explain
 from seoro.lang.lexer import Lexer, Number, Token
 from seoro.lang.source import SourceFile
 
-MARK = "_"  # makes a word, or a unit, of what stands before the cursor
+MARK = "_"  # makes a token of the word or unit before the cursor
 _OUTERMOST = re.compile(
     r"^(?:import|namespace|export|type|unit|enum|struct|actor|action|scenario|modifier|extend|global)\b",
     re.MULTILINE,
@@ -31,7 +31,7 @@ class Line:
     """A logical line.
 
     Args:
-        column: Of its first character, from 0.
+        column: Column of its first character, from 0.
         tokens: Its tokens.
     """
 
@@ -39,7 +39,7 @@ class Line:
     tokens: tuple[Token, ...]
 
     def word(self, index: int) -> str:
-        """The text of a name or an operator; empty if it is something else."""
+        """Return the text of a name or an operator; empty for other tokens."""
         if not -len(self.tokens) <= index < len(self.tokens):
             return ""
         value = self.tokens[index].value
@@ -47,7 +47,7 @@ class Line:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The texts of its names and operators."""
+        """Return the texts of its names and operators."""
         return tuple(self.word(index) for index in range(len(self.tokens)))
 
 
@@ -56,8 +56,8 @@ class Open:
     """A bracket that is open at the cursor.
 
     Args:
-        index: Of its token in the cursor's line.
-        is_call: Whether something is applied to what stands in it; else it is a list or a group.
+        index: Index of its token in the cursor's line.
+        is_call: Whether it contains arguments; otherwise it is a list or a group.
     """
 
     index: int
@@ -69,11 +69,11 @@ class Cursor:
     """A place in a text that is being written.
 
     Args:
-        file: The text before the cursor, and the letter behind it.
-        line: The cursor's logical line, up to the word that it is in or behind of.
+        file: The text before the cursor, with `MARK`.
+        line: The cursor's logical line, up to the word at the cursor.
         parents: The lines that open the blocks around it, innermost first.
-        word: What of that word, or unit, stands before the cursor.
-        number: The number that the word is a unit of.
+        word: The part of that word, or unit, before the cursor.
+        number: The number whose unit the word is.
     """
 
     file: SourceFile
@@ -89,7 +89,7 @@ class Cursor:
 
     @cached_property
     def brackets(self) -> tuple[Open, ...]:
-        """The brackets that are open, outermost first."""
+        """The open brackets, outermost first."""
         found: list[Open] = []
         for index, token in enumerate(self.line.tokens):
             if token.kind in {"LPAR", "LSQB"}:
@@ -100,7 +100,7 @@ class Cursor:
         return tuple(found)
 
     def receiver(self, end: int) -> int:
-        """The index of the first token of `a.b(c)[d]`, of which the last one is before `end`; `end` if none is."""
+        """Return the index of the first token of `a.b(c)[d]` that ends before `end`; `end` without one."""
         tokens = self.line.tokens
         index = end
         while index > 0:
@@ -122,7 +122,7 @@ class Cursor:
         return index if index < end else end
 
     def _opening(self, index: int) -> int | None:
-        """The index of the bracket that a closing one belongs to."""
+        """Return the index of the matching opening bracket."""
         depth = 0
         for earlier in range(index, -1, -1):
             kind = self.line.tokens[earlier].kind
@@ -132,13 +132,13 @@ class Cursor:
         return None
 
     def text(self, first: int, end: int) -> str:
-        """The text of some tokens of the line."""
+        """Return the text of a range of tokens."""
         tokens = self.line.tokens[first:end]
         return self.file.text[tokens[0].start : tokens[-1].end] if tokens else ""
 
 
 def read_cursor(text: str, offset: int) -> Cursor | None:
-    """What stands before an offset; None within comments and strings, and where no word can be."""
+    """Read the text before an offset; None within comments and strings, and where no word is possible."""
     file = SourceFile("cursor", text[:offset] + MARK)
     start = 0
     for found in _OUTERMOST.finditer(text, 0, offset):
@@ -156,11 +156,11 @@ def read_cursor(text: str, offset: int) -> Cursor | None:
 
 
 def _lines(file: SourceFile, tokens: list[Token]) -> list[Line]:
-    """The logical lines; a line that begins like a statement ends the one before it, for all its open brackets."""
+    """Split into logical lines; a line that begins like a statement ends the one before, despite open brackets."""
     lines: list[Line] = []
     current: list[Token] = []
     depth = 0
-    is_lost = False  # the lexer still believes in a bracket that was given up, and sees no line ends any more
+    is_lost = False  # the lexer still counts an abandoned bracket, so it finds no line ends
     for index, token in enumerate(tokens):
         is_end = token.kind in {"_NEWLINE", "$END"}
         if current and not is_end and _is_first(file, token):
@@ -177,13 +177,13 @@ def _lines(file: SourceFile, tokens: list[Token]) -> list[Line]:
 
 
 def _is_first(file: SourceFile, token: Token) -> bool:
-    """Whether a token is the first one of its line."""
+    """Return whether a token is the first of its line."""
     start = max(file.text.rfind("\n", 0, token.start), file.text.rfind("\r", 0, token.start)) + 1
     return not file.text[start : token.start].strip()
 
 
 def _begins_statement(tokens: list[Token], index: int) -> bool:
-    """Whether a word at the start of a line can only be that of a statement."""
+    """Return whether a word at the start of a line can only begin a statement."""
     word, behind = tokens[index].value, tokens[index + 1]
     if tokens[index].kind != "NAME" or not explain(word):
         return False
@@ -195,7 +195,7 @@ def _column(file: SourceFile, token: Token) -> int:
 
 
 def _parents(lines: list[Line], column: int) -> tuple[Line, ...]:
-    """The lines that open the blocks around a column, innermost first; a declaration may lack its colon."""
+    """Return the lines that open the blocks around a column, innermost first; colons may be missing."""
     found: list[Line] = []
     for line in reversed(lines):
         if line.column < column and (line.tokens[-1].kind == "COLON" or line.column == 0):

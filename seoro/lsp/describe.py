@@ -1,4 +1,4 @@
-"""Declarations and types in words and in Markdown."""
+"""Descriptions of declarations and types, as text and Markdown."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import assert_never
 
 from seoro.lang.check.plan_types import type_name
+from seoro.lang.program import Program
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import (
@@ -14,30 +15,31 @@ from seoro.lang.symbols import (
     EventSymbol,
     FieldSymbol,
     Kind,
+    ListOf,
     MethodSymbol,
-    Program,
+    Quantity,
     QuantitySymbol,
+    RangeOf,
+    Type,
     TypeSymbol,
     UnitSymbol,
-    all_fields,
 )
-from seoro.lang.types import ListOf, Quantity, RangeOf, Type
 from seoro.lang.units import unit_text
 from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence, definition
 
 LANGUAGE = "osc"  # of code blocks
-MAX_LINES = 40  # of a declaration that is shown
+MAX_LINES = 40  # of a shown declaration
 _INVOKED = frozenset({Kind.SCENARIO, Kind.ACTION, Kind.MODIFIER})
 _FENCE = re.compile(r"`{3,}")
 
 
 def type_text(type_: Type, program: Program) -> str:
-    """A type as it is written in the language, where it has a name."""
+    """Format a type in the syntax of the language, if it has a name."""
     return type_name(type_, program).strip("`")
 
 
 def unit_of(type_: Type) -> str:
-    """The SI unit of physical values, or of the members of a list or range of them; empty for others."""
+    """Return the SI unit of physical values, or of lists and ranges of them; empty for others."""
     match type_:
         case Quantity(dimension):
             return unit_text(dimension)
@@ -48,20 +50,20 @@ def unit_of(type_: Type) -> str:
 
 
 def typed(type_: Type, program: Program) -> str:
-    """A type with its SI unit, in Markdown."""
+    """Format a type with its SI unit, in Markdown."""
     unit = unit_of(type_)
     name = type_name(type_, program)
     return f"{name} [{unit}]" if unit and unit not in name else name
 
 
 def parameter_text(parameter: FieldSymbol, program: Program) -> str:
-    """A parameter with its type and its default, as it would be declared."""
+    """Format a parameter like a declaration, with its type and default."""
     default = f" = {_one_line(parameter.default.span.text)}" if parameter.default is not None else ""
     return f"{parameter.text}: {type_text(parameter.type, program)}{default}"
 
 
 def signature(meaning: TypeSymbol | MethodSymbol | EventSymbol, program: Program) -> str:
-    """What takes arguments, with its parameters, on one line."""
+    """Format a callable with its parameters, on one line."""
     parameters = parameters_of(meaning)
     text = ", ".join(parameter_text(parameter, program) for parameter in parameters.values())
     match meaning:
@@ -75,16 +77,16 @@ def signature(meaning: TypeSymbol | MethodSymbol | EventSymbol, program: Program
 
 
 def parameters_of(meaning: TypeSymbol | MethodSymbol | EventSymbol) -> Mapping[str, FieldSymbol]:
-    """What can be given as arguments."""
-    return all_fields(meaning) if isinstance(meaning, TypeSymbol) else meaning.parameters
+    """Return the parameters of a callable."""
+    return meaning.inventory.fields if isinstance(meaning, TypeSymbol) else meaning.parameters
 
 
 def declaration(meaning: Meaning, program: Program) -> str:
-    """The declaration, shortened to what matters at its uses."""
+    """Format a declaration, shortened for its uses."""
     match meaning:
         case TypeSymbol():
             lines = [_line(Span(meaning.span.file, meaning.declaration.span.start, meaning.span.end))]
-            fields = [f"    {parameter_text(field, program)}" for field in all_fields(meaning).values()]
+            fields = [f"    {parameter_text(field, program)}" for field in meaning.inventory.fields.values()]
             lines[0] += ":" if fields else ""
             lines += fields[:MAX_LINES]
             lines += ["    ..."] if len(fields) > MAX_LINES else []
@@ -112,7 +114,7 @@ def declaration(meaning: Meaning, program: Program) -> str:
 
 
 def kind(meaning: Meaning, program: Program) -> str:
-    """What it is, in Markdown: its kind, its type, and whose it is."""
+    """Describe a symbol in Markdown: its kind, its type, and its owner."""
     match meaning:
         case TypeSymbol():
             base = f", inherits `{meaning.base.qualified_name}`" if meaning.base is not None else ""
@@ -164,7 +166,7 @@ def _of(owner: TypeSymbol | None) -> str:
 
 
 def comment(meaning: Meaning) -> str:
-    """The `#` lines right above a declaration."""
+    """Return the `#` lines directly above a declaration."""
     span = meaning.declaration.span if isinstance(meaning, TypeSymbol) else definition(meaning)
     return _comment_above(span.file, span.line) if span is not None else ""
 
@@ -180,13 +182,13 @@ def _comment_above(file: SourceFile, line: int) -> str:
 
 
 def code(text: str) -> str:
-    """A code block."""
+    """Format a code block."""
     fence = max((found.group() for found in _FENCE.finditer(text)), key=len, default="``") + "`"
     return f"{fence}{LANGUAGE}\n{text}\n{fence}"
 
 
 def _line(span: Span) -> str:
-    """The line on which a span begins, without the colon of a block that it opens."""
+    """Return the first line of a span, without the colon of a block."""
     return span.file.line(span.line).strip().removesuffix(":")
 
 

@@ -1,4 +1,4 @@
-"""The texts that are open in the editor, which go before those on disk."""
+"""Open documents of the editor, which take precedence over files on disk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 from urllib.parse import unquote, urlsplit
 
-from seoro.input_files import resolved
+from seoro.files.inputs import resolved
 from seoro.lang.loader import Reader, Unreadable, read_file
 
 Texts: TypeAlias = Mapping[Path, str]  # of open documents, by resolved path
@@ -20,8 +20,8 @@ class Document:
     """An open document.
 
     Args:
-        path: Its resolved path; that of one that was never saved exists in name only.
-        uri: What the editor calls it.
+        path: Its resolved path; the file is missing if the document was never saved.
+        uri: Its URI in the editor.
         version: The editor's number of this state of the text.
         text: Its text.
     """
@@ -39,7 +39,7 @@ class Documents:
         self._open: dict[Path, Document] = {}
 
     def put(self, uri: str, version: int | None, text: str) -> Document | None:
-        """Take the text of a document that was opened or changed; None if it is not one that can be checked."""
+        """Store the text of an opened or changed document; None if it cannot be checked."""
         path = path_of_uri(uri)
         if path is None:
             return None
@@ -47,17 +47,17 @@ class Documents:
         return self._open[path]
 
     def remove(self, uri: str) -> Document | None:
-        """Forget a document; None if there was none."""
+        """Remove and return a document; None if it is not open."""
         path = path_of_uri(uri)
         return self._open.pop(path, None) if path is not None else None
 
     def find(self, uri: str) -> Document | None:
-        """The open document of a URI."""
+        """Return the open document of a URI."""
         path = path_of_uri(uri)
         return self._open.get(path) if path is not None else None
 
     def at(self, path: Path) -> Document | None:
-        """The open document at a resolved path."""
+        """Return the open document at a resolved path."""
         return self._open.get(path)
 
     @property
@@ -71,25 +71,25 @@ class Documents:
         return MappingProxyType({path: document.text for path, document in self._open.items()})
 
     def uri_of(self, path: Path) -> str:
-        """What to call a file towards the editor: as the editor does, if it is open."""
+        """Return the URI of a file; for an open document, that of the editor."""
         document = self._open.get(path)
         return document.uri if document is not None else path.as_uri()
 
 
 def path_of_uri(uri: str) -> Path | None:
-    """The resolved path of a document; None if it is neither a file nor new and not saved yet."""
+    """Return the resolved path of a saved or new document; None for other URIs."""
     try:
         parts = urlsplit(uri)
         if parts.scheme not in {"file", "untitled"} or parts.netloc not in {"", "localhost"}:
             return None
         path = unquote(parts.path)
         return Path(path if parts.scheme == "file" else f"untitled {path}").resolve() if path else None
-    except (ValueError, OSError, RuntimeError):  # a host that is none, a NUL, links in a circle
+    except (ValueError, OSError, RuntimeError):  # an invalid host, a NUL, cyclic links
         return None
 
 
 def reader(texts: Texts) -> Reader:
-    """Reads files as the editor shows them."""
+    """Create a reader that prefers open documents."""
 
     def read(path: Path) -> str | Unreadable:
         try:

@@ -1,4 +1,4 @@
-"""The features of the server: requests and notifications, and what answers them."""
+"""Handlers of the server's requests and notifications."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from seoro.lang.format.formatter import format_text
 from seoro.lang.source import SourceFile, Span
 from seoro.lsp import navigation
 from seoro.lsp.analysis import Analysis
-from seoro.lsp.collisions import check_collisions
 from seoro.lsp.completion import complete
-from seoro.lsp.families import family
 from seoro.lsp.hover import hover
 from seoro.lsp.items import Item
 from seoro.lsp.meaning import name_of
 from seoro.lsp.outline import Outline, declared, folds, kind_of
+from seoro.lsp.overriding import family
+from seoro.lsp.rename_check import check_collisions
 from seoro.lsp.server import SeoroServer
 from seoro.lsp.signatures import signature_at
 from seoro.lsp.workspace import analyse_users
@@ -29,7 +29,7 @@ SUFFIXES = "**/*.osc"
 
 
 def make_server(strict: bool = False) -> SeoroServer:
-    """A server with all features.
+    """Create a server with all features.
 
     Args:
         strict: Whether to report extensions to the standard.
@@ -43,7 +43,7 @@ def make_server(strict: bool = False) -> SeoroServer:
 
 
 def _follow_texts(server: SeoroServer) -> None:
-    """Notifications about documents and files."""
+    """Handle notifications about documents and files."""
 
     @server.feature(lsp.INITIALIZED)
     async def initialized(_: lsp.InitializedParams) -> None:
@@ -72,7 +72,7 @@ def _follow_texts(server: SeoroServer) -> None:
 
 
 async def _watch_files(server: SeoroServer) -> None:
-    """Ask to be told of files that change outside of the editor, if it can do that."""
+    """Subscribe to changes of files outside of the editor, if the editor supports it."""
     workspace = server.client_capabilities.workspace
     watching = workspace.did_change_watched_files if workspace is not None else None
     if watching is not None and watching.dynamic_registration:
@@ -82,7 +82,7 @@ async def _watch_files(server: SeoroServer) -> None:
 
 
 def _answer_about_names(server: SeoroServer) -> None:
-    """What a name is, and where else it is."""
+    """Handle requests about names: hover, definition, references, rename."""
 
     @server.feature(lsp.TEXT_DOCUMENT_HOVER)
     async def on_hover(params: lsp.HoverParams) -> lsp.Hover | None:
@@ -157,7 +157,7 @@ def _answer_about_names(server: SeoroServer) -> None:
 
 
 def _answer_while_writing(server: SeoroServer) -> None:
-    """What can be written at the cursor."""
+    """Handle completion and signature help."""
 
     @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=[".", "@", "!", "("]))
     async def on_completion(params: lsp.CompletionParams) -> list[lsp.CompletionItem]:
@@ -185,7 +185,7 @@ def _answer_while_writing(server: SeoroServer) -> None:
 
 
 def _answer_about_files(server: SeoroServer) -> None:
-    """What is in a file, and how it should look."""
+    """Handle requests about files: symbols, folds, formatting."""
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     async def on_symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
@@ -216,7 +216,7 @@ def _answer_about_files(server: SeoroServer) -> None:
         return [lsp.TextEdit(server.positions.range(whole), text)] if text != file.text else []
 
 
-# ---------------------------------------------------------------- in common
+# ---------------------------------------------------------------- shared
 
 
 class _Positioned(Protocol):
@@ -227,7 +227,7 @@ class _Positioned(Protocol):
 
 
 async def _place(server: SeoroServer, params: _Positioned) -> tuple[Analysis, int]:
-    """The analysis of the document that a request is about, and the offset of its position."""
+    """Return the analysis of a request's document, and the offset of its position."""
     analysis = await server.analysis(params.text_document.uri)
     return analysis, server.positions.offset(analysis.file, params.position)
 
@@ -237,14 +237,14 @@ def _location(server: SeoroServer, path: Path, span: Span) -> lsp.Location:
 
 
 async def _users(server: SeoroServer, *names: str) -> Sequence[Analysis]:
-    """The analyses of all documents, and of the other files of the workspace in which one of the names occurs."""
+    """Return the analyses of all documents, and of other workspace files that contain one of the names."""
     known = await server.analyst.all_current()
     texts, folders = server.documents.texts, server.folders
     return await server.analyst.run(lambda: analyse_users(names, folders, texts, known))
 
 
 def _refusal(reason: str) -> JsonRpcException:
-    """An answer that says why something is not done; it is shown to people."""
+    """Create an error reply, which the editor shows."""
     return JsonRpcException(reason, lsp.LSPErrorCodes.RequestFailed.value)
 
 

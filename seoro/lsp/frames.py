@@ -1,7 +1,7 @@
-"""Reads the frames of the protocol from a stream, and passes only whole ones on.
+"""Validating reader for the frames of the protocol.
 
-The library behind the server believes every header: it waits for ever for a body whose length is missing, and asks
-for as much memory as a length claims. Invalid frames are refused here; reading resumes at the next header.
+The protocol library trusts every header: it waits forever for a body whose length is missing, and allocates any
+claimed length. This reader skips invalid frames, and resumes at the next header.
 """
 
 from __future__ import annotations
@@ -12,33 +12,33 @@ from collections.abc import Callable
 from typing import BinaryIO, Final
 
 MAX_BODY: Final = 64 * 2**20  # bytes of a message: texts of files are far shorter
-_MAX_LINE: Final = 2**16  # bytes that are read at once while the next header is looked for
+_MAX_LINE: Final = 2**16  # bytes per read while searching for the next header
 _MAX_HEADERS: Final = 32  # lines before a body
 _LENGTH: Final = re.compile(rb"Content-Length:[ \t]*([^\r\n]*)\r?\n\Z", re.IGNORECASE)
-_OVERLAP: Final = 64  # bytes of a stretch that are kept, since a header may begin in them
+_OVERLAP: Final = 64  # bytes kept between reads, since a header may begin in them
 
 
 class Frames(io.RawIOBase):
     """A stream of valid frames.
 
     Args:
-        stream: Where frames are read.
-        refuse: Is called with the reason when a frame is skipped.
+        stream: Source of the frames.
+        refuse: Called with the reason when a frame is skipped.
     """
 
     def __init__(self, stream: BinaryIO, refuse: Callable[[str], None]) -> None:
         super().__init__()
         self._stream = stream
         self._refuse = refuse
-        self._lines: list[bytes] = []  # of the header that is passed on
-        self._is_lost = False  # a frame was refused, and the next header is looked for
+        self._lines: list[bytes] = []  # of a valid header
+        self._is_lost = False  # a frame was skipped, and the next header is being searched
 
     def readable(self) -> bool:
-        """As of any stream for reading."""
+        """Return True, as for any readable stream."""
         return True
 
     def readline(self, size: int | None = -1, /) -> bytes:
-        """The next line of a valid header; empty at the end of the stream."""
+        """Return the next line of a valid header; empty at the end of the stream."""
         if not self._lines:
             length = self._next_length()
             if length is None:
@@ -47,7 +47,7 @@ class Frames(io.RawIOBase):
         return self._lines.pop(0)
 
     def read(self, size: int = -1, /) -> bytes:
-        """The body behind the header, of `size` bytes; shorter at the end of the stream."""
+        """Return the body of `size` bytes; shorter at the end of the stream."""
         parts = []
         while size > 0 and (part := self._stream.read(min(size, 2**20))):
             parts.append(part)
@@ -55,7 +55,7 @@ class Frames(io.RawIOBase):
         return b"".join(parts)
 
     def _next_length(self) -> int | None:
-        """The length of the next valid frame, whose header is read; None at the end of the stream."""
+        """Read the next valid header and return its length; None at the end of the stream."""
         while True:
             length: bytes | None = None
             kept = b""
@@ -75,12 +75,12 @@ class Frames(io.RawIOBase):
                 return number
 
     def _checked(self, length: bytes | None) -> int | None:
-        """The length that a header has; None if it is refused, which is said once until the next valid one."""
+        """Return the length in a header; None if it is invalid, reported once until the next valid one."""
         if self._is_lost:
             return None
         shown = (length or b"")[:40].decode("ascii", "replace")
         if length is None:
-            reason = "a message without `Content-Length`"
+            reason = "a message without a `Content-Length`"
         elif not length.isdigit():
             reason = f"a message whose `Content-Length` is not a number: `{shown}`"
         elif len(length) > len(str(MAX_BODY)) or int(length) > MAX_BODY:

@@ -1,11 +1,10 @@
-"""What is shown about the thing under the pointer."""
+"""Hover texts: information about the symbol under the pointer."""
 
 from __future__ import annotations
 
 from seoro.lang import ast
 from seoro.lang.source import Span
-from seoro.lang.symbols import UnitSymbol
-from seoro.lang.types import Unknown
+from seoro.lang.symbols import UnitSymbol, Unknown
 from seoro.lang.units import to_si, unit_text
 from seoro.lsp.analysis import Analysis, library_at
 from seoro.lsp.describe import code, comment, declaration, kind, typed
@@ -14,11 +13,11 @@ from seoro.lsp.tree import find
 
 
 def hover(analysis: Analysis, offset: int) -> tuple[str, Span] | None:
-    """What to show about a place in a document, in Markdown, and the text that it is about.
+    """Return the hover text at an offset, in Markdown, and its span.
 
     Args:
-        analysis: Of the document.
-        offset: Into its text.
+        analysis: Analysis of the document.
+        offset: Offset into its text.
     """
     literal = _literal(analysis.tree, offset)
     if literal is not None:
@@ -30,7 +29,7 @@ def hover(analysis: Analysis, offset: int) -> tuple[str, Span] | None:
 
 
 def about(meaning: Meaning, analysis: Analysis) -> str:
-    """What to show about a declaration."""
+    """Return the hover text of a declaration."""
     program = analysis.checked.program
     parts = [code(declaration(meaning, program)), _with_origin(kind(meaning, program), meaning, analysis)]
     if isinstance(meaning, ImportedFile):
@@ -40,7 +39,7 @@ def about(meaning: Meaning, analysis: Analysis) -> str:
 
 
 def _with_origin(text: str, meaning: Meaning, analysis: Analysis) -> str:
-    """With the library that a declaration comes from, or the file, if it is another one."""
+    """Append the library or file that declares the symbol."""
     span = definition(meaning)
     path = analysis.files.path_of(span.file) if span is not None else None
     if path is None or path == analysis.path:
@@ -49,13 +48,13 @@ def _with_origin(text: str, meaning: Meaning, analysis: Analysis) -> str:
 
 
 def _literal(tree: ast.OscFile, offset: int) -> ast.PhysicalLiteral | None:
-    """The number with a unit at an offset."""
+    """Return the number with a unit at an offset."""
     found = (node for node in find(tree, ast.PhysicalLiteral) if node.span.start <= offset <= node.span.end)
     return next(found, None)
 
 
 def _quantity(literal: ast.PhysicalLiteral, analysis: Analysis) -> tuple[str, Span] | None:
-    """A number with a unit, in SI units, and what the unit is."""
+    """Describe a number with a unit: its SI value, and the unit."""
     program = analysis.checked.program
     unit = program.units.get(literal.unit.text)
     if unit is None or unit.dimension is None:
@@ -64,14 +63,14 @@ def _quantity(literal: ast.PhysicalLiteral, analysis: Analysis) -> tuple[str, Sp
 
 
 def in_si(literal: ast.PhysicalLiteral, unit: UnitSymbol) -> str:
-    """`60kph = 16.67 m/s`."""
+    """Format a quantity with its SI value: `60kph = 16.67 m/s`."""
     assert unit.dimension is not None
     value = to_si(literal.value, unit.factor, unit.offset)
     return f"{literal.span.text} = {value:.4g} {unit_text(unit.dimension)}"
 
 
 def _value(analysis: Analysis, offset: int) -> tuple[str, Span] | None:
-    """The type of `it` or `actor`, which no declaration stands for."""
+    """Describe `it` or `actor` by its type, as it has no declaration."""
     found = analysis.index.type_at(analysis.path, offset)
     if found is None or found[0].text not in {"it", "actor"} or isinstance(found[1], Unknown):
         return None

@@ -1,4 +1,4 @@
-"""What stands where: the meanings of all names of a program, and the types of its expressions."""
+"""Index of a program: the meanings of all names, and the types of expressions."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import cast
 
-from seoro.input_files import resolved
+from seoro.files.inputs import resolved
 from seoro.lang.check.checker import Checked
 from seoro.lang.loader import Module
 from seoro.lang.source import SourceFile, Span
-from seoro.lang.types import Type, Unknown
+from seoro.lang.symbols import Type, Unknown
 from seoro.lsp.local_names import imports, local_names
 from seoro.lsp.meaning import Meaning, declarations, definition
 
@@ -23,17 +23,17 @@ Place = tuple[Path, int, int]  # a file, and offsets of the start and the end in
 
 @dataclass
 class Notes:
-    """The recorder of a check."""
+    """Recorder of a check."""
 
     names: dict[tuple[SourceFile, int, int], Meaning] = field(default_factory=dict)
     values: dict[tuple[SourceFile, int, int], Type] = field(default_factory=dict)
 
     def name(self, span: Span, meaning: object) -> None:
-        """As `Recorder`."""
+        """Implement `Recorder`."""
         self.names[span.file, span.start, span.end] = cast(Meaning, meaning)
 
     def value(self, span: Span, type_: Type) -> None:
-        """As `Recorder`."""
+        """Implement `Recorder`."""
         if not isinstance(type_, Unknown):
             self.values[span.file, span.start, span.end] = type_
 
@@ -47,7 +47,7 @@ class Use:
 
 
 class Files:
-    """The files of a program and their resolved paths, which tell files of several programs to be the same.
+    """The files of a program and their resolved paths, which identify files of several programs.
 
     Args:
         modules: The files.
@@ -60,7 +60,7 @@ class Files:
         self.by_path = {path: file for file, path in self._paths.items()}
 
     def path_of(self, file: SourceFile) -> Path | None:
-        """The resolved path of a file; None for what is none, such as the value of an option."""
+        """Return the resolved path of a file; None for other texts, such as an option."""
         return self._paths.get(file)
 
 
@@ -69,7 +69,7 @@ class Index:
 
     Args:
         checked: The program.
-        notes: What was noted while it was checked.
+        notes: Records of its check.
         files: Its files.
     """
 
@@ -77,7 +77,7 @@ class Index:
         uses: dict[tuple[SourceFile, int, int], Use] = {}
 
         def add(found: Iterable[tuple[Span, Meaning]]) -> None:
-            """Names that mean something already keep it: a label may have the name of a field."""
+            """Add names without a meaning: a label may have the name of a field."""
             for span, meaning in found:
                 uses.setdefault((span.file, span.start, span.end), Use(span, meaning))
 
@@ -111,7 +111,7 @@ class Index:
             self._places.setdefault(target, []).append(use.span)
 
     def at(self, path: Path, offset: int) -> Use | None:
-        """The name at an offset, or right before it; the shortest, if several are."""
+        """Return the shortest name at an offset, or directly before it."""
         uses = self._uses.get(path, [])
         last = bisect_right(uses, offset, key=lambda use: use.span.start)
         near = [use for use in uses[max(0, last - _NESTED) : last] if offset <= use.span.end]
@@ -119,20 +119,20 @@ class Index:
         return min(inside or near, key=lambda use: use.span.end - use.span.start, default=None)
 
     def uses(self, path: Path) -> tuple[Use, ...]:
-        """All names in a file, in order."""
+        """Return all names in a file, in order."""
         return tuple(self._uses.get(path, ()))
 
     def type_at(self, path: Path, offset: int) -> tuple[Span, Type] | None:
-        """The shortest expression at an offset, with its type."""
+        """Return the shortest expression at an offset, with its type."""
         here = [found for found in self._values.get(path, []) if found[0].start <= offset <= found[0].end]
         return min(here, key=lambda found: found[0].end - found[0].start, default=None)
 
     def target(self, meaning: Meaning) -> Place | None:
-        """Where a meaning is declared: the same in every program that reads the file."""
+        """Return the place of a declaration, which is the same in all programs that read the file."""
         span = definition(meaning)
         path = self._files.path_of(span.file) if span is not None else None
         return (path, span.start, span.end) if span is not None and path is not None else None
 
     def uses_of(self, target: Place) -> tuple[Span, ...]:
-        """All names that mean what is declared at a place, the declaration itself among them."""
+        """Return all uses of a declaration, including itself."""
         return tuple(self._places.get(target, ()))

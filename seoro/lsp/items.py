@@ -1,4 +1,4 @@
-"""What can be offered for completion, by sort."""
+"""Completion items, by sort."""
 
 from __future__ import annotations
 
@@ -11,38 +11,29 @@ from lsprotocol.types import CompletionItemKind as Sort
 from seoro.lang import plan
 from seoro.lang.check.builtins import Builtins
 from seoro.lang.libraries import library_files
+from seoro.lang.program import Declaration, Program
 from seoro.lang.symbols import (
-    Declaration,
+    CompositionObject,
+    Enumeration,
     EnumSymbol,
+    EventObject,
     EventSymbol,
     FieldSymbol,
     Kind,
     MethodSymbol,
-    Program,
-    QuantitySymbol,
-    TypeSymbol,
-    all_events,
-    all_fields,
-    all_methods,
-    lineage,
-)
-from seoro.lang.types import (
-    BOOL,
-    PRIMITIVES,
-    CompositionObject,
-    Enumeration,
-    EventObject,
     Primitive,
+    QuantitySymbol,
     Structured,
     Type,
-    is_number,
-    quantity,
+    TypeSymbol,
+    lineage,
 )
+from seoro.lang.types import BOOL, PRIMITIVES, is_number, quantity
 from seoro.lang.units import unit_text
+from seoro.lsp.cursor_context import CursorContext
 from seoro.lsp.describe import comment, parameter_text, signature, type_text
-from seoro.lsp.surroundings import Surroundings
 
-FIRST, SOON, LATER, LAST = range(4)  # how likely something is meant
+FIRST, SOON, LATER, LAST = range(4)  # likelihood of an item
 _SORTS = {
     Kind.STRUCT: Sort.Struct,
     Kind.ACTOR: Sort.Class,
@@ -54,15 +45,15 @@ _SORTS = {
 
 @dataclass(frozen=True)
 class Item:
-    """Something that may be meant.
+    """A completion item.
 
     Args:
-        label: What is shown, and inserted unless `insert` says otherwise.
-        sort: Of what sort it is.
+        label: Shown text; also inserted unless `insert` is set.
+        sort: Its sort.
         detail: Its type, or its declaration.
-        documentation: What its author says of it.
-        insert: What is inserted.
-        rank: How likely it is meant.
+        documentation: Comment of its declaration.
+        insert: Inserted text.
+        rank: Its likelihood.
     """
 
     label: str
@@ -74,18 +65,18 @@ class Item:
 
 
 def keywords(words: Iterable[str], rank: int = LATER) -> Iterator[Item]:
-    """Words of the language."""
+    """Yield keywords."""
     return (Item(word, Sort.Keyword, rank=rank) for word in words)
 
 
 def modules(typed: str, document: Path | None) -> Iterator[Item]:
-    """Libraries that a document can import, whose names begin with what was typed up to a dot."""
+    """Yield libraries that a document can import and whose names match the typed text up to a dot."""
     names = sorted(library_files(document))
     return (Item(name, Sort.Module, "library") for name in names if name.startswith(typed))
 
 
 def units(program: Program, expected: Type | None) -> Iterator[Item]:
-    """All units; those of the type that is needed first."""
+    """Yield all units; those of the expected type first."""
     for unit in program.units.values():
         if unit.dimension is not None:
             name = program.quantities.get(unit.dimension, unit_text(unit.dimension))
@@ -96,34 +87,34 @@ def units(program: Program, expected: Type | None) -> Iterator[Item]:
 
 
 def field(symbol: FieldSymbol, program: Program, rank: int = SOON, insert: str | None = None) -> Item:
-    """A field, or a parameter."""
+    """Create the item of a field or a parameter."""
     detail = parameter_text(symbol, program).partition(": ")[2]
     return Item(symbol.text, Sort.Field, detail, comment(symbol), insert, rank)
 
 
 def arguments(parameters: Iterable[FieldSymbol], program: Program) -> Iterator[Item]:
-    """Names of arguments."""
+    """Yield names of arguments."""
     return (field(parameter, program, FIRST, f"{parameter.text}: ") for parameter in parameters)
 
 
 def method(symbol: MethodSymbol, program: Program) -> Item:
-    """A method."""
+    """Create the item of a method."""
     return Item(symbol.text, Sort.Method, signature(symbol, program), comment(symbol))
 
 
 def event(symbol: EventSymbol, program: Program) -> Item:
-    """An event."""
+    """Create the item of an event."""
     return Item(symbol.text, Sort.Event, signature(symbol, program), comment(symbol), rank=FIRST)
 
 
 def enum_members(enum: EnumSymbol, rank: int = FIRST) -> Iterator[Item]:
-    """The members of an enumeration."""
+    """Yield the members of an enumeration."""
     members_ = enum.members.items()
     return (Item(name, Sort.EnumMember, f"{enum.name} = {number}", rank=rank) for name, number in members_)
 
 
 def type_name(label: str, symbol: Declaration, rank: int = SOON) -> Item:
-    """A type."""
+    """Create the item of a type."""
     match symbol:
         case QuantitySymbol(dimension=dimension):
             return Item(label, Sort.Unit, f"physical type [{unit_text(dimension)}]", comment(symbol), rank=rank)
@@ -134,15 +125,15 @@ def type_name(label: str, symbol: Declaration, rank: int = SOON) -> Item:
 
 
 def behavior(label: str, symbol: TypeSymbol, program: Program, rank: int = SOON) -> Item:
-    """A scenario, action or modifier."""
+    """Create the item of a scenario, action or modifier."""
     return Item(label, _SORTS[symbol.kind], signature(symbol, program), comment(symbol), rank=rank)
 
 
 # ---------------------------------------------------------------- groups
 
 
-def types(around: Surroundings, kinds: Iterable[Kind] | None = None) -> Iterator[Item]:
-    """The types that can be named here; of some kinds only, if they are given."""
+def types(around: CursorContext, kinds: Iterable[Kind] | None = None) -> Iterator[Item]:
+    """Yield the visible types, optionally of some kinds only."""
     if kinds is None:
         yield from (Item(name, Sort.Keyword, "primitive type", rank=LATER) for name in PRIMITIVES)
         yield from (Item(word, Sort.Keyword, rank=LATER) for word in ("list of", "range of"))
@@ -152,23 +143,23 @@ def types(around: Surroundings, kinds: Iterable[Kind] | None = None) -> Iterator
             yield type_name(label, symbol, rank)
 
 
-def physical_types(around: Surroundings) -> Iterator[Item]:
-    """The physical types."""
+def physical_types(around: CursorContext) -> Iterator[Item]:
+    """Yield the physical types."""
     return (type_name(label, symbol) for label, symbol in around.types() if isinstance(symbol, QuantitySymbol))
 
 
-def behaviors(around: Surroundings, actor: TypeSymbol | None, rank: int = FIRST) -> Iterator[Item]:
-    """The scenarios and actions of an actor and its bases, or of none."""
+def behaviors(around: CursorContext, actor: TypeSymbol | None, rank: int = FIRST) -> Iterator[Item]:
+    """Yield the scenarios and actions of an actor and its bases, or of none."""
     yield from _of_actor(around, around.program.behaviors.values(), actor, rank)
 
 
-def modifiers(around: Surroundings, actor: TypeSymbol | None) -> Iterator[Item]:
-    """The modifiers of an actor and its bases, or of none."""
+def modifiers(around: CursorContext, actor: TypeSymbol | None) -> Iterator[Item]:
+    """Yield the modifiers of an actor and its bases, or of none."""
     yield from _of_actor(around, around.program.modifiers.values(), actor, SOON)
 
 
 def _of_actor(
-    around: Surroundings, table: Iterable[TypeSymbol], actor: TypeSymbol | None, rank: int
+    around: CursorContext, table: Iterable[TypeSymbol], actor: TypeSymbol | None, rank: int
 ) -> Iterator[Item]:
     owners = set(lineage(actor)) if actor is not None else {None}
     found = [symbol for symbol in table if symbol.actor in owners]
@@ -176,11 +167,11 @@ def _of_actor(
 
 
 def members(type_: Type, program: Program) -> Iterator[Item]:
-    """What may stand behind the dot after a value."""
+    """Yield the members of a value, after its dot."""
     match type_:
         case Structured(symbol):
-            yield from (field(found, program, FIRST) for found in all_fields(symbol).values())
-            yield from (method(found, program) for found in all_methods(symbol).values())
+            yield from (field(found, program, FIRST) for found in symbol.inventory.fields.values())
+            yield from (method(found, program) for found in symbol.inventory.methods.values())
         case EventObject(symbol):
             yield from (field(found, program, FIRST) for found in symbol.parameters.values())
         case CompositionObject(symbol):
@@ -195,24 +186,24 @@ def members(type_: Type, program: Program) -> Iterator[Item]:
     yield from (Item(word, Sort.Keyword, rank=LAST) for word in ("as", "is"))
 
 
-def events(around: Surroundings, owner: TypeSymbol | None) -> Iterator[Item]:
-    """The events of a type, and those that every behavior has."""
+def events(around: CursorContext, owner: TypeSymbol | None) -> Iterator[Item]:
+    """Yield the events of a type, and the predefined ones."""
     return iter((*declared_events(around, owner), *phases()))
 
 
-def declared_events(around: Surroundings, owner: TypeSymbol | None) -> Iterator[Item]:
-    """The events that a type and its bases declare."""
-    found = all_events(owner).values() if owner is not None else ()
+def declared_events(around: CursorContext, owner: TypeSymbol | None) -> Iterator[Item]:
+    """Yield the events that a type and its bases declare."""
+    found = owner.inventory.events.values() if owner is not None else ()
     return (event(symbol, around.program) for symbol in found)
 
 
 def phases() -> Iterator[Item]:
-    """The events that every behavior has."""
+    """Yield the predefined events of behaviors."""
     return (Item(phase.value, Sort.Event, "built-in event") for phase in plan.Phase)
 
 
-def values(around: Surroundings, expected: Type | None) -> Iterator[Item]:
-    """What may stand for a value; what is of the type that is needed goes first."""
+def values(around: CursorContext, expected: Type | None) -> Iterator[Item]:
+    """Yield values; those of the expected type first."""
     program, scope = around.program, around.scope
     if isinstance(expected, Enumeration):
         yield from enum_members(expected.symbol)
@@ -221,7 +212,7 @@ def values(around: Surroundings, expected: Type | None) -> Iterator[Item]:
     for found in (*scope.fields.values(), *program.globals.values()):
         yield field(found, program, _rank(found.type, expected))
     if around.owner is not None:
-        yield from (method(found, program) for found in all_methods(around.owner).values())
+        yield from (method(found, program) for found in around.owner.inventory.methods.values())
     for label, symbol in around.types():
         if isinstance(symbol, TypeSymbol) and symbol.kind is Kind.STRUCT:
             is_needed = expected == Structured(symbol)

@@ -1,11 +1,11 @@
-"""Names that only the tree knows: labels, parameters of methods, `as` clauses, and imported files."""
+"""Names that only the tree has: labels, parameters of methods, `as` clauses, and imported files."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from seoro.input_files import resolved
+from seoro.files.inputs import resolved
 from seoro.lang import ast
 from seoro.lang.check.labels import labelled
 from seoro.lang.libraries import library_file
@@ -18,11 +18,11 @@ Found = Iterator[tuple[Span, Meaning]]
 
 
 def local_names(tree: ast.OscFile, declared: Mapping[tuple[SourceFile, int], Meaning]) -> Found:
-    """The names in a file that mean something within one declaration only.
+    """Yield the names in a file that are local to one declaration.
 
     Args:
         tree: The file.
-        declared: What is declared, by the place of its name.
+        declared: Declarations by the places of their names.
     """
     for node in walk(tree):
         match node:
@@ -67,7 +67,7 @@ def _is_bare(name: ast.Name, text: str) -> bool:
 
 
 def imports(module: Module) -> Iterator[tuple[Span, ImportedFile]]:
-    """The import statements of a file, with the files that they read."""
+    """Yield the import statements of a file, with the imported files."""
     for statement in module.tree.statements:
         found = imported(statement, module)
         if found is not None:
@@ -75,7 +75,7 @@ def imports(module: Module) -> Iterator[tuple[Span, ImportedFile]]:
 
 
 def imported(statement: ast.Statement, module: Module) -> ImportedFile | None:
-    """The file that an import reads; None if the statement is no import, or nothing is there."""
+    """Return the file of an import; None for other statements, and if the file is missing."""
     path: Path | None = None
     library: str | None = None
     match statement:
@@ -90,5 +90,5 @@ def imported(statement: ast.Statement, module: Module) -> ImportedFile | None:
             pass
     try:
         return ImportedFile(resolved(path), library) if path is not None else None
-    except (ValueError, OSError, RuntimeError):  # a NUL, or links in a circle: the import is reported
+    except (ValueError, OSError, RuntimeError):  # a NUL, or cyclic links: the import is reported
         return None

@@ -1,4 +1,4 @@
-"""What a name can mean to an editor, and where that is declared."""
+"""Meanings of names for editors, and their declarations."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeAlias, assert_never
 
 from seoro.lang import ast
+from seoro.lang.program import Program
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
@@ -15,7 +16,6 @@ from seoro.lang.symbols import (
     EventSymbol,
     FieldSymbol,
     MethodSymbol,
-    Program,
     QuantitySymbol,
     TypeSymbol,
     UnitSymbol,
@@ -24,7 +24,7 @@ from seoro.lang.symbols import (
 
 @dataclass(frozen=True)
 class Label:
-    """The label of a behavior; `span` is where it stands in front of it."""
+    """The label of a behavior; `span` is its declaration."""
 
     text: str
     span: Span
@@ -63,7 +63,7 @@ Meaning: TypeAlias = (
 
 
 def definition(meaning: Meaning) -> Span | None:
-    """The name in the declaration; None for what is no text, or has been declared wrongly."""
+    """Return the name in the declaration; None without one in a text, or if it is invalid."""
     match meaning:
         case TypeSymbol():
             return type_name_span(meaning)
@@ -76,13 +76,13 @@ def definition(meaning: Meaning) -> Span | None:
 
 
 def type_name_span(symbol: TypeSymbol) -> Span:
-    """The name of a type in its declaration, without that of its actor."""
+    """Return the name of a type in its declaration, without its actor."""
     name = symbol.declaration.name
     return name.name.span if isinstance(name, ast.BehaviorName) else name.span
 
 
 def name_of(meaning: Meaning) -> str:
-    """The identifier."""
+    """Return the identifier of a symbol."""
     match meaning:
         case FieldSymbol() | EventSymbol() | MethodSymbol() | EnumMember() | Label() | Occurrence():
             return meaning.text
@@ -95,7 +95,7 @@ def name_of(meaning: Meaning) -> str:
 
 
 def declarations(program: Program) -> Iterator[Meaning]:
-    """Everything that is declared in a program."""
+    """Yield all declarations of a program."""
     for symbol in program.types.values():
         yield symbol
         if isinstance(symbol, EnumSymbol):

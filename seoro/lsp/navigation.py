@@ -1,4 +1,4 @@
-"""Where names are declared and used, and what a new name for them changes."""
+"""Declarations and uses of names, and edits of a rename."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.lexer import Lexer
 from seoro.lang.source import SourceFile, Span
 from seoro.lsp.analysis import Analysis, library_at
-from seoro.lsp.families import family
 from seoro.lsp.index import Place, Use
 from seoro.lsp.meaning import ImportedFile, definition, name_of
+from seoro.lsp.overriding import family
 
 
 def declared_at(analysis: Analysis, offset: int) -> tuple[Path, Span] | None:
-    """The file and the place where the name at an offset is declared; of an import, the start of the file."""
+    """Return the declaration of the name at an offset; for an import, the start of the file."""
     use = analysis.index.at(analysis.path, offset)
     if use is None:
         return None
@@ -30,14 +30,14 @@ def declared_at(analysis: Analysis, offset: int) -> tuple[Path, Span] | None:
 
 
 def target_at(analysis: Analysis, offset: int) -> tuple[Use, Place] | None:
-    """The name at an offset, and the place of its declaration."""
+    """Return the name at an offset, and the place of its declaration."""
     use = analysis.index.at(analysis.path, offset)
     target = analysis.index.target(use.meaning) if use is not None else None
     return (use, target) if use is not None and target is not None else None
 
 
 def uses(declared: Iterable[Place], analyses: Iterable[Analysis]) -> dict[Path, list[Span]]:
-    """All uses of what is declared at some places, by file."""
+    """Return all uses of declarations, by file."""
     found: dict[tuple[Path, int, int], Span] = {}
     for analysis, target in product(analyses, declared):
         for span in analysis.index.uses_of(target):
@@ -51,18 +51,18 @@ def uses(declared: Iterable[Place], analyses: Iterable[Analysis]) -> dict[Path, 
 
 
 class CannotRename(Exception):
-    """Why a name cannot be changed."""
+    """A name cannot be changed; the text has the reason."""
 
 
 def check_rename(analysis: Analysis, offset: int) -> Span:
-    """The text that a new name would replace.
+    """Return the span that a new name would replace.
 
     Raises:
-        CannotRename: There is no name, or it is not the user's.
+        CannotRename: The offset has no name, or a name of a library.
     """
     found = target_at(analysis, offset)
     if found is None:
-        raise CannotRename("there is no name here that could be changed")
+        raise CannotRename("no name that can be renamed here")
     use, target = found
     library = library_at(target[0])
     if library is not None:
@@ -71,20 +71,20 @@ def check_rename(analysis: Analysis, offset: int) -> Span:
 
 
 def bare(span: Span, name: str) -> Span:
-    """The part of a name's text that is the identifier: without a namespace, or the enumeration of a member."""
+    """Return the span of the identifier in a name, without namespace or enumeration."""
     text = span.text
     return Span(span.file, span.end - len(name), span.end) if text.endswith(name) else span
 
 
 def edits(target: Place, name: str, new: str, analyses: Sequence[Analysis]) -> dict[Path, list[Span]]:
-    """The texts that a new name replaces, by file: also those of members that override each other.
+    """Return the spans that a new name replaces, by file, including overriding and overridden members.
 
     Raises:
-        CannotRename: The new name is none, or a use is in a library.
+        CannotRename: The new name is invalid, or a use is in a library.
     """
     if not is_identifier(new):
         raise CannotRename(
-            f"`{new}` is no identifier: letters, digits and underscores, not beginning with a digit"
+            f"invalid identifier `{new}`: expected letters, digits and underscores, not beginning with a digit"
         )
     declared = family(target, analyses)
     for path, _, _ in sorted(declared):
@@ -101,7 +101,7 @@ def edits(target: Place, name: str, new: str, analyses: Sequence[Analysis]) -> d
 
 
 def is_identifier(text: str) -> bool:
-    """Whether a text is one name."""
+    """Return whether a text is an identifier."""
     bag = Bag()
     first = Lexer(SourceFile("name", text), bag).tokens()[0]
     return (first.kind, first.start, first.end, len(bag)) == ("NAME", 0, len(text), 0)

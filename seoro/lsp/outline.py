@@ -1,4 +1,4 @@
-"""What a file declares, for outlines, and what of it can be folded."""
+"""Outline and folding ranges of a file."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ _KINDS_OF_TYPES = {
     Kind.ACTION: SymbolKind.Function,
     Kind.MODIFIER: SymbolKind.Operator,
 }
-MAX_FOUND = 500  # symbols that are listed for a query
+MAX_FOUND = 500  # symbols per query
 
 
 class Outline:
-    """Makes the outline of a file.
+    """Creates the outline of a file.
 
     Args:
         tree: The file.
@@ -57,7 +57,7 @@ class Outline:
         self._positions = positions
 
     def symbols(self) -> list[DocumentSymbol]:
-        """The declarations with their members."""
+        """Return the declarations with their members."""
         return [symbol for statement in self._tree.statements for symbol in self._statement(statement)]
 
     def _statement(self, node: ast.Statement) -> Iterator[DocumentSymbol]:
@@ -111,7 +111,7 @@ class Outline:
         return (self._symbol(node, name.span, kind, node.type.span.text) for name in node.names)
 
     def _behavior(self, member: ast.DoMember, otherwise: str = "") -> Iterator[DocumentSymbol]:
-        """The behavior of a `do`, and those with labels in it, each within the nearest one with a label."""
+        """Yield the behavior of a `do`, with its labelled behaviors nested in each other."""
         body = member.body
         inner: list[DocumentSymbol] = []
         if isinstance(body, ast.Composition):
@@ -146,7 +146,7 @@ class Outline:
 
 
 def folds(tree: ast.OscFile) -> list[FoldingRange]:
-    """The blocks of several lines, and runs of comments."""
+    """Return the blocks of several lines, and runs of comments."""
     file = tree.span.file
     found: dict[int, int] = {}
     for node in walk(tree):
@@ -171,7 +171,7 @@ def _comments(file: SourceFile) -> Iterator[FoldingRange]:
 
 
 def declared(query: str, analyses: Iterable[Analysis]) -> list[tuple[Meaning, Path, Span]]:
-    """What users' files declare whose name contains a text, whatever its case; the shortest names first."""
+    """Return declarations of users whose names contain `query`, in any case; shortest names first."""
     found: dict[tuple[Path, int], tuple[Meaning, Path, Span]] = {}
     for analysis in analyses:
         for meaning in declarations(analysis.checked.program):
@@ -183,7 +183,7 @@ def declared(query: str, analyses: Iterable[Analysis]) -> list[tuple[Meaning, Pa
 
 
 def kind_of(meaning: Meaning) -> SymbolKind:
-    """What an outline calls a declaration."""
+    """Return the kind of a declaration in outlines."""
     match meaning:
         case TypeSymbol(kind=kind):
             return _KINDS_OF_TYPES[kind]

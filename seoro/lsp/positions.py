@@ -37,18 +37,18 @@ class Positions:
         self._width = _WIDTHS[encoding]
 
     def position(self, file: SourceFile, offset: int) -> Position:
-        """The position of an offset; one behind the end of the text is taken as the end."""
+        """Return the position of an offset, limited to the end of the text."""
         line, column = file.position(min(offset, len(file.text)))
         before = file.line(line)[: column - 1]
         # An offset between CR and LF is at the end of its line.
         return Position(line - 1, len(before) if before.isascii() else sum(map(self._width, before)))
 
     def range(self, span: Span) -> Range:
-        """The range of a span."""
+        """Return the range of a span."""
         return Range(self.position(span.file, span.start), self.position(span.file, span.end))
 
     def offset(self, file: SourceFile, position: Position) -> int:
-        """The offset of a position; one outside of the text or of its line is taken as the nearest one inside."""
+        """Return the offset of a position, limited to its line and the text."""
         if position.line < 0:
             return 0
         if position.line >= file.line_count:

@@ -1,4 +1,4 @@
-"""Where in a text the cursor stands: what kind of statement may begin there, and what part of one it is in."""
+"""Region of the cursor: the kind of block, and the part of the statement."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ TYPES = frozenset({"struct", "actor", "scenario", "action", "modifier", "extend"
 
 
 class Region(Enum):
-    """What a block, or the file itself, consists of."""
+    """Content of a block, or of the file itself."""
 
     FILE = "declarations"
     MEMBERS = "members of a type"
     BEHAVIORS = "behaviors"
     WITH = "constraints, modifiers and `until`"
-    ON = "what happens on an event"
+    ON = "reactions to an event"
 
 
 KEYWORDS = {
@@ -35,7 +35,7 @@ KEYWORDS = {
 
 
 def region(cursor: Cursor) -> Region:
-    """What the block around the cursor consists of."""
+    """Return the region of the block around the cursor."""
     if not cursor.parents or cursor.line.column == 0:
         return Region.FILE
     words = cursor.parents[0].words
@@ -47,7 +47,7 @@ def region(cursor: Cursor) -> Region:
 
 
 def behavior_start(cursor: Cursor) -> int | None:
-    """The index of the token of the line with which a behavior or a modifier begins; None if none does."""
+    """Return the index of the token that begins a behavior or a modifier, or None."""
     words = cursor.line.words
     here = region(cursor)
     if here in {Region.FILE, Region.ON}:

@@ -1,4 +1,4 @@
-"""Diagnostics as editors show them."""
+"""Conversion of diagnostics for editors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lsprotocol.types import (
     Location,
 )
 
-from seoro.input_files import resolved
+from seoro.files.inputs import resolved
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.source import Span
 from seoro.lsp.analysis import Analysis
@@ -27,10 +27,10 @@ _SEVERITIES = {Severity.ERROR: DiagnosticSeverity.Error, Severity.WARNING: Diagn
 
 
 class Reports:
-    """Makes the reports on open documents.
+    """Creates the diagnostics of open documents.
 
     Args:
-        documents: What is open.
+        documents: The open documents.
         positions: For ranges.
     """
 
@@ -39,14 +39,14 @@ class Reports:
         self._positions = positions
 
     def report(self, path: Path, own: Analysis, others: Iterable[Analysis]) -> list[Shown]:
-        """What to show in a document.
+        """Return the diagnostics of a document.
 
-        Faults in files that it imports are shown there, if they are open, else at the import.
+        Errors in imported files appear there, if they are open, else at the import.
 
         Args:
-            path: Of the document.
+            path: Path of the document.
             own: Its analysis.
-            others: Those of documents that may import it.
+            others: Analyses of documents that may import it.
         """
         found = [*self._found_in(path, own), *_at_imports(own, self._documents)]
         for other in others:
@@ -87,7 +87,7 @@ class Reports:
 
 
 def _at_imports(analysis: Analysis, documents: Documents) -> Iterator[Diagnostic]:
-    """What is wrong in imported files that are not open, at the statements that import them."""
+    """Yield the diagnostics of imported files that are not open, at their imports."""
     hidden: dict[Path, list[Diagnostic]] = {}
     for diagnostic in analysis.checked.diagnostics:
         path = analysis.files.path_of(diagnostic.primary.span.file)
@@ -103,7 +103,7 @@ def _at_imports(analysis: Analysis, documents: Documents) -> Iterator[Diagnostic
 
 
 def _imports(analysis: Analysis) -> Mapping[Path, list[tuple[Span, Path]]]:
-    """What each file imports, and where."""
+    """Return the imports of each file, with their spans."""
     edges: dict[Path, list[tuple[Span, Path]]] = {}
     for module in analysis.checked.sources.modules:
         if module.file.path is not None:
@@ -113,7 +113,7 @@ def _imports(analysis: Analysis) -> Mapping[Path, list[tuple[Span, Path]]]:
 
 
 def _reached(start: Path, edges: Mapping[Path, list[tuple[Span, Path]]]) -> list[Path]:
-    """A file, and all that it imports."""
+    """Return a file, and all its direct and indirect imports."""
     found, pending = [start], [start]
     while pending:
         for _, path in edges.get(pending.pop(), ()):
@@ -124,7 +124,7 @@ def _reached(start: Path, edges: Mapping[Path, list[tuple[Span, Path]]]) -> list
 
 
 def _summary(span: Span, path: Path, found: list[Diagnostic]) -> Diagnostic:
-    """One message for all that is wrong in a file: the worst and first of it, and how much else there is."""
+    """Summarize the diagnostics of a file: the first of the worst severity, and the number of others."""
     worst = min(found, key=lambda one: one.severity is not Severity.ERROR)
     more = f", and {len(found) - 1} more" if len(found) > 1 else ""
     labels = tuple(Label(one.primary.span, one.message) for one in found)

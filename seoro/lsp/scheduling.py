@@ -1,7 +1,7 @@
-"""When documents are checked: a moment after the last change, or at once if a request needs it.
+"""Scheduling of checks: shortly after the last change, or immediately if a request needs the result.
 
-All state belongs to the event loop. One thread does the checking, from texts that do not change; what it finds is
-taken over by the loop, and reported only if the texts are still those.
+All state belongs to the event loop. One thread checks immutable texts; the loop stores the results, and reports
+them only if the texts are still current.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from seoro.lsp.analysis import Analysis, analyse
+from seoro.lsp.check_cache import CheckCache
 from seoro.lsp.documents import Documents
-from seoro.lsp.memory import Memory
 
 DELAY = 0.15  # [s] from the last change to the check
 logger = logging.getLogger(__name__)
@@ -25,16 +25,16 @@ T = TypeVar("T")
 
 @dataclass(eq=False)
 class _State:
-    """Of an open document.
+    """State of an open document.
 
-    `wanted` is the number of the last change that concerns it, `known` that of the last one that was looked at.
+    `wanted` is the number of the last change that affects it, `known` that of the last checked one.
     """
 
     wanted: int = 0
     known: int = 0
     latest: Analysis | None = None
     good: Analysis | None = None  # the latest without syntax errors
-    memory: Memory = field(default_factory=Memory)
+    memory: CheckCache = field(default_factory=CheckCache)
     timer: asyncio.TimerHandle | None = None
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
 
@@ -43,8 +43,8 @@ class Analyst:
     """Keeps the analyses of open documents up to date.
 
     Args:
-        documents: What is open.
-        found: Is called with each analysis of a document's current text.
+        documents: The open documents.
+        found: Called with each analysis of a document's current text.
         strict: Whether to report extensions to the standard.
     """
 
@@ -58,14 +58,14 @@ class Analyst:
         self._worker = ThreadPoolExecutor(1, "analysis")
 
     def changed(self, path: Path) -> None:
-        """The text of a document has changed: it is to be checked, and those that import it."""
+        """Schedule checks of a changed document and of its importers."""
         for other in self._documents.paths:
             state = self._states.get(other)
             if other == path or state is None or state.latest is None or path in state.latest.files.by_path:
                 self._schedule(other)
 
     def changed_all(self) -> None:
-        """Files came or went: everything is to be checked."""
+        """Schedule checks of all documents, after files were created or deleted."""
         for path in [path for path in self._states if self._documents.at(path) is None]:
             timer = self._states.pop(path).timer
             if timer is not None:
@@ -89,11 +89,11 @@ class Analyst:
     async def _check_quietly(self, path: Path) -> None:
         try:
             await self._check(path)
-        except Exception:  # a fault of the checker's own: the next change has another chance
+        except Exception:  # a bug of the checker: the next change tries again
             logger.exception("cannot check %s", path)
 
     async def _check(self, path: Path) -> None:
-        """Check the text as it is when this is called, unless that has been done."""
+        """Check the current text, unless it has been checked."""
         state = self._states.get(path)
         if state is None:
             return
@@ -111,11 +111,11 @@ class Analyst:
             self._found(analysis)
 
     async def run(self, work: Callable[[], T]) -> T:
-        """Do something on the thread that checks."""
+        """Run a function on the thread of the checker."""
         return await asyncio.get_running_loop().run_in_executor(self._worker, work)
 
     async def current(self, path: Path) -> Analysis | None:
-        """The analysis of a document as it is now, with its index; None if it is not open."""
+        """Return the analysis of a document's current text, with its index; None if it is not open."""
         await self._check(path)
         state = self._states.get(path)
         analysis = state.latest if state is not None else None
@@ -124,7 +124,7 @@ class Analyst:
         return analysis
 
     async def recent(self, path: Path) -> Sequence[Analysis]:
-        """The latest analysis of a document and the latest without syntax errors, as far as there are any."""
+        """Return the latest analysis of a document, and the latest one without syntax errors."""
         state = self._states.get(path)
         if state is not None and state.latest is None:
             await self._check(path)
@@ -136,15 +136,15 @@ class Analyst:
 
     @property
     def analyses(self) -> tuple[Analysis, ...]:
-        """The latest analyses of all documents."""
+        """Return the latest analyses of all documents."""
         return tuple(state.latest for state in self._states.values() if state.latest is not None)
 
     async def all_current(self) -> tuple[Analysis, ...]:
-        """The analyses of all documents as they are now."""
+        """Return the analyses of the current texts of all documents."""
         for path in self._documents.paths:
             await self._check(path)
         return self.analyses
 
     def close(self) -> None:
-        """Give up what is not done yet."""
+        """Cancel pending checks."""
         self._worker.shutdown(wait=False, cancel_futures=True)

@@ -1,7 +1,7 @@
-"""The server: what is open, what is known of it, and what editors are told unasked.
+"""The server: open documents, their analyses, and published diagnostics.
 
-Requests are answered on the event loop, from analyses that a thread of its own makes (`scheduling.py`). A fault in
-one of them is logged and answered with an error, and the server lives on.
+The event loop answers requests from analyses, which a separate thread computes (`scheduling.py`). An exception in
+a request is logged and answered with an error; the server continues.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ logger = logging.getLogger(__name__)
 
 
 class _Protocol(LanguageServerProtocol):
-    """The protocol; a request that cannot be read is answered, too, instead of being dropped."""
+    """The protocol; unreadable requests get an error reply instead of being dropped."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
-        """What a message says."""
+        """Decode a message."""
         try:
             return super().structure_message(data)
         except JsonRpcException as fault:
@@ -41,52 +41,52 @@ class _Protocol(LanguageServerProtocol):
 
 
 class SeoroServer(LanguageServer):
-    """The language server; `features.py` says what it answers.
+    """The language server; `features.py` has its requests.
 
     Args:
         strict: Whether to report extensions to the standard.
     """
 
     def __init__(self, strict: bool = False) -> None:
-        # Whole texts are sent, since the library would cut lines at characters that end none here.
+        # Full texts are synchronized, since the library splits lines at more characters than OSC.
         super().__init__(NAME, __version__, lsp.TextDocumentSyncKind.Full, protocol_cls=_Protocol)
         self.documents = Documents()
         self.analyst = Analyst(self.documents, self._found, strict)
 
     @property
     def positions(self) -> Positions:
-        """Translates positions, in the encoding that was agreed on."""
+        """Translator of positions, in the negotiated encoding."""
         return Positions(str(getattr(self.workspace.position_encoding, "value", self.workspace.position_encoding)))
 
     @property
     def folders(self) -> list[Path]:
-        """The folders that the editor has open."""
+        """Folders of the editor's workspace."""
         found = (path_of_uri(folder.uri) for folder in self.workspace.folders.values())
         return [path for path in found if path is not None]
 
     def report_server_error(self, error: Exception, source: type[Exception]) -> None:
-        """Log what went wrong; nobody is to be interrupted by it."""
+        """Log an exception without a pop-up in the editor."""
         logger.error("%s: %s", source.__name__, error)
 
     # ------------------------------------------------------------ documents
 
     def take(self, document: TextDocument) -> Document | None:
-        """Take the text of a document as it is now."""
+        """Store the current text of a document."""
         return self.documents.put(document.uri, document.version, document.source)
 
     def document(self, uri: str) -> Document:
-        """An open document.
+        """Return an open document.
 
         Raises:
-            JsonRpcInvalidParams: There is none.
+            JsonRpcInvalidParams: The document is not open.
         """
         document = self.documents.find(uri)
         if document is None:
-            raise JsonRpcInvalidParams(f"{uri} is not open, or not a file")
+            raise JsonRpcInvalidParams(f"{uri} is not an open file")
         return document
 
     async def analysis(self, uri: str) -> Analysis:
-        """The analysis of an open document as it is now."""
+        """Return the analysis of an open document's current text."""
         document = self.document(uri)
         analysis = await self.analyst.current(document.path)
         assert analysis is not None, "open documents have one"
@@ -95,7 +95,7 @@ class SeoroServer(LanguageServer):
     # ------------------------------------------------------------ diagnostics
 
     def _found(self, analysis: Analysis) -> None:
-        """Report what was found, in all documents that it may concern."""
+        """Publish the diagnostics of an analysis in all affected documents."""
         for path in analysis.files.by_path:
             document = self.documents.at(path)
             if document is not None:
@@ -110,16 +110,16 @@ class SeoroServer(LanguageServer):
             self.show(document.uri, found, document.version)
 
     def show(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
-        """Show diagnostics in a document, in the place of those shown before."""
+        """Replace the diagnostics of a document."""
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
 
     def shutdown(self) -> None:
-        """End: of what is being checked, nothing is awaited."""
+        """Shut down without waiting for running checks."""
         self.analyst.close()
         super().shutdown()  # type: ignore[no-untyped-call]
 
 
 def _is_fresh(analysis: Analysis, document: Document) -> bool:
-    """Whether an analysis has read the text of a document as it is."""
+    """Return whether an analysis has read the current text of a document."""
     file = analysis.files.by_path.get(document.path)
     return file is not None and file.text == document.text

@@ -1,4 +1,4 @@
-"""The parameters of what is being called at the cursor."""
+"""Signature help: the parameters of the call at the cursor."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from dataclasses import dataclass
 from seoro.lsp.analysis import Analysis
 from seoro.lsp.completion import arguments_before
 from seoro.lsp.cursor import read_cursor
+from seoro.lsp.cursor_context import callee, cursor_context
 from seoro.lsp.describe import comment, parameter_text, parameters_of, signature
 from seoro.lsp.regions import behavior_start
-from seoro.lsp.surroundings import callee, surroundings
 
 
 @dataclass(frozen=True)
 class Signature:
-    """What takes arguments.
+    """A callable with its parameters.
 
     Args:
         label: Its name with all parameters.
-        documentation: What its author says of it.
-        parameters: Each as it stands in the label.
-        active: The number of the one that the cursor is at; None if there is none.
+        documentation: Comment of its declaration.
+        parameters: The parameters, as in the label.
+        active: Number of the parameter at the cursor, or None.
     """
 
     label: str
@@ -31,17 +31,17 @@ class Signature:
 
 
 def signature_at(text: str, offset: int, analyses: Sequence[Analysis]) -> Signature | None:
-    """What the innermost call around a place in a text takes; None if there is no call, or it is not known.
+    """Return the signature of the innermost call around the cursor; None without a call, or if it is unknown.
 
     Args:
-        text: As it is now.
-        offset: Of the cursor.
-        analyses: Of the document, the newest first; at least one.
+        text: Current text.
+        offset: Offset of the cursor.
+        analyses: Analyses of the document, newest first; at least one.
     """
     cursor = read_cursor(text, offset)
     if cursor is None or not cursor.brackets or not cursor.brackets[-1].is_call:
         return None
-    around = surroundings(cursor, analyses)
+    around = cursor_context(cursor, analyses)
     called = callee(around, cursor.brackets[-1].index, behavior_start(cursor))
     if called is None:
         return None

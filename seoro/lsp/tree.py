@@ -1,4 +1,4 @@
-"""Walks over the tree of a file."""
+"""Traversal of the tree of a file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ N = TypeVar("N", bound=Node)
 
 
 def children(node: Node) -> Iterator[Node]:
-    """The nodes right below a node, in the order of its fields."""
+    """Yield the children of a node, in the order of its fields."""
     names: tuple[str, ...] = type(node).__match_args__
     for name in names:
         value = getattr(node, name)
@@ -21,7 +21,7 @@ def children(node: Node) -> Iterator[Node]:
 
 
 def walk(root: Node) -> Iterator[Node]:
-    """A node and all below it, parents first; trees may be deep, so this is no recursion."""
+    """Yield a node and all its descendants, parents first; deep trees need no recursion."""
     pending = [root]
     while pending:
         node = pending.pop()
@@ -30,5 +30,5 @@ def walk(root: Node) -> Iterator[Node]:
 
 
 def find(root: Node, kind: type[N]) -> Iterator[N]:
-    """All nodes of a kind below a node, and the node itself."""
+    """Yield all nodes of a kind in a tree."""
     return (node for node in walk(root) if isinstance(node, kind))

@@ -1,4 +1,4 @@
-"""The files of the folders that the editor has open, for questions that reach beyond the open documents."""
+"""Files of the editor's workspace, for requests beyond the open documents."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from seoro.input_files import resolved
+from seoro.files.inputs import resolved
 from seoro.lang.loader import read_file
 from seoro.lsp.analysis import Analysis, analyse
 from seoro.lsp.documents import Texts
 
-MAX_FILES = 2000  # of a workspace that are looked into
+MAX_FILES = 2000  # searched in a workspace
 SUFFIX = ".osc"
 
 
 def files_with(words: Sequence[str], folders: Iterable[Path]) -> Iterator[Path]:
-    """The scenario files in which one of the words occurs, by resolved path; hidden folders are left out."""
+    """Yield the scenario files that contain one of the words, without hidden folders."""
     seen = 0
     for folder in folders:
         for where, below, names in os.walk(folder):
@@ -36,7 +36,7 @@ def files_with(words: Sequence[str], folders: Iterable[Path]) -> Iterator[Path]:
 def analyse_users(
     words: Sequence[str], folders: Iterable[Path], texts: Texts, known: Iterable[Analysis]
 ) -> list[Analysis]:
-    """The analyses of the files of the workspace that may use one of the names and are in no known analysis."""
+    """Analyse files of the workspace that may use one of the names and are in no known analysis."""
     found = list(known)
     seen = {path for analysis in found for path in analysis.files.by_path}
     for path in files_with(words, folders):

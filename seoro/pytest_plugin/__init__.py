@@ -1,13 +1,12 @@
-"""Scenario files as tests of pytest: what pytest loads in every project where seoro is installed.
+"""Plugin of pytest that collects scenario files as tests; see `docs/how-to/pytest.md`.
 
-So it does nothing, and imports next to nothing, until there is a scenario file to collect or a fixture is used.
-`docs/pytest.md` says what it offers.
+pytest loads it in every project where seoro is installed. So it imports next to nothing until it collects a
+scenario file or a test uses its fixtures.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,42 +15,42 @@ import pytest
 
 if TYPE_CHECKING:
     from seoro.embed.options import OptionFields
-    from seoro.pytest_plugin.collecting import OscFile
-    from seoro.pytest_plugin.running import RunScenario
+    from seoro.pytest_plugin.collector import OscFile
+    from seoro.pytest_plugin.runner import RunScenario
 
 SUFFIX = ".osc"
-_WAS_BARE = "osc_was_bare"  # what xdist tells its workers
+_WAS_BARE = "osc_was_bare"  # key of the data for xdist workers
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Declare the options."""
     group = parser.getgroup("seoro", "scenario files (OpenSCENARIO DSL)")
     group.addoption("--osc-sim", metavar="NAME", help="start this simulator for each scenario: mujoco or pybullet")
-    group.addoption("--osc-connect", metavar="ENDPOINT", help="use the simulator that runs at this endpoint")
-    group.addoption("--osc-world", metavar="WORLD", help="name or file of the simulator's world")
+    group.addoption("--osc-connect", metavar="ENDPOINT", help="use the simulator node at this Zenoh endpoint")
+    group.addoption("--osc-world", metavar="WORLD", help="name or file of the world")
     group.addoption(
         "--osc-clock",
         choices=("real", "virtual", "sim"),
-        help="clock of scenarios (default: virtual, or the simulator's if there is one)",
+        help="clock of scenarios (default: virtual; sim with a simulator)",
     )
     group.addoption(
         "--osc-seed",
         type=_seed,
         default=0,
         metavar="N",
-        help="seed of scenarios that name none, or `random` to draw it (default: 0)",
+        help="seed of scenarios without own seeds, or `random` (default: 0)",
     )
     group.addoption(
         "--osc-timeout",
         type=_seconds,
         metavar="SECONDS",
-        help="end a scenario as an error after this wall time (default: 3600)",
+        help="end a scenario with an error after this wall time (default: 3600)",
     )
     parser.addini(
         "osc_files",
         type="args",
         default=None,
-        help="globs of the scenario files that are tests (default: all below the paths that pytest is given)",
+        help="globs of scenario files to collect (default: all below the paths given to pytest)",
     )
 
 
@@ -59,40 +58,36 @@ def _seed(text: str) -> int | None:
     if text == "random":
         return None
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"a seed is a whole number from 0, or `random`, not {text!r}")
+        raise argparse.ArgumentTypeError(f"invalid seed {text!r}: expected a whole number from 0, or `random`")
     return int(text)
 
 
 def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, not {text!r}")
-    return value
+    from seoro.cli.arguments import positive  # noqa: PLC0415 - for this option only
+
+    return positive(text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Refuse options that do not go together."""
+    """Check that options are consistent."""
     named, connected, world = (config.getoption(f"osc_{key}") for key in ("sim", "connect", "world"))
     if named is not None and connected is not None:
-        raise pytest.UsageError("--osc-sim and --osc-connect: a simulator is either started or connected to")
+        raise pytest.UsageError("--osc-sim contradicts --osc-connect: leave out one of them")
     if world is not None and named is None and connected is None:
-        raise pytest.UsageError("--osc-world is a simulator's, and there is none: add --osc-sim mujoco")
+        raise pytest.UsageError("--osc-world needs a simulator: add --osc-sim mujoco")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
-    """Called by xdist, whose workers are always given paths: tell them whether a person did."""
+    """Pass on to xdist workers whether the user gave paths; workers always get some."""
     node.workerinput[_WAS_BARE] = _is_bare(node.config)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> OscFile | None:
-    """Collect a scenario file that is asked for."""
+    """Collect a scenario file that is selected."""
     if file_path.suffix != SUFFIX or not _is_wanted(file_path, parent):
         return None
-    from seoro.pytest_plugin.collecting import OscFile  # noqa: PLC0415 - the front end, for those who need it
+    from seoro.pytest_plugin.collector import OscFile  # noqa: PLC0415 - slow to load
 
     return OscFile.from_parent(parent, path=file_path)
 
@@ -109,28 +104,28 @@ def _is_wanted(path: Path, parent: pytest.Collector) -> bool:
 
 
 def _is_bare(config: pytest.Config) -> bool:
-    """Whether pytest was given no path, by nobody: then scenario files that lie about are not its business."""
-    told: dict[str, bool] = getattr(config, "workerinput", {})
-    return told.get(_WAS_BARE, config.args_source is pytest.Config.ArgsSource.INVOCATION_DIR)
+    """Return whether the user gave no paths; then only files matching `osc_files` are collected."""
+    received: dict[str, bool] = getattr(config, "workerinput", {})
+    return received.get(_WAS_BARE, config.args_source is pytest.Config.ArgsSource.INVOCATION_DIR)
 
 
 @pytest.fixture
 def osc_options(pytestconfig: pytest.Config) -> OptionFields:
-    """How scenarios are run: the arguments of `seoro.start`, from pytest's command line.
+    """Keyword arguments of `seoro.start` for all scenarios, from pytest's command line.
 
     Override it in a `conftest.py` to choose a simulator, a clock, a seed or values of parameters for a folder.
     """
-    from seoro.pytest_plugin.running import options_of  # noqa: PLC0415
+    from seoro.pytest_plugin.runner import options_of  # noqa: PLC0415
 
     return options_of(pytestconfig)
 
 
 @pytest.fixture
 def osc_run(request: pytest.FixtureRequest, osc_options: OptionFields, tmp_path: Path) -> RunScenario:
-    """Runs a scenario from a test in Python: `result = osc_run("maze.osc", seed=3); assert result.passed`.
+    """Function that runs a scenario in a Python test: `assert osc_run("maze.osc", seed=3).passed`.
 
-    A path is relative to the folder of the test. Arguments of `seoro.start` go before those of `osc_options`.
+    Paths are relative to the folder of the test. Arguments take precedence over `osc_options`.
     """
-    from seoro.pytest_plugin.running import RunScenario  # noqa: PLC0415
+    from seoro.pytest_plugin.runner import RunScenario  # noqa: PLC0415
 
     return RunScenario(request.node, request.path.parent, osc_options, tmp_path)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from seoro.embed.directives import MarkComment
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 
 _EXAMPLE = "for example `slow, flaky(reruns=2)`"
 
@@ -18,7 +18,7 @@ def read_marks(comments: Iterable[MarkComment]) -> tuple[pytest.MarkDecorator, .
     """Read the marks of a scenario.
 
     Raises:
-        InvalidUse: A comment has no valid mark, or an unknown one; the error has its place.
+        UsageError: A mark is missing, invalid or unknown; the error has its place.
     """
     return tuple(_decorator(parsed, comment) for comment in comments for parsed in _parse(comment))
 
@@ -29,28 +29,28 @@ def _parse(comment: MarkComment) -> list[tuple[str, list[Any], dict[str, Any]]]:
         assert isinstance(tree, ast.List)
         parsed = [_mark(element) for element in tree.elts]
     except (SyntaxError, ValueError) as error:
-        raise InvalidUse(f"invalid marks: `{comment.text}`", comment.span, _EXAMPLE) from error
+        raise UsageError(f"invalid marks: `{comment.text}`", comment.span, _EXAMPLE) from error
     if not parsed:
-        raise InvalidUse("missing mark", comment.span, _EXAMPLE)
+        raise UsageError("missing mark", comment.span, _EXAMPLE)
     return parsed
 
 
 def _decorator(parsed: tuple[str, list[Any], dict[str, Any]], comment: MarkComment) -> pytest.MarkDecorator:
     name, arguments, keywords = parsed
     if name == "parametrize":
-        raise InvalidUse(
+        raise UsageError(
             "unsupported mark `parametrize`", comment.span, "write `# seoro: parametrize speed=[1mps, 2mps]`"
         )
     try:
         mark: pytest.MarkDecorator = getattr(pytest.mark, name)
     except (AttributeError, pytest.fail.Exception) as error:
-        raise InvalidUse(str(error), comment.span) from error
-    # `with_args`, since a mark that is called with a function alone would decorate it.
+        raise UsageError(str(error), comment.span) from error
+    # `with_args`, since a mark called with a single function would decorate it.
     return mark.with_args(*arguments, **keywords) if arguments or keywords else mark
 
 
 def _mark(element: ast.expr) -> tuple[str, list[Any], dict[str, Any]]:
-    """Name, literal arguments and literal keywords of a mark; raises `ValueError` for anything else."""
+    """Parse name, literal arguments and keywords of a mark; raise `ValueError` for anything else."""
     match element:
         case ast.Name(id=name):
             return name, [], {}

@@ -1,4 +1,6 @@
-"""From plan to trace and verdict: the reactive runtime.
+"""The reactive runtime: from a plan to a trace and a verdict.
 
-It knows plans, contracts and time; it knows no syntax and no middleware.
+It uses plans, contracts and time, but neither syntax nor middleware. Its folders import in one direction:
+`kernel`, `values`, `contracts`, `functions`, `trace`, `instances`, `choose`, `expressions`, `parameters`,
+`events`, `coverage`, `execution`, `actions`, `explain`, `behaviors`, and then `feasibility`, `accept`, `run.py`.
 """

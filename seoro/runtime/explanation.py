@@ -1,7 +1,7 @@
-"""Why a behavior or a run ended as it did, as data: what was waited for, with its values, and what was going on.
+"""Explanation of an outcome or verdict as data: conditions with their values, and current activities.
 
-It is a picture of the instant in which that was decided; values are those of that instant. Times are in seconds of
-the run's clock. `seoro.reasons` shows it to people.
+It describes the instant of the decision, with the values of that instant. Times are in seconds of the run's clock.
+`seoro.runtime.explain.reasons` formats it as text.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from seoro.lang.source import Span
 
 
 class Reading(Value):
-    """What stood in a condition or an argument, and its value.
+    """An expression in a condition or an argument, with its value.
 
     Args:
-        text: As the scenario writes it, or the name of a parameter.
-        value: As JSON knows it; in SI base units.
-        unit: Of a physical value, such as `m/s`; empty for others.
-        error: Why it had no value; empty if it had one.
-        shown: The value as the language writes it, such as `2.5mps`.
+        text: Text in the scenario, or the name of a parameter.
+        value: Value for JSON, in SI base units.
+        unit: Unit of a physical value, such as `m/s`; empty for others.
+        error: Reason why it has no value; empty if it has one.
+        shown: Value as written in the language, such as `2.5mps`.
     """
 
     text: str
@@ -31,13 +31,13 @@ class Reading(Value):
     shown: str = ""
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the fields for JSON."""
         found = {"text": self.text, "value": self.value, "unit": self.unit, "shown": self.shown}
         return {"text": self.text, "error": self.error} if self.error else found
 
 
-class Doing(Value):
-    """A behavior that was going on: what it is, where it stands, since when."""
+class OngoingBehavior(Value):
+    """A running behavior: its text, location and start time."""
 
     text: str
     span: Span
@@ -45,63 +45,63 @@ class Doing(Value):
     since: float
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the fields for JSON."""
         return {"text": self.text, "source": str(self.span), "path": self.path, "since": self.since}
 
 
 class Emitter(Value):
-    """What in the plan would make an awaited event occur.
+    """An element of the plan that would emit an awaited event.
 
     Args:
-        text: As the scenario writes it.
-        span: Its place.
-        time: When it did last; None if it never has.
-        after: What has to end before it is reached for the first time; None if nothing is known of that.
+        text: Text in the scenario.
+        span: Its location.
+        time: Time of its last emission; None if it has not emitted.
+        after: Behavior that must end before it is reached for the first time; None if unknown.
     """
 
     text: str
     span: Span
     time: float | None
-    after: Doing | None
+    after: OngoingBehavior | None
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the fields for JSON."""
         after = self.after.plain() if self.after is not None else None
         return {"text": self.text, "source": str(self.span), "last": self.time, "after": after}
 
 
 class Kind(Enum):
-    """What a flow of control was doing."""
+    """Kinds of activities."""
 
     WAITS = "waits"
     RUNS = "runs"
-    HOLDS = "holds"  # its work is done, and what ends it has not come
+    HOLDS = "holds"  # its work is done, and it waits to be ended
 
 
 class Activity(Value):
-    """What one flow of control was doing.
+    """Current activity of one task.
 
     Args:
-        kind: Waiting for something, carrying out an action, or held.
-        doing: The behavior.
-        due: When it would have gone on by itself [s]; None if that is not known.
-        readings: The values of the condition it waited for, or of the action's arguments.
-        event: The event that it waited for; empty if it waited for none.
-        emitters: What would emit that.
+        kind: Waiting, running an action, or holding.
+        ongoing: The behavior.
+        due: Time at which it would continue by itself [s]; None if unknown.
+        readings: Values of its condition, or of the arguments of its action.
+        event: Awaited event; empty if none.
+        emitters: Emitters of that event.
     """
 
     kind: Kind
-    doing: Doing
+    ongoing: OngoingBehavior
     due: float | None = None
     readings: tuple[Reading, ...] = ()
     event: str = ""
     emitters: tuple[Emitter, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the fields for JSON."""
         return {
             "kind": self.kind.value,
-            **self.doing.plain(),
+            **self.ongoing.plain(),
             "due": self.due,
             "values": [reading.plain() for reading in self.readings],
             "event": self.event,
@@ -110,14 +110,14 @@ class Activity(Value):
 
 
 class Explanation(Value):
-    """The picture of an instant.
+    """Description of an instant.
 
     Args:
-        time: When [s].
-        path: Of the behavior that ended; empty for the whole run.
-        readings: Values of what failed by itself, such as the arguments of an action.
-        activities: What went on then, in the order of starts.
-        more: How many more activities there were.
+        time: Time of the instant [s].
+        path: Path of the behavior that ended; empty for the run.
+        readings: Values of the behavior that failed by itself, such as the arguments of an action.
+        activities: Current activities, in order of their starts.
+        more: Number of omitted activities.
     """
 
     time: float
@@ -127,7 +127,7 @@ class Explanation(Value):
     more: int = 0
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """Return the fields for JSON."""
         return {
             "t": self.time,
             "path": self.path,

@@ -1,4 +1,4 @@
-"""How behaviors and runs end."""
+"""Results of behaviors and runs: outcomes, verdicts and sampled coverage."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from enum import Enum
 from typing import Any
 
 from seoro.lang.frozen import Value
+from seoro.lang.plan import CoverageKind
 from seoro.lang.source import Span
 from seoro.runtime.explanation import Explanation
-from seoro.runtime.tally import ItemCoverage
 
 
 class Status(Enum):
-    """How a behavior ended."""
+    """End states of a behavior."""
 
     SUCCEEDED = "succeeded"
     FAILED = "failed"
@@ -21,14 +21,14 @@ class Status(Enum):
 
 
 class Outcome(Value):
-    """The end of a behavior.
+    """End of a behavior.
 
     Args:
-        status: How it ended.
-        reason: Why it failed or was cancelled.
-        span: Which text decided that.
-        explanation: What went on when it failed.
-        has_begun: Whether it was carried out at all.
+        status: End state.
+        reason: Reason of the failure or cancellation.
+        span: Text that decided it.
+        explanation: Activities at the time of the failure.
+        has_begun: Whether the behavior has started at all.
     """
 
     status: Status
@@ -39,7 +39,7 @@ class Outcome(Value):
 
     @property
     def failed(self) -> bool:
-        """Whether the behavior failed; being cancelled is no failure."""
+        """Whether the behavior failed. A cancellation is not a failure."""
         return self.status is Status.FAILED
 
 
@@ -48,12 +48,12 @@ CANCELLED = Outcome(Status.CANCELLED)
 
 
 def failure(reason: str, span: Span, explanation: Explanation | None = None) -> Outcome:
-    """The outcome of a behavior that failed here."""
+    """Return the outcome of a failed behavior."""
     return Outcome(Status.FAILED, reason, span, explanation)
 
 
 class RunStatus(Enum):
-    """How a run ended; `error` is no verdict on the system under test."""
+    """End states of a run. `error` does not judge the system under test."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -61,15 +61,76 @@ class RunStatus(Enum):
     CANCELLED = "cancelled"
 
 
-class Cancelled(Value):
-    """A behavior that was cancelled; also what an action left open until the run ended.
+class ItemCoverage(Value):
+    """Samples of a coverage item (7.5.7).
 
     Args:
-        path: Of the behavior.
-        type: Its kind, as the trace calls it.
+        item: Name of the item, qualified by the declaring type.
+        kind: `cover` or `record`.
+        event: Event at which it is sampled.
+        unit: Unit of its values; empty without one.
+        text: Description.
+        target: Number of samples that a bucket needs.
+        buckets: Number of samples by bucket, without empty buckets.
+        total: Number of buckets; None if unbounded.
+        outside: Number of values outside all buckets.
+        ignored: Number of values excluded by `ignore`.
+        illegal: Number of values for which `illegal` was true; they are in no bucket.
+    """
+
+    item: str
+    kind: CoverageKind
+    event: str
+    unit: str
+    text: str
+    target: int
+    buckets: tuple[tuple[str, int], ...]
+    total: int | None
+    outside: int
+    ignored: int
+    illegal: int
+
+    @property
+    def reached(self) -> int:
+        """Number of buckets that reached the target."""
+        if self.target == 0:
+            return self.total or 0
+        return sum(count >= self.target for _, count in self.buckets)
+
+    @property
+    def grade(self) -> float | None:
+        """Share of buckets that reached the target, from 0 to 1; None for records and unbounded items."""
+        if self.kind is CoverageKind.RECORD or not self.total:
+            return None
+        return self.reached / self.total
+
+    def plain(self) -> dict[str, object]:
+        """Return the fields for JSON."""
+        return {
+            "item": self.item,
+            "kind": self.kind.value,
+            "event": self.event,
+            "unit": self.unit,
+            "text": self.text,
+            "target": None if self.kind is CoverageKind.RECORD else self.target,
+            "buckets": dict(self.buckets),
+            "total": self.total,
+            "grade": self.grade,
+            "outside": self.outside,
+            "ignored": self.ignored,
+            "illegal": self.illegal,
+        }
+
+
+class Cancelled(Value):
+    """A cancelled behavior, or a background resource of an action that the end of the run closed.
+
+    Args:
+        path: Path of the behavior.
+        type: Its kind, as in the trace.
         span: Its text.
-        clean_up: How long it took until it had ended [s], on the machine's clock.
-        overran: Whether that was longer than it may take.
+        clean_up: Duration of its clean-up [s], on the machine's clock.
+        overran: Whether the clean-up exceeded its limit.
     """
 
     path: str
@@ -79,7 +140,7 @@ class Cancelled(Value):
     overran: bool
 
     def plain(self) -> dict[str, Any]:
-        """As JSON knows it."""
+        """Return the fields for JSON."""
         return {
             "path": self.path,
             "type": self.type,
@@ -90,22 +151,22 @@ class Cancelled(Value):
 
 
 class Verdict(Value):
-    """The result of a run.
+    """Result of a run.
 
     Args:
-        status: How it ended.
-        reason: Why, in a sentence; empty for a run that passed.
-        span: Which text of the scenario decided, if any did.
-        duration: Length of the run [s], on the run's clock.
-        wall_duration: Length of the run [s], on the machine's clock.
-        seed: The seed that it was run with.
+        status: End state.
+        reason: Reason as a sentence; empty for a passed run.
+        span: Text of the scenario that decided, or None.
+        duration: Duration of the run [s], on the run's clock.
+        wall_duration: Duration of the run [s], on the machine's clock.
+        seed: Seed of the run.
         scenario: Name of the scenario.
-        file: Its file, as the user named it.
-        cancelled: What was cancelled, in the order in which it had cleaned up, by the end of the run.
-        coverage: What was sampled by `cover` and `record`, in the order in which items were met.
-        logs: The last logs, as people read them.
-        unobserved: Robots that were moved, and whose contacts nobody observes.
-        explanation: What was waited for and carried out when it was decided; None for a run that passed.
+        file: Its file, as given by the user.
+        cancelled: Behaviors cancelled by the end of the run, in order of their clean-up.
+        coverage: Results of `cover` and `record`, in order of their first use.
+        logs: Last logs, formatted.
+        unobserved: Moved robots whose contacts are not reported.
+        explanation: Waits and running behaviors at the decision; None for a passed run.
     """
 
     status: RunStatus
@@ -132,8 +193,8 @@ class Verdict(Value):
         return self.status is RunStatus.PASSED
 
 
-def unproved(verdict: Verdict, why: str) -> Verdict:
-    """The verdict of a run of which something that was asked for could not be written."""
+def with_write_error(verdict: Verdict, why: str) -> Verdict:
+    """Turn the verdict of a run into an error because a requested result could not be written."""
     if verdict.status is RunStatus.ERROR:
         return verdict
     found = f"{verdict.status.value}, {verdict.reason}" if verdict.reason else verdict.status.value

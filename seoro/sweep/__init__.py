@@ -1,1 +1,1 @@
-"""A scenario run once for each combination of the values that its parameters may have."""
+"""Sweeps: runs of a scenario for all combinations of listed values of parameters."""

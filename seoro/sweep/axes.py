@@ -1,9 +1,8 @@
-"""What varies in a sweep: parameters with a constraint `in [...]` that lists values, of the scenario and of what
-it invokes.
+"""Axes of a sweep: parameters of the scenario and its invocations with a constraint `in [...]` on listed values.
 
-`keep(noise in [0.0, 0.1])` makes `noise` an axis of two values, and all combinations of the values of all axes
-are what is swept. Ranges, `in [0.0..0.7]`, are no axes: each run draws from them. A parameter that is given from
-outside does not vary either.
+`keep(noise in [0.0, 0.1])` makes `noise` an axis of two values. A sweep runs all combinations of the values of all
+axes. Ranges, `in [0.0..0.7]`, are not axes: each run draws from them. Parameters with given values are not varied,
+either.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 from seoro.lang.lower.invocations import named_invocations
 from seoro.lang.plan import Binding, Constraint, Contains, Expression, Field, ListOf, Member, Plan
@@ -22,12 +21,12 @@ MAX_COMBINATIONS = 100_000
 
 
 class Axis(Value):
-    """A parameter that varies.
+    """Varied parameter.
 
     Args:
-        path: The parameter: `noise`, `robot.noise`, `drive.speed` of the invocation `drive`.
-        values: The values, each as the scenario writes it.
-        span: The list in the text.
+        path: Path: `noise`, `robot.noise`, `drive.speed` of the invocation `drive`.
+        values: Values in the notation of the scenario.
+        span: Place of the list in the text.
     """
 
     path: str
@@ -36,11 +35,11 @@ class Axis(Value):
 
 
 def find_axes(plan: Plan, given: Collection[str]) -> tuple[Axis, ...]:
-    """The axes of the entry scenario, in the order of the text.
+    """Find the axes of the entry scenario, in source order.
 
     Args:
         plan: The plan.
-        given: Paths of parameters that have values from outside.
+        given: Paths of parameters with given values.
     """
     found: dict[str, Axis] = {}
     scenario = plan.scenarios[plan.entry]
@@ -61,7 +60,7 @@ def _conditions(members: Iterable[object]) -> Iterator[Contains]:
 
 
 def _add(condition: Contains, path: str | None, given: Collection[str], found: dict[str, Axis]) -> None:
-    """Add an axis; of several lists for one parameter, what they have in common."""
+    """Add an axis; several lists for one parameter are intersected."""
     assert isinstance(condition.container, ListOf)
     if path is None or _is_given(path, given):
         return
@@ -72,15 +71,15 @@ def _add(condition: Contains, path: str | None, given: Collection[str], found: d
 
 
 def combinations(axes: Sequence[Axis]) -> Iterator[Mapping[str, str]]:
-    """All combinations of the values of axes, by path; the last axis varies fastest.
+    """Yield all combinations of the values of axes, by path; the last axis varies fastest.
 
     Raises:
-        InvalidUse: There are too many.
+        UsageError: There are too many combinations.
     """
     number = prod(len(axis.values) for axis in axes)
     if number > MAX_COMBINATIONS:
-        raise InvalidUse(
-            f"there are {number:,} combinations, and at most {MAX_COMBINATIONS:,} can be run",
+        raise UsageError(
+            f"too many combinations: {number:,}, limit {MAX_COMBINATIONS:,}",
             help="give some parameters a value with `--set PATH=VALUE`",
         )
     for values in product(*(axis.values for axis in axes)):
@@ -88,7 +87,7 @@ def combinations(axes: Sequence[Axis]) -> Iterator[Mapping[str, str]]:
 
 
 def _path(item: Expression, *, of_it: bool) -> str | None:
-    """The path of a parameter of the scenario, or of `it` in a `with` block; None if it is anything else."""
+    """Return the path of a parameter of the scenario, or of `it` in a `with` block; None for other expressions."""
     match item:
         case Member(Binding("it"), name) if of_it:
             return name
@@ -102,5 +101,5 @@ def _path(item: Expression, *, of_it: bool) -> str | None:
 
 
 def _is_given(path: str, given: Collection[str]) -> bool:
-    """Whether a parameter, or something that holds it, has a value from outside."""
+    """Return whether a parameter, or a parent of it, has a given value."""
     return any(path == each or path.startswith(f"{each}.") for each in given)

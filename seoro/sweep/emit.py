@@ -1,7 +1,6 @@
-"""A combination of a sweep as a scenario file of its own, which runs without the sweep.
+"""Export of a combination of a sweep as a scenario file.
 
-It is the file of the sweep with one value in place of each list. Files that it imports by a relative path are
-named from its new place.
+It is the file of the sweep with one value in place of each list. Relative imports are adapted to its folder.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from seoro.embed import Scenario
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lang.ast import ImportUri
 from seoro.lang.loader import Module
 from seoro.lang.source import Span
@@ -19,25 +18,25 @@ from seoro.sweep.axes import Axis
 
 
 def emitted(scenario: Scenario, axes: Sequence[Axis], values: Mapping[str, str], folder: Path) -> str:
-    """The text of a file.
+    """Make the text of a scenario file.
 
     Args:
-        scenario: What is swept.
-        axes: What varies in it.
-        values: For the axes, by path.
-        folder: Where the file is going to be.
+        scenario: Scenario of the sweep.
+        axes: Axes of the sweep.
+        values: Values of the axes, by path.
+        folder: Folder of the new file.
 
     Raises:
-        InvalidUse: A list stands in another file.
+        UsageError: A list of values is in another file.
     """
     parsed = scenario.checked.sources.entry
     edits = [*_imports(parsed, folder)]
     for axis in axes:
         if axis.span.file is not parsed.file:
-            raise InvalidUse(
-                f"the values of `{axis.path}` stand in another file, which stays as it is",
+            raise UsageError(
+                f"the values of `{axis.path}` are in another file, which cannot be changed",
                 axis.span,
-                help="give it a value with `--set`, or a list in the scenario itself",
+                help="set a value with `--set`, or list values in the scenario itself",
             )
         edits.append((axis.span, f"[{values[axis.path]}]"))
     text = parsed.file.text
@@ -47,7 +46,7 @@ def emitted(scenario: Scenario, axes: Sequence[Axis], values: Mapping[str, str],
 
 
 def _imports(parsed: Module, folder: Path) -> Iterator[tuple[Span, str]]:
-    """The imports by relative paths, and what stands for them in another folder."""
+    """Yield the relative imports with their text for another folder."""
     home = Path(parsed.file.name).parent
     for statement in parsed.tree.statements:
         if isinstance(statement, ImportUri) and ":" not in statement.uri and not Path(statement.uri).is_absolute():

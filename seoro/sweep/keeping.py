@@ -1,7 +1,4 @@
-"""Processes of a sweep, under the keeper that programs of scenarios have (`actions/keeper.py`).
-
-Nothing of them is left when the sweep ends, or dies.
-"""
+"""Processes of a sweep, each under a keeper (`actions/keeper.py`) that ends it when the sweep ends or dies."""
 
 from __future__ import annotations
 
@@ -15,19 +12,19 @@ from contextlib import ExitStack, asynccontextmanager
 import anyio
 from anyio.abc import Process
 
-from seoro.actions.processes import KEEPER
+from seoro.actions.processes import SUPERVISOR
 
-ENDING_TIME = 15.0  # [s] that a run has for its clean-up when the sweep is ended
+ENDING_TIME = 15.0  # [s] for the clean-up of a run when the sweep ends
 
 
 @asynccontextmanager
 async def kept(command: Sequence[str]) -> AsyncIterator[tuple[Process, socket.socket]]:
-    """A process under a keeper, and the socket by which that is told to end it; it has ended after the block."""
+    """Run a process under a keeper while the block lasts; yield it with the control socket of the keeper."""
     ours, theirs = socket.socketpair()
     with ExitStack() as stack:
         stack.enter_context(ours)
         with theirs:
-            keeper = [sys.executable, "-I", "-S", str(KEEPER), str(int(signal.SIGINT)), str(ENDING_TIME)]
+            keeper = [sys.executable, "-I", "-S", str(SUPERVISOR), str(int(signal.SIGINT)), str(ENDING_TIME)]
             process = await anyio.open_process(
                 [*keeper, *command],
                 stdin=theirs.fileno(),
@@ -38,6 +35,6 @@ async def kept(command: Sequence[str]) -> AsyncIterator[tuple[Process, socket.so
         try:
             yield process, ours
         finally:
-            stack.close()  # then the keeper ends what is left
+            stack.close()  # the keeper then ends the process
             with anyio.CancelScope(shield=True):
                 await process.aclose()

@@ -1,4 +1,4 @@
-"""What a run of a sweep has measured: by its simulator, and by `cover` and `record` of the scenario."""
+"""Measurements of a run of a sweep, from its simulator and from `cover` and `record` of the scenario."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from seoro.input_files import Kind, open_input, read_input
-from seoro.traces.read import Unreadable, read_trace
+from seoro.files.inputs import Kind, open_input, read_input
+from seoro.traces.reader import InvalidRecord, read_trace
 
 MEASUREMENTS = "measurements.json"
 TRACE = "trace.jsonl"
 
 
 def measured(folder: Path) -> dict[str, object]:
-    """What there is in the folder of a run, by column.
+    """Read the measurements of a run, by column.
 
     Args:
-        folder: Of the run.
+        folder: Folder of the run.
 
     Returns:
-        Measurements of robots as `robot.name`, then the last sample of each item as `record.item` or `cover.item`,
-        the parts of combinations as `record.item.part`.
+        Measurements of robots as `robot.name`, then the last sample of each item as `record.item` or `cover.item`.
+        Parts of combinations have columns `record.item.part`.
     """
     return {**dict(_of_robots(folder / MEASUREMENTS)), **dict(_of_items(folder / TRACE))}
 
 
 def _of_robots(path: Path) -> Iterator[tuple[str, object]]:
-    """A run that has come to no end, or that had no simulator, has none."""
+    """Yield the measurements of robots; a run without an end or a simulator has none."""
     try:
         robots = json.loads(read_input(path, Kind.OUTPUT))["robots"]
     except (OSError, ValueError, KeyError, TypeError):
@@ -43,7 +43,7 @@ def _of_items(path: Path) -> Iterator[tuple[str, object]]:
         return
     with open_input(path, Kind.TRACE) as file:
         for record in read_trace(file):
-            if not isinstance(record, Unreadable) and record["kind"] in ("cover", "record"):
+            if not isinstance(record, InvalidRecord) and record["kind"] in ("cover", "record"):
                 yield from _columns(record)
 
 

@@ -1,7 +1,4 @@
-"""What a sweep leaves: a table with a line for each run, and JUnit XML with a test case for each.
-
-The table has the parameters, how the run ended, and what it has measured.
-"""
+"""Results of a sweep: a table with a line per run (parameters, status, measurements), and JUnit XML."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from seoro.runtime.junit import TAGS, Case, junit
+from seoro.runtime.trace.junit import TAGS, Case, junit
 from seoro.sweep.measured import measured
 from seoro.sweep.running import Ran
 
@@ -18,12 +15,12 @@ JUNIT = "test.xml"
 
 
 def write_results(ran: Sequence[Ran], folder: Path, file: str) -> tuple[Path, Path]:
-    """Write both.
+    """Write the table and the JUnit file.
 
     Args:
-        ran: What has ended, in any order.
-        folder: Where they go.
-        file: The scenario file, as the user named it.
+        ran: Ended runs, in any order.
+        folder: Output folder.
+        file: Scenario file, as the user named it.
 
     Returns:
         The table and the JUnit file.
@@ -49,8 +46,7 @@ def write_results(ran: Sequence[Ran], folder: Path, file: str) -> tuple[Path, Pa
 
 
 def _value(ran: Ran, path: str) -> object:
-    """The value of a parameter of the scenario in SI units; of an invocation, or if the run has not come so far,
-    as the scenario writes it."""
+    """Return a parameter in SI units; for invocations and failed starts, as the scenario writes it."""
     value: object = ran.parameters
     for name in path.split("."):
         if not isinstance(value, dict) or name not in value:
@@ -60,7 +56,7 @@ def _value(ran: Ran, path: str) -> object:
 
 
 def _bare(text: str) -> str:
-    """A value as it is written, strings without their quotes."""
+    """Strip the quotes of a string literal."""
     is_string = len(text) > 1 and text[0] == text[-1] and text[0] in "'\""
     return text[1:-1] if is_string else text
 

@@ -1,7 +1,7 @@
-"""Running the combinations of a sweep: each by a process of its own, some at a time.
+"""Execution of the combinations of a sweep, each in its own process, several at a time.
 
-A run is `seoro exec` with the values of its combination. Runs that are carried out one after the other share the
-process of a simulator, which loads the world anew for each, so that it begins at the same state.
+A run is `seoro exec` with the values of its combination. Consecutive runs of a worker share a simulator process,
+which reloads the world for each run, so that all start from the same state.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from seoro.runtime.verdict import RunStatus
 from seoro.sweep.keeping import kept
 from seoro.sweep.simulators import simulator_for
 
-MAX_OUTPUT = 10_000_000  # [bytes] of what a run says that are read
+MAX_OUTPUT = 10_000_000  # [bytes] of the output of a run
 _STATUSES = {status.value: status for status in RunStatus}
 SEORO = (sys.executable, "-m", "seoro.cli.main")
 
 
 class Planned(Value):
-    """A run of a sweep.
+    """Planned run of a sweep.
 
     Args:
-        number: From 1.
-        values: Of the axes, by path, as the language writes them.
-        seed: Of all that is drawn.
-        folder: For its results.
+        number: Number, from 1.
+        values: Values of the axes, by path, in the notation of the language.
+        seed: Random seed.
+        folder: Folder for its results.
     """
 
     number: int
@@ -43,20 +43,20 @@ class Planned(Value):
 
     @property
     def title(self) -> str:
-        """What it varies, for people."""
-        return " ".join(f"{path}={value}" for path, value in self.values.items()) or "as it is"
+        """Values of the run, for people."""
+        return " ".join(f"{path}={value}" for path, value in self.values.items()) or "without variation"
 
 
 class Ran(Value):
-    """What became of a run.
+    """Result of a run.
 
     Args:
-        planned: The run.
-        status: Its verdict; an error if there is none.
-        reason: Why.
-        duration: On the run's clock [s].
-        wall_duration: On the machine's clock [s].
-        parameters: All chosen values of the scenario's parameters, by name.
+        planned: The planned run.
+        status: Status of its verdict; an error if it has none.
+        reason: Reason of the verdict.
+        duration: Duration on the clock of the run [s].
+        wall_duration: Duration in wall time [s].
+        parameters: Chosen values of parameters, by name.
     """
 
     planned: Planned
@@ -68,34 +68,38 @@ class Ran(Value):
 
 
 async def run_all(
-    planned: Sequence[Planned], arguments: Sequence[str], jobs: int, stop: anyio.Event, told: Callable[[Ran], None]
+    planned: Sequence[Planned],
+    arguments: Sequence[str],
+    jobs: int,
+    stop: anyio.Event,
+    on_end: Callable[[Ran], None],
 ) -> None:
-    """Run them, in their order, and return when all have ended.
+    """Run all planned runs in order; return when all have ended.
 
     Args:
-        planned: The runs.
-        arguments: Of `seoro exec`, for all of them: the file, and options.
-        jobs: How many run at a time.
-        stop: Once set, what runs is stopped, and nothing more is started.
-        told: Called with the end of each that was started.
+        planned: Planned runs.
+        arguments: Common arguments of `seoro exec`: the file and options.
+        jobs: Number of simultaneous runs.
+        stop: Once set, active runs are stopped, and no more are started.
+        on_end: Called with the result of each started run.
     """
     waiting = iter(planned)
 
     async def work() -> None:
-        """Carry out runs as long as there are any, each worker with a simulator of its own."""
+        """Run until no planned run is left; each worker has its own simulator."""
         is_over = False
         while not is_over:
             async with simulator_for(arguments) as given:
                 is_over = not await work_with(given)
 
     async def work_with(given: Sequence[str]) -> bool:
-        """Carry out runs; returns whether others are left, which are better off with another simulator."""
+        """Run with one simulator; return whether to continue with a new one."""
         for each in waiting:
             if stop.is_set():
                 return False
             ran = await _run(each, given, stop)
-            told(ran)
-            if ran.status is RunStatus.ERROR:  # and maybe the simulator is at fault
+            on_end(ran)
+            if ran.status is RunStatus.ERROR:  # maybe of the simulator
                 return True
         return False
 
@@ -129,13 +133,13 @@ async def _run(planned: Planned, arguments: Sequence[str], stop: anyio.Event) ->
 
 
 def _ran(planned: Planned, stdout: str, stderr: str) -> Ran:
-    """What a run said of itself."""
+    """Parse the output of a run."""
     try:
         result = json.loads(stdout)
         word = result["status"]
     except (ValueError, KeyError, TypeError):
         lines = [line for line in stderr.strip().splitlines() if not line.startswith("note: ")]
-        return Ran(planned, RunStatus.ERROR, lines[0] if lines else "it ended without a result")
+        return Ran(planned, RunStatus.ERROR, lines[0] if lines else "ended without a result")
     return Ran(
         planned,
         _STATUSES.get(word, RunStatus.ERROR),

@@ -1,4 +1,4 @@
-"""Simulators that several runs of a sweep have one after the other: starting one takes as long as many a run."""
+"""Simulators shared by consecutive runs of a sweep, since starting one may take as long as a run."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pathlib import Path
 import anyio
 from anyio.abc import ByteReceiveStream, Process
 
-from seoro.background import background
 from seoro.bridges.launch import folder_for_sockets
+from seoro.concurrency.background import background
 from seoro.sweep.keeping import kept
 
 OPTION = "--sim="
@@ -21,14 +21,14 @@ START_TIMEOUT = 60.0  # [s]
 
 @asynccontextmanager
 async def simulator_for(arguments: Sequence[str]) -> AsyncIterator[Sequence[str]]:
-    """A simulator for runs that want one of their own, in the block.
+    """Start a simulator for consecutive runs while the block lasts.
 
     Args:
-        arguments: Of `seoro exec`.
+        arguments: Arguments of `seoro exec`.
 
     Returns:
-        The arguments, with that simulator in the place of one that each run would start. If it cannot be started,
-        they stay what they are: the runs themselves say why.
+        The arguments, with `--connect` to this simulator instead of `--sim`. They are unchanged if it cannot be
+        started; the runs then report the reason.
     """
     name = next((each.removeprefix(OPTION) for each in arguments if each.startswith(OPTION)), None)
     if name is None:
@@ -46,7 +46,7 @@ async def simulator_for(arguments: Sequence[str]) -> AsyncIterator[Sequence[str]
 
 
 async def _has_started(process: Process) -> bool:
-    """Wait for the line that a node prints when it serves; without it, its stdout ends."""
+    """Wait for the line that a node prints when it is ready; return whether it came."""
     assert process.stdout is not None
     with anyio.move_on_after(START_TIMEOUT):
         async for chunk in process.stdout:
@@ -56,7 +56,7 @@ async def _has_started(process: Process) -> bool:
 
 
 async def _drain(stream: ByteReceiveStream | None) -> None:
-    """Read what nobody needs, so that the writer is not held up: what goes wrong, the run is told."""
+    """Discard the output of a process, so that it does not block; the run reports errors."""
     assert stream is not None
     async for _ in stream:
         pass

@@ -1,4 +1,4 @@
-"""Traces after the run: reading, filtering, showing, summarising and converting them.
+"""Reading, filtering, printing, summarising and converting recorded traces.
 
-Records are plain data here, as they stand in the files; nothing of the runtime is needed to look at them.
+Records are plain data from the files. Imports nothing of the runtime.
 """

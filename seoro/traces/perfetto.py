@@ -1,11 +1,11 @@
-"""A trace as Chrome trace events, which Perfetto (ui.perfetto.dev), `chrome://tracing` and speedscope show.
+"""Conversion of traces to Chrome trace events, for Perfetto (ui.perfetto.dev), `chrome://tracing`, speedscope.
 
-The format is that of the document "Trace Event Format": an object whose `traceEvents` have a phase `ph`, a time
-`ts` in microseconds, and the numbers of a process and a thread, which stand for the run and a flow of control.
+The format is that of the document "Trace Event Format": an object with `traceEvents`. Each event has a phase `ph`,
+a time `ts` in microseconds, a process (the run) and a thread (a parallel branch).
 
-- Each member of a `parallel` or a `one_of` has a track of its own, the same again when it is repeated; all other
-  behaviors are slices (`B` and `E`) within what they are part of.
-- Events, logs and samples of coverage are instants (`i`); numbers in variables are counters (`C`).
+- Each member of a `parallel` or a `one_of` has its own track, also when it is repeated. All other behaviors are
+  slices (`B` and `E`) within their parents.
+- Events, logs and samples of coverage are instants (`i`); numeric variables are counters (`C`).
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import IO, Any, TypeAlias
 
-from seoro.traces.read import Record
+from seoro.traces.reader import Record
 
 Event: TypeAlias = dict[str, Any]
 
 _PROCESS = 1
-_HAPPENINGS = 0  # the track of what belongs to no flow
+_INSTANTS = 0  # track of events and logs
 _REPETITION = re.compile(r"#\d+")
 
 
 @dataclass(frozen=True)
 class _Slice:
-    """A behavior that runs."""
+    """Running behavior."""
 
     track: int
-    forks: bool  # whether what it consists of has tracks of its own
+    forks: bool  # whether its members have their own tracks
 
 
 def write_perfetto(records: Iterable[Record], file: IO[str]) -> int:
-    """Write a trace in that format, event by event; returns their number."""
+    """Write a trace as Chrome trace events; return their number."""
     file.write('{"displayTimeUnit": "ms", "traceEvents": [')
     number = 0
     for event in trace_events(records):
@@ -46,16 +46,16 @@ def write_perfetto(records: Iterable[Record], file: IO[str]) -> int:
 
 
 def trace_events(records: Iterable[Record]) -> Iterator[Event]:
-    """The events of a trace, in the order of its records; a behavior that has not ended ends with the trace."""
+    """Yield the events of a trace, in order; running behaviors end with the trace."""
     running: dict[int, _Slice] = {}
     tracks: dict[tuple[int, str], int] = {}
     time = 0.0
-    yield _name("thread_name", _HAPPENINGS, "events and logs")
+    yield _name("thread_name", _INSTANTS, "events and logs")
     for record in records:
         time = max(time, _microseconds(record["t"]))
         match record["kind"]:
             case "run.start":
-                yield _name("process_name", _HAPPENINGS, f"{record['scenario']} ({record['file']})")
+                yield _name("process_name", _INSTANTS, f"{record['scenario']} ({record['file']})")
             case "behavior.start":
                 if (
                     again := running.pop(record["id"], None)
@@ -66,7 +66,7 @@ def trace_events(records: Iterable[Record]) -> Iterator[Event]:
                 details = {"status": record["status"], "reason": record.get("reason", "")}
                 yield _event("E", time, ended.track, args=details)
             case _:
-                yield from _happening(record, time)
+                yield from _instant(record, time)
     for unfinished in reversed(running.values()):
         yield _event("E", time, unfinished.track, args={"status": "not ended"})
 
@@ -91,23 +91,23 @@ def _start(
     yield _event("B", time, track, name=record["name"], cat=record["type"], args=details)
 
 
-def _happening(record: Record, time: float) -> Iterator[Event]:
+def _instant(record: Record, time: float) -> Iterator[Event]:
     match record["kind"]:
         case "event":
             details = {"arguments": _plain(record.get("arguments") or {})}
-            yield _event("i", time, _HAPPENINGS, name=f"@{record['name']}", cat="event", s="p", args=details)
+            yield _event("i", time, _INSTANTS, name=f"@{record['name']}", cat="event", s="p", args=details)
         case "log":
             details = {"level": record["level"], "source": record.get("source", "")}
-            yield _event("i", time, _HAPPENINGS, name=record["message"], cat="log", s="t", args=details)
+            yield _event("i", time, _INSTANTS, name=record["message"], cat="log", s="t", args=details)
         case "variable" if _is_number(record.get("value")):
-            yield _event("C", time, _HAPPENINGS, name=record["path"], args={"value": float(record["value"])})
+            yield _event("C", time, _INSTANTS, name=record["path"], args={"value": float(record["value"])})
         case "variable" | "cover" | "record":
             name = record["path"] if record["kind"] == "variable" else record["item"]
             details = {"value": _plain(record.get("value")), "unit": record.get("unit") or ""}
-            yield _event("i", time, _HAPPENINGS, name=name, cat=record["kind"], s="t", args=details)
+            yield _event("i", time, _INSTANTS, name=name, cat=record["kind"], s="t", args=details)
         case "run.end":
             details = {name: record.get(name, "") for name in ("status", "reason", "source")}
-            yield _event("i", time, _HAPPENINGS, name=f"run {record['status']}", cat="run", s="g", args=details)
+            yield _event("i", time, _INSTANTS, name=f"run {record['status']}", cat="run", s="g", args=details)
 
 
 def _event(phase: str, time: float, track: int, **fields: Any) -> Event:
@@ -127,7 +127,7 @@ def _is_number(value: object) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Values as any JSON parser takes them; traces of other writers may have NaN."""
+    """Replace NaN and infinity, which traces of other writers may have, by texts."""
     match value:
         case float() if not math.isfinite(value):
             return str(value)

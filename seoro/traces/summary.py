@@ -1,6 +1,6 @@
-"""The sum of a trace: its verdict, what took how long, what failed or was cancelled, what was covered.
+"""Summary of a trace: verdict, durations, failures, cancellations and coverage.
 
-Durations are summed by the place in the scenario, so that memory grows with the scenario, not with the run.
+Durations are added up per source location, so that memory grows with the scenario, not with the run.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
-from seoro.traces.read import Record, Unreadable, shown
+from seoro.traces.reader import InvalidRecord, Record, shown
 
 SLOWEST: Final = 10
-MOST_PATHS: Final = 50  # of behaviors that failed, were cancelled or had not ended
+MOST_PATHS: Final = 50  # failed, cancelled or unfinished behaviors
 
 
 @dataclass
 class Behaviors:
-    """The behaviors of one place in the scenario. Durations are in seconds of the run's clock."""
+    """Totals of the behaviors at one source location. Durations are in seconds on the clock of the run."""
 
     name: str
     type: str
@@ -34,7 +34,7 @@ class Behaviors:
 
 @dataclass
 class Ended:
-    """A behavior that is told of by itself; without a status it had not ended."""
+    """Single behavior; an unfinished one has an empty status."""
 
     path: str
     name: str
@@ -47,7 +47,7 @@ class Ended:
 
 @dataclass
 class Summary:
-    """The sum of a trace; `run` and `end` are its first and last record, None if it has none."""
+    """Summary of a trace; `run` and `end` are the records `run.start` and `run.end`, or None."""
 
     run: Record | None = None
     end: Record | None = None
@@ -61,10 +61,10 @@ class Summary:
     events: Counter[str] = field(default_factory=Counter)
     variables: dict[str, object] = field(default_factory=dict)
     coverage: dict[str, Counter[str]] = field(default_factory=dict)
-    problems: list[Unreadable] = field(default_factory=list)
+    problems: list[InvalidRecord] = field(default_factory=list)
 
     def plain(self) -> dict[str, Any]:
-        """The summary as JSON knows it."""
+        """Return the summary as JSON data."""
         places = sorted(self.behaviors.values(), key=lambda place: -place.total)
         end = self.end or {}
         return {
@@ -88,8 +88,8 @@ class Summary:
         }
 
 
-def summarise(records: Iterable[Record], problems: list[Unreadable]) -> Summary:
-    """Sum up a trace; what cannot be read of it is put down in `problems` while it is read."""
+def summarise(records: Iterable[Record], problems: list[InvalidRecord]) -> Summary:
+    """Summarise a trace; `problems` has the lines that cannot be read, and grows during reading."""
     summary = Summary(problems=problems)
     running: dict[int, Record] = {}
     slowest: list[tuple[float, int, Ended]] = []
@@ -101,7 +101,7 @@ def summarise(records: Iterable[Record], problems: list[Unreadable]) -> Summary:
                 running[record["id"]] = record
             case "behavior.end" if (start := running.pop(record["id"], None)) is not None:
                 ended = _end(summary, start, record)
-                if start["type"] in ("action", "wait"):  # what contains others is as long as they are
+                if start["type"] in ("action", "wait"):  # composite behaviors take as long as their members
                     entry = (ended.duration, -number, ended)
                     (heapq.heappush if len(slowest) < SLOWEST else heapq.heappushpop)(slowest, entry)
             case _:
@@ -113,7 +113,7 @@ def summarise(records: Iterable[Record], problems: list[Unreadable]) -> Summary:
 
 
 def _end(summary: Summary, start: Record, end: Record) -> Ended:
-    """Count the end of a behavior."""
+    """Add the end of a behavior to the totals."""
     ended = _ended(start, end["t"], end["status"], str(end.get("reason", "")))
     key = (start["source"], start["type"], start["name"])
     place = summary.behaviors.setdefault(key, Behaviors(start["name"], start["type"], start["source"]))
@@ -123,9 +123,9 @@ def _end(summary: Summary, start: Record, end: Record) -> Ended:
     place.succeeded += ended.status == "succeeded"
     place.failed += ended.status == "failed"
     place.cancelled += ended.status == "cancelled"
-    told = {"failed": summary.failed, "cancelled": summary.cancelled}.get(ended.status)
-    if told is not None and len(told) < MOST_PATHS:
-        told.append(ended)
+    listed = {"failed": summary.failed, "cancelled": summary.cancelled}.get(ended.status)
+    if listed is not None and len(listed) < MOST_PATHS:
+        listed.append(ended)
     return ended
 
 

@@ -1,33 +1,33 @@
-"""The sum of a trace as people read it."""
+"""Text of the summary of a trace."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from seoro.traces.explained import explanation_lines
+from seoro.traces.explanation_text import explanation_lines
 from seoro.traces.summary import Ended, Summary
 
 _MOST = 10  # lines of a section
 
 
 def summary_lines(summary: Summary) -> Iterator[str]:
-    """The lines of a summary."""
+    """Yield the lines of a summary."""
     yield from _verdict(summary)
     yield from _ended("slowest", summary.slowest)
     yield from _ended("failed", summary.failed)
     yield from _ended("cancelled", summary.cancelled)
-    yield from _ended("not ended", summary.unfinished)
+    yield from _ended("unfinished", summary.unfinished)
     yield from _behaviors(summary)
     yield from _section("events", [f"{count:6} x {name}" for name, count in summary.events.most_common()])
     yield from _section(
-        "variables, at the end", [f"  {name} = {value}" for name, value in summary.variables.items()]
+        "variables at the end", [f"  {name} = {value}" for name, value in summary.variables.items()]
     )
     yield from _section("coverage", [f"  {item}: {_values(values)}" for item, values in summary.coverage.items()])
 
 
 def _verdict(summary: Summary) -> Iterator[str]:
     start, end = summary.run or {}, summary.end
-    status = end["status"] if end else "no end"
+    status = end["status"] if end else "unfinished"
     records = sum(summary.kinds.values())
     yield f"{status}  {start.get('scenario', '')} in {summary.duration:.3f} s, {records} records"
     if start:
@@ -48,7 +48,7 @@ def _ended(title: str, behaviors: Sequence[Ended]) -> Iterator[str]:
 
 
 def _behaviors(summary: Summary) -> Iterator[str]:
-    """What took how long, without what only contains others and without what takes no time."""
+    """Yield repeated behaviors by total time."""
     places = sorted(summary.behaviors.values(), key=lambda place: -place.total)
     lines = [
         f"{place.total:10.3f} s  {place.count} x {place.name}, longest {place.longest:.3f} s, {place.source}"
@@ -63,7 +63,7 @@ def _section(title: str, lines: Sequence[str]) -> Iterator[str]:
         yield f"\n{title}:"
         yield from lines[:_MOST]
         if len(lines) > _MOST:
-            yield f"  and {len(lines) - _MOST} more: `--json` has all of them"
+            yield f"  and {len(lines) - _MOST} more (`--json` lists all)"
 
 
 def _values(values: dict[str, int]) -> str:

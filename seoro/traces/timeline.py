@@ -1,7 +1,7 @@
-"""A trace for people: a line for what happens, indented by what it happens in.
+"""Timeline of a trace: a line per record, indented by nesting.
 
-Of what starts and ends in one step nothing but its end is shown. Lines come as records are read, and memory holds
-what runs at one time only.
+A behavior that ends at its start has only one line. Lines are produced while records are read; memory holds only
+running behaviors.
 """
 
 from __future__ import annotations
@@ -9,17 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from seoro.traces.explained import explanation_lines
-from seoro.traces.read import Record, shown
+from seoro.traces.explanation_text import explanation_lines
+from seoro.traces.reader import Record, shown
 
 MARKS = {"succeeded": "+", "failed": "x", "cancelled": "-"}
-_TOLD = {"behavior.start", "behavior.end", "run.start", "run.end", "log", "event", "variable", "cover", "record"}
+_SHOWN = {"behavior.start", "behavior.end", "run.start", "run.end", "log", "event", "variable", "cover", "record"}
 _MAX_DEPTH = 30  # of indentation
 
 
 @dataclass
 class _Open:
-    """A behavior that runs."""
+    """Running behavior."""
 
     name: str
     source: str
@@ -29,15 +29,15 @@ class _Open:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a timeline.
+    """Line of a timeline.
 
     Args:
-        time: [s]
-        depth: How far it is indented.
-        mark: What happens, as a sign: `>` a start, `+ x -` an end, `@` an event, `=` a variable, `#` coverage.
-        text: What.
-        note: More of it: how long, where in the scenario.
-        tone: The status of what ended, the level of a log, else empty.
+        time: Time [s].
+        depth: Level of indentation.
+        mark: Symbol: `>` a start, `+ x -` an end, `@` an event, `=` a variable, `#` coverage.
+        text: Name or message.
+        note: Details: duration, location in the scenario.
+        tone: Status of an end, or level of a log; may be empty.
     """
 
     time: float
@@ -54,17 +54,17 @@ class Line:
 
 
 def timeline(records: Iterable[Record], *, is_whole: bool = False) -> Iterator[Line]:
-    """The lines of a timeline.
+    """Yield the lines of a timeline.
 
     Args:
-        records: In their order.
-        is_whole: Whether to show records of kinds that tell people little, too.
+        records: Records in order.
+        is_whole: Whether to show records of all kinds.
     """
     running: dict[int, _Open] = {}
-    held: Record | None = None  # a start whose end may follow at once
-    depth = 0  # of what happens next
+    held: Record | None = None  # start whose end may follow at once
+    depth = 0  # of the next line
     for record in records:
-        if not (is_whole or record["kind"] in _TOLD):
+        if not (is_whole or record["kind"] in _SHOWN):
             continue
         is_end = record["kind"] == "behavior.end"
         is_short = held is not None and is_end and (record["id"], record["t"]) == (held["id"], held["t"])
@@ -111,7 +111,7 @@ def _ended(record: Record, opened: _Open, is_short: bool = False) -> Line:
 
 
 def _line(record: Record, depth: int, running: dict[int, _Open]) -> Line:
-    """A line for what is no behavior, in the depth of what happened last; a log stands within what wrote it."""
+    """Make the line of a record other than of behaviors; a log is indented below its behavior."""
     time, kind = record["t"], record["kind"]
     match kind:
         case "run.start":
@@ -119,8 +119,8 @@ def _line(record: Record, depth: int, running: dict[int, _Open]) -> Line:
             return Line(time, 0, "|", text, f"seed {record.get('seed')}, {record.get('clock')} clock")
         case "run.end":
             status = record["status"]
-            said = [record["reason"]] if record["reason"] else []
-            text = "\n".join([status, *said, *explanation_lines(record.get("explanation"))])
+            reason = [record["reason"]] if record["reason"] else []
+            text = "\n".join([status, *reason, *explanation_lines(record.get("explanation"))])
             return Line(time, 0, "|", text, "", "succeeded" if status == "passed" else status)
         case "log":
             level = record["level"]

@@ -1,4 +1,4 @@
-"""Rules about arms: how they stand, follow commands, grip, and what is said of where they would collide."""
+"""Rules for arms: posture, commands, grip, and predicted collisions."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Iterable
 import numpy as np
 
 from sim_nodes.check.bench import EXTENT, GRAVITY, ROBOT, Make, expect, expect_near, expect_state, run
-from sim_nodes.geometry import Array, Pose2, quaternion_of
+from sim_nodes.geometry import Array, Pose2, quaternion_of, vector
 from sim_nodes.manipulation.chain import Chain, pose_matrix
 from sim_nodes.physics import (
     FLOOR,
     BodyModel,
     BodyState,
     Box,
-    Carried,
+    CarriedBody,
     Engine,
     Part,
     PlacedRobot,
@@ -39,35 +39,34 @@ BASE = pose_matrix(
     PLACED.state.position,
     np.array([[math.cos(0.4), -math.sin(0.4), 0.0], [math.sin(0.4), math.cos(0.4), 0.0], [0.0, 0.0, 1.0]]),
 )
-# Of the outstretched arm, from the upper arm on: mass of a link [kg], and its way from the shoulder's axis [m].
+# Upper arm to wrist of the outstretched arm: mass of a link [kg], and its distance from the shoulder's axis [m].
 WEIGHTS = ((13.051, 0.2327), (3.989, 0.94425), (2.1, 1.18425), (1.98, 1.18425), (0.615, 1.18425), (0.901, 1.18425))
-CLOSED = -0.02  # [m]; beyond where the fingers meet, so that they press also on what is thin
-EDGE = 0.05  # [m] of what is gripped
+CLOSED = -0.02  # [m] beyond the point where the fingers meet, to press on thin bodies as well
+EDGE = 0.05  # [m] edge of the gripped cube
 CUBE = BodyModel((Part(Box((EDGE, EDGE, EDGE))),), mass=0.1)
 STAND = BodyModel((Part(Box((0.2, 0.2, 0.1))),), static=True)
 AWAY = np.array([0.5, 0.3, -0.4, 0.3, -0.5, 0.8])  # [rad] from the home positions
 
 
 def built_arm(make: Make) -> Engine:
-    """A new engine with an arm on a height of 0.4 m, and nothing else."""
+    """Return a new engine with one arm at a height of 0.4 m."""
     engine = make()
     engine.build(Scene((), (PLACED,), EXTENT))
     return engine
 
 
 def tool_at(positions: Array) -> Array:
-    """The pose of the tool in the world with the joints at positions, shape (4, 4)."""
+    """Return the pose of the tool in the world at joint positions, shape (4, 4)."""
     return BASE @ CHAIN.tool_pose(positions)
 
 
 def state_at(pose: Array) -> BodyState:
-    """At rest at a pose of shape (4, 4)."""
-    x, y, z = pose[:3, 3].tolist()
-    return BodyState((x, y, z), quaternion_of(pose[:3, :3]))
+    """Return the state at rest at a pose of shape (4, 4)."""
+    return BodyState(vector(pose[:3, 3]), quaternion_of(pose[:3, :3]))
 
 
 def move(engine: Engine, start: Array, goal: Array, seconds: float) -> None:
-    """Move the joints evenly from one configuration to another, by commands at every tick."""
+    """Move the joints at constant velocity between two configurations, by a command in every tick."""
     rate = (goal - start) / seconds
     for tick in range(round(seconds / TICK)):
         engine.command_joints(ROBOT, start + tick * TICK * rate, rate)
@@ -75,8 +74,8 @@ def move(engine: Engine, start: Array, goal: Array, seconds: float) -> None:
     engine.command_joints(ROBOT, goal, np.zeros(JOINTS))
 
 
-def arms_stay_where_they_are(make: Make) -> None:
-    """An arm stands where it was placed, with its joints at home and its gripper open, without a command."""
+def arms_keep_their_posture(make: Make) -> None:
+    """Without commands, an arm stays where it was placed, with its joints at home and its gripper open."""
     engine = built_arm(make)
     for after in (0.0, 1.0):
         run(engine, after)
@@ -87,8 +86,8 @@ def arms_stay_where_they_are(make: Make) -> None:
         expect_near(f"their velocities after {after} s", states.velocities, np.zeros(JOINTS + 2), 1e-3)
 
 
-def joints_go_where_they_are_pulled(make: Make) -> None:
-    """Each joint goes to the position that it is pulled to within 2 mrad, and stays there."""
+def joints_reach_their_targets(make: Make) -> None:
+    """Each joint reaches its target position within 2 mrad, and stays there."""
     engine = built_arm(make)
     engine.command_joints(ROBOT, HOME + 0.2 * AWAY, np.zeros(JOINTS))
     for after in (2.0, 1.0):
@@ -98,8 +97,8 @@ def joints_go_where_they_are_pulled(make: Make) -> None:
         expect_near("their velocities [rad/s]", states.velocities[:JOINTS], np.zeros(JOINTS), 1e-2)
 
 
-def joints_follow_positions_that_move(make: Make) -> None:
-    """Joints that are pulled to moving positions move at their velocities, and lag by 10 mrad at most."""
+def joints_follow_moving_targets(make: Make) -> None:
+    """Joints with moving targets follow their velocities, and lag by 10 mrad at most."""
     engine = built_arm(make)
     move(engine, HOME, HOME + 0.5 * AWAY, 0.5)
     rate = 0.8 * AWAY
@@ -113,11 +112,11 @@ def joints_follow_positions_that_move(make: Make) -> None:
             expect_near("the velocities of joints that move [rad/s]", states.velocities[:JOINTS], rate, 5e-2)
     run(engine, 0.5)
     moved = engine.joint_states(ROBOT).positions[:JOINTS] - HOME
-    expect(bool(np.all(np.abs(moved) > np.abs(1.6 * AWAY))), "joints do not go on at the velocities of a command")
+    expect(bool(np.all(np.abs(moved) > np.abs(1.6 * AWAY))), "joints do not follow the velocities of a command")
 
 
-def motors_bear_the_weight(make: Make) -> None:
-    """The effort of the shoulder of an outstretched arm is what the weight of its links takes, within 2 %."""
+def motors_support_the_weight(make: Make) -> None:
+    """The shoulder effort of an outstretched arm equals the torque of its weight within 2 %."""
     engine = built_arm(make)
     move(engine, HOME, OUTSTRETCHED, 2.0)
     run(engine, 1.0)
@@ -126,12 +125,12 @@ def motors_bear_the_weight(make: Make) -> None:
     expect_near("the effort of the second joint [N m]", effort, wanted, 0.02 * abs(wanted))
 
 
-def fingers_press_with_the_force(make: Make) -> None:
-    """Fingers that are stopped by something press on it with the force of their command, within 5 %."""
+def fingers_press_with_the_commanded_force(make: Make) -> None:
+    """Blocked fingers press with the force of their command, within 5 %."""
     engine = built_arm(make)
     block = BodyModel((Part(Box((0.04, 0.04, 0.04))),), static=True)
     engine.add_body("block", block, state_at(tool_at(HOME)))
-    expect(not engine.link_contacts(ROBOT), "an open gripper about a body touches it")
+    expect(not engine.link_contacts(ROBOT), "an open gripper around a body touches it")
     for force in (30.0, 100.0):
         engine.command_fingers(ROBOT, CLOSED, force)
         run(engine, 1.5)
@@ -145,13 +144,13 @@ def fingers_press_with_the_force(make: Make) -> None:
 
 
 def expect_contacts(engine: Engine, wanted: Iterable[tuple[str, str]]) -> None:
-    """Expect the links of the arm to touch what is wanted, and nothing else."""
+    """Expect that the links of the arm touch exactly these entities."""
     found = engine.link_contacts(ROBOT)
     expect(found == set(wanted), f"the links touch {sorted(found)} instead of {sorted(wanted)}")
 
 
-def what_is_gripped_is_carried(make: Make) -> None:
-    """A cube that is gripped is lifted with the arm, slips by less than 3 mm in 2 s, and falls when released."""
+def gripped_bodies_are_carried(make: Make) -> None:
+    """A gripped cube is lifted with the arm, slips by less than 3 mm in 2 s, and falls when released."""
     engine = built_arm(make)
     grasp = tool_at(HOME)
     x, y, z = grasp[:3, 3].tolist()
@@ -174,8 +173,8 @@ def what_is_gripped_is_carried(make: Make) -> None:
     expect(fallen < before.position[2] - 0.1, "a cube that was released does not fall")
 
 
-def arms_overlap_where_their_joints_put_them(make: Make) -> None:
-    """Where an arm would be inside of something agrees with its kinematics within a centimetre."""
+def predicted_overlaps_match_kinematics(make: Make) -> None:
+    """Predicted overlaps of an arm agree with its kinematics within 1 cm."""
     engine = built_arm(make)
     engine.command_fingers(ROBOT, 0.0, 50.0)
     run(engine, 1.5)
@@ -187,30 +186,30 @@ def arms_overlap_where_their_joints_put_them(make: Make) -> None:
             engine.add_body("ball", ball, state_at(tool @ pose_matrix((0.0, 0.0, ahead), np.eye(3))))
             found = {it.link for it in engine.arm_overlaps(ROBOT, positions, (), None) if it.other == "ball"}
             engine.remove_body("ball")
-            expect(found == inside, f"a ball {ahead:.3f} m ahead of the tool is in {sorted(found)}")
+            expect(found == inside, f"a ball {ahead:.3f} m ahead of the tool overlaps {sorted(found)}")
 
 
-def arms_overlap_the_floor_and_themselves(make: Make) -> None:
-    """An arm that would be in the floor or in itself is found to be, and what it carries with it."""
+def predicted_overlaps_include_floor_and_links(make: Make) -> None:
+    """Predicted overlaps include the floor, the arm itself, and the body that it carries."""
     engine = built_arm(make)
     engine.add_body("cube", CUBE, BodyState((3.0, 3.0, EDGE / 2)))
     low, folded = HOME + np.array([0, 1.5, -0.5, 0, 0, 0]), HOME + np.array([0, 0, 1.3, 0, 0, 0])
     own = (("upper_arm_link", "gripper_palm"), ("base_link", "wrist_1_link"))
-    expect(not engine.arm_overlaps(ROBOT, HOME, own, None), "an arm at home is inside of something")
+    expect(not engine.arm_overlaps(ROBOT, HOME, own, None), "an arm at home overlaps something")
     below = {it.other for it in engine.arm_overlaps(ROBOT, low, (), None)}
-    expect(FLOOR in below, f"an arm that reaches into the floor is in {sorted(below)}")
+    expect(FLOOR in below, f"an arm that reaches into the floor overlaps {sorted(below)}")
     pairs = {(it.link, it.other) for it in engine.arm_overlaps(ROBOT, folded, own, None)}
     expect(pairs == {own[0]}, f"a folded arm overlaps itself in {sorted(pairs)} instead of {own[0]}")
-    expect(not engine.arm_overlaps(ROBOT, folded, (), None), "pairs of links are told that were not asked for")
+    expect(not engine.arm_overlaps(ROBOT, folded, (), None), "pairs of links are returned that were not requested")
     for height, wanted in ((0.2, set()), (0.0, {("cube", FLOOR)})):
-        carried = Carried("cube", BodyState((1.0, 1.0, height)))
+        carried = CarriedBody("cube", BodyState((1.0, 1.0, height)))
         pairs = {(it.link, it.other) for it in engine.arm_overlaps(ROBOT, HOME, (), carried)}
         expect(pairs == wanted, f"with a carried cube at a height of {height} m, {sorted(pairs)} overlap")
 
 
-def thinking_changes_nothing(make: Make) -> None:
-    """To be asked where an arm would collide leaves everything as it is, bit for bit."""
-    expect(_seen(make, ask=True) == _seen(make, ask=False), "a run in which that was asked is another")
+def predicting_overlaps_changes_nothing(make: Make) -> None:
+    """Predicting overlaps leaves the state bit-identical."""
+    expect(_seen(make, ask=True) == _seen(make, ask=False), "a run with predictions differs from one without")
 
 
 def _seen(make: Make, *, ask: bool) -> list[object]:
@@ -223,7 +222,7 @@ def _seen(make: Make, *, ask: bool) -> list[object]:
     seen: list[object] = []
     for _ in range(20):
         if ask:
-            carried = Carried("cube", BodyState((1.0, 1.0, 0.01)))
+            carried = CarriedBody("cube", BodyState((1.0, 1.0, 0.01)))
             engine.arm_overlaps(ROBOT, HOME + AWAY, (("base_link", "wrist_1_link"),), carried)
         run(engine, TICK)
         states = engine.joint_states(ROBOT)
@@ -232,8 +231,8 @@ def _seen(make: Make, *, ask: bool) -> list[object]:
     return seen
 
 
-def a_reset_puts_arms_home(make: Make) -> None:
-    """After a reset an arm is at home, holds itself there, and presses with no force of before."""
+def a_reset_returns_arms_home(make: Make) -> None:
+    """After a reset, an arm is at home, holds its posture, and has no force left."""
     engine = built_arm(make)
     start = engine.joint_states(ROBOT)
     first = _follows(engine)
@@ -244,7 +243,7 @@ def a_reset_puts_arms_home(make: Make) -> None:
     states = engine.joint_states(ROBOT)
     expect_near("the positions of the joints after a reset", states.positions, start.positions, 0.0)
     expect_near("their velocities", states.velocities, np.zeros(JOINTS + 2), 0.0)
-    expect(_follows(engine) == first, "what follows a reset is not what follows the start")
+    expect(_follows(engine) == first, "a run after a reset differs from the first one")
 
 
 def _follows(engine: Engine) -> bytes:

@@ -1,9 +1,9 @@
-"""What the rules share: scenes and bodies to try, and words for what was found."""
+"""Fixtures of the rules: scenes, bodies, and assertions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -32,60 +32,60 @@ assert TURTLEBOT.mobile is not None
 BASE = TURTLEBOT.mobile
 EXTENT = (-10.0, -10.0, 10.0, 10.0)
 ORIGIN = Pose2(0.0, 0.0, 0.0)
-EDGE = 0.2  # [m] of the shapes below
+EDGE = 0.2  # [m] edge of the shapes below
 
 CUBE = Box((EDGE, EDGE, EDGE))
-SHAPES: tuple[Shape, ...] = (CUBE, Cylinder(EDGE / 2, EDGE), Sphere(EDGE / 2))
+SHAPES: dict[str, Shape] = {"box": CUBE, "cylinder": Cylinder(EDGE / 2, EDGE), "sphere": Sphere(EDGE / 2)}
 
 
 def scene(*robots: Pose2, walls: Iterable[Wall] = ()) -> Scene:
-    """A scene with up to two robots."""
+    """Return a scene with up to two robots."""
     placed = (PlacedRobot(name, TURTLEBOT, pose) for name, pose in zip((ROBOT, OTHER), robots, strict=False))
     return Scene(tuple(walls), tuple(placed), EXTENT)
 
 
 def built(make: Make, *robots: Pose2, walls: Iterable[Wall] = ()) -> Engine:
-    """A new engine with a scene."""
+    """Return a new engine with a scene."""
     engine = make()
     engine.build(scene(*robots, walls=walls))
     return engine
 
 
 def body(*shapes: Shape, static: bool = False, friction: float = 1.0) -> BodyModel:
-    """A body of 2 kg with its parts about its origin."""
+    """Return a model of 2 kg with its parts around its origin."""
     return BodyModel(tuple(Part(shape) for shape in shapes), mass=2.0, friction=friction, static=static)
 
 
 def at(x: float, y: float, z: float) -> BodyState:
-    """At rest at a place [m]."""
+    """Return the state at rest at a position [m]."""
     return BodyState((x, y, z))
 
 
 def run(engine: Engine, seconds: float) -> None:
-    """Make the steps of a time [s]."""
+    """Simulate for a duration [s]."""
     steps(engine, round(seconds * engine.steps_per_second))
 
 
 def steps(engine: Engine, count: int) -> None:
-    """Make steps, whatever touches."""
+    """Make steps, regardless of contacts."""
     while count > 0:
         count -= engine.step(count)
 
 
 def drive(engine: Engine, linear: float, angular: float, robot: str = ROBOT) -> None:
-    """Command a velocity ahead [m/s] and turning left [rad/s]."""
+    """Command a forward velocity [m/s] and a left turn rate [rad/s]."""
     radius, half = BASE.drive.wheel_radius, BASE.drive.wheel_separation / 2.0
     engine.command_wheels(robot, (linear - half * angular) / radius, (linear + half * angular) / radius)
 
 
 def expect(holds: bool, otherwise: str) -> None:
-    """Raise an AssertionError with what is wrong unless something holds."""
+    """Raise an AssertionError with a message unless a condition holds."""
     if not holds:
         raise AssertionError(otherwise)
 
 
 def expect_near(what: str, found: float | Iterable[float], wanted: float | Iterable[float], by: float) -> None:
-    """Expect numbers to be as wanted, each within a tolerance."""
+    """Expect numbers within a tolerance."""
     found, wanted = _array(found), _array(wanted)
     off = float(np.max(np.abs(found - wanted), initial=0.0))
     if not off <= by:
@@ -95,13 +95,19 @@ def expect_near(what: str, found: float | Iterable[float], wanted: float | Itera
 
 
 def expect_state(what: str, found: BodyState, wanted: BodyState, by: float) -> None:
-    """Expect a state to be as wanted; orientations are the same with either sign."""
+    """Expect a state within a tolerance; a quaternion and its negative are equal."""
     expect_near(f"the position of {what}", found.position, wanted.position, by)
     alike = math.copysign(1.0, float(np.dot(found.orientation, wanted.orientation)))
     turned = tuple(alike * value for value in found.orientation)
     expect_near(f"the orientation (w, x, y, z) of {what}", turned, wanted.orientation, by)
     expect_near(f"the linear velocity of {what}", found.linear, wanted.linear, by)
     expect_near(f"the angular velocity of {what}", found.angular, wanted.angular, by)
+
+
+def expect_same(what: str, first: Sequence[object], second: Sequence[object]) -> None:
+    """Expect equal observations."""
+    for index, (wanted, found) in enumerate(zip(first, second, strict=True)):
+        expect(wanted == found, f"{what} differs in observation {index}: {found!r} instead of {wanted!r}")
 
 
 def _array(values: float | Iterable[float]) -> Array:

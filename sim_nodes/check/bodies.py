@@ -1,4 +1,4 @@
-"""Rules about bodies that are added: where they are, how they fall, rest, slide and carry."""
+"""Rules for added bodies: states, falling, resting, sliding, and carrying loads."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ LOPSIDED = BodyModel(
 MOVING = BodyState((2.0, -1.0, 1.5), quaternion(0.3, 0.2, 0.1), (0.1, 0.2, 0.3), (1.0, 2.0, 3.0))
 
 
-def what_is_set_is_what_is_found(make: Make) -> None:
-    """The state that a body is added with or put into is its state, by the origin of its own frame."""
+def states_are_returned_as_set(make: Make) -> None:
+    """The state in which a body is added or set is returned, for the origin of its own frame."""
     engine = built(make, ORIGIN)
     for name, model in (("cube", body(CUBE)), ("lopsided", LOPSIDED)):
         engine.add_body(name, model, at(3.0, 3.0, 1.0))
         expect_state(f"an added {name}", engine.body_state(name), at(3.0, 3.0, 1.0), ROUNDING)
         engine.set_body_state(name, MOVING)
-        expect_state(f"a {name} that was put somewhere", engine.body_state(name), MOVING, ROUNDING)
+        expect_state(f"a {name} that was moved", engine.body_state(name), MOVING, ROUNDING)
         engine.remove_body(name)
         engine.add_body(name, model, MOVING)
         expect_state(f"a {name} that was added moving", engine.body_state(name), MOVING, ROUNDING)
@@ -57,33 +57,32 @@ def what_is_set_is_what_is_found(make: Make) -> None:
 
 
 def bodies_fall_with_gravity(make: Make) -> None:
-    """A body falls by g t^2 / 2, whatever its shape, and keeps its velocity across."""
+    """A body of any shape falls by g t^2 / 2 and keeps its horizontal velocity."""
     engine = built(make)
-    models = [body(shape) for shape in SHAPES] + [LOPSIDED]
-    names = [f"body{index}" for index in range(len(models))]
-    for index, (name, model) in enumerate(zip(names, models, strict=True)):
+    models = {name: body(shape) for name, shape in SHAPES.items()} | {"lopsided": LOPSIDED}
+    for index, (name, model) in enumerate(models.items()):
         engine.add_body(name, model, at(0.0, 2.0 * index, 9.0))
         engine.set_body_state(name, BodyState((0.0, 2.0 * index, 9.0), linear=(1.0, 0.0, 0.0)))
     for time in (0.2, 1.0):
         run(engine, time if time < 0.5 else 0.8)
-        for name in names:
+        for name in models:
             state = engine.body_state(name)
-            # Integration of first order is off by half a step's fall.
+            # First-order integration is off by half the fall of one step.
             tolerance = GRAVITY * time / engine.steps_per_second
             fallen = 9.0 - state.position[2]
             expect_near(f"the fall of {name} in {time} s [m]", fallen, GRAVITY * time**2 / 2, tolerance)
             expect_near(f"the velocity of {name} after {time} s", state.linear, (1.0, 0.0, -GRAVITY * time), 1e-6)
-            expect_near(f"the way across of {name} in {time} s [m]", state.position[0], time, 1e-6)
+            expect_near(f"the horizontal distance of {name} in {time} s [m]", state.position[0], time, 1e-6)
 
 
-def bodies_may_be_fast(make: Make) -> None:
-    """A body at 300 m/s that turns at 200 rad/s goes on so."""
+def bodies_keep_high_velocities(make: Make) -> None:
+    """A body at 300 m/s that spins at 200 rad/s keeps both velocities."""
     engine = built(make)
     engine.add_body("shot", body(Sphere(0.1)), at(0.0, 0.0, 5.0))
     engine.set_body_state("shot", BodyState((0.0, 0.0, 5.0), linear=(300.0, 0.0, 0.0), angular=(0.0, 0.0, 200.0)))
     run(engine, 0.5)
     found = engine.body_state("shot")
-    expect_near("the way of a shot in 0.5 s [m]", found.position[0], 150.0, 1e-3)
+    expect_near("the distance of a shot in 0.5 s [m]", found.position[0], 150.0, 1e-3)
     expect_near("the rate of turning of a shot [rad/s]", found.angular[2], 200.0, 1e-3)
 
 
@@ -103,10 +102,9 @@ def _turn(engine: Engine, what: str, model: BodyModel) -> None:
     run(engine, time)
     state = engine.body_state("club")
     turn = rotation_matrix(quaternion(0.0, 0.0, rate * time))
-    way = np.cross((0.0, 0.0, rate), centre) * time
-    place = centre + way - turn @ centre
+    origin = centre + np.cross((0.0, 0.0, rate), centre) * time - turn @ centre
     expect_near(f"the angle turned by a {what} [rad]", state.planar.yaw, rate * time, 0.01)
-    expect_near(f"the place of the origin of a turning {what}", state.position[:2], place[:2], 0.01)
+    expect_near(f"the position of the origin of a turning {what}", state.position[:2], origin[:2], 0.01)
     before = np.array(state.position)
     engine.step()
     after = np.array(engine.body_state("club").position)
@@ -115,20 +113,19 @@ def _turn(engine: Engine, what: str, model: BodyModel) -> None:
 
 
 def bodies_on_the_floor_stay_at_rest(make: Make) -> None:
-    """A body that is put onto the floor stays there."""
+    """A body that is placed on the floor stays at rest."""
     engine = built(make)
-    for index, shape in enumerate(SHAPES):
-        engine.add_body(f"body{index}", body(shape), at(float(index), 0.0, EDGE / 2))
+    for index, (name, shape) in enumerate(SHAPES.items()):
+        engine.add_body(name, body(shape), at(float(index), 0.0, EDGE / 2))
     run(engine, 2.0)
-    for index, shape in enumerate(SHAPES):
-        found = engine.body_state(f"body{index}")
-        name = type(shape).__name__.lower()
-        expect_near(f"the place of a {name} after 2 s", found.position, (float(index), 0.0, EDGE / 2), 2e-3)
+    for index, name in enumerate(SHAPES):
+        found = engine.body_state(name)
+        expect_near(f"the position of a {name} after 2 s", found.position, (float(index), 0.0, EDGE / 2), 2e-3)
         expect_near(f"the velocity of a {name} after 2 s", found.linear, (0.0, 0.0, 0.0), 2e-3)
 
 
-def friction_stops_what_slides(make: Make) -> None:
-    """On the floor, whose friction is 1, a box of friction 1 slides by v^2 / 2 g; one of less slides no less."""
+def friction_stops_sliding_bodies(make: Make) -> None:
+    """On the floor, whose friction is 1, a box of friction 1 slides by v^2 / 2 g; with less friction, no less."""
     speed = 2.0
     expected = speed**2 / (2 * GRAVITY)
     for friction, furthest in ((1.0, 1.2 * expected), (0.5, 2.4 * expected)):
@@ -146,8 +143,8 @@ def friction_stops_what_slides(make: Make) -> None:
         )
 
 
-def static_bodies_bear_loads_and_do_not_move(make: Make) -> None:
-    """A static body stays where it is put, in the air too, and what falls onto it rests on it."""
+def static_bodies_support_loads(make: Make) -> None:
+    """A static body stays where it is placed, also in the air, and supports loads."""
     engine = built(make, ORIGIN)
     engine.add_body("table", body(CUBE, static=True), at(0.0, 2.0, 1.0))
     engine.add_body("load", body(CUBE), at(0.0, 2.0, 1.0 + 1.1 * EDGE))
@@ -155,17 +152,17 @@ def static_bodies_bear_loads_and_do_not_move(make: Make) -> None:
     drive(engine, 0.3, 0.0)
     run(engine, 2.0)
     expect_state("a loaded static body", engine.body_state("table"), at(0.0, 2.0, 1.0), ROUNDING)
-    expect_near("the place of its load", engine.body_state("load").position, (0.0, 2.0, 1.0 + EDGE), 5e-3)
+    expect_near("the position of its load", engine.body_state("load").position, (0.0, 2.0, 1.0 + EDGE), 5e-3)
     expect_state("a static body that a robot pushes", engine.body_state("wall"), at(0.5, 0.0, EDGE / 2), ROUNDING)
     engine.set_body_state("table", at(3.0, 3.0, 2.0))
-    expect_state("a static body put elsewhere", engine.body_state("table"), at(3.0, 3.0, 2.0), ROUNDING)
+    expect_state("a static body that was moved", engine.body_state("table"), at(3.0, 3.0, 2.0), ROUNDING)
     run(engine, 1.0)
     fallen = engine.body_state("load").position[2]
-    expect_near("the height of a load whose table was taken away", fallen, EDGE / 2, 5e-3)
+    expect_near("the height of a load whose table was moved away", fallen, EDGE / 2, 5e-3)
 
 
-def adding_and_removing_leaves_the_rest_alone(make: Make) -> None:
-    """Adding and removing a body leaves everything else as it is, bit for bit."""
+def adding_and_removing_changes_nothing_else(make: Make) -> None:
+    """Adding or removing a body leaves all other states bit-identical."""
     engine = built(make, ORIGIN)
     engine.add_body("old", LOPSIDED, MOVING)
     engine.add_body("table", body(CUBE, static=True), at(0.0, 3.0, 1.0))
@@ -195,7 +192,7 @@ def _expect_unchanged(engine: Engine, what: str, before: dict[str, object]) -> N
         expect(state == before[name], f"{what} another body changed {name} from {before[name]} to {state}")
 
 
-def a_body_may_have_many_parts(make: Make) -> None:
+def bodies_may_have_many_parts(make: Make) -> None:
     """A body of 64 parts is solid in all of them."""
     engine, edge = built(make), 0.1
     grid = [(x * edge, y * edge) for x in range(8) for y in range(8)]
@@ -206,4 +203,4 @@ def a_body_may_have_many_parts(make: Make) -> None:
     run(engine, 0.2)
     for index, (x, y) in enumerate(grid):
         found = engine.body_state(f"ball{index}").position
-        expect_near(f"the place of a ball on part {index}", found, (x, y, 1.0 + edge / 2 + 0.02), 5e-3)
+        expect_near(f"the position of a ball on part {index}", found, (x, y, 1.0 + edge / 2 + 0.02), 5e-3)

@@ -1,4 +1,4 @@
-"""Rules about what lidars see."""
+"""Rules for lidar rays."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from sim_nodes.physics import BodyState, Engine, Wall
 
 EXACT = 0.01  # [m]
 LIMIT = BASE.lidar.max_range
-ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)  # about the lidar [rad]
+ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)  # around the lidar [rad]
 DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)])
 MOUNT = Pose2(BASE.lidar.x, BASE.lidar.y, BASE.lidar.yaw)
 HALF_LENGTH, HALF_WIDTH = 2.0, 1.0  # of the room [m]
@@ -40,8 +40,8 @@ ROOM = (
 )
 
 
-def towards(engine: Engine, x: float, y: float, limit: float = LIMIT) -> float:
-    """What the robot measures towards a point of the world [m]."""
+def range_to(engine: Engine, x: float, y: float, limit: float = LIMIT) -> float:
+    """Return the range of the robot's lidar in the direction of a point of the world [m]."""
     lidar = engine.body_state(ROBOT).planar.compose(MOUNT)
     angle = math.atan2(y - lidar.y, x - lidar.x) - lidar.yaw
     [distance] = engine.cast_rays(ROBOT, np.array([[math.cos(angle), math.sin(angle), 0.0]]), limit).tolist()
@@ -49,7 +49,7 @@ def towards(engine: Engine, x: float, y: float, limit: float = LIMIT) -> float:
 
 
 def room_ranges(lidar: Pose2) -> Array:
-    """Distances to the walls of the room [m]."""
+    """Return the distances to the walls of the room [m]."""
     cos, sin = np.cos(ANGLES + lidar.yaw), np.sin(ANGLES + lidar.yaw)
     with np.errstate(divide="ignore"):
         to_x = np.where(cos > 0, HALF_LENGTH - lidar.x, HALF_LENGTH + lidar.x) / np.abs(cos)
@@ -59,7 +59,7 @@ def room_ranges(lidar: Pose2) -> Array:
 
 
 def rays_end_at_walls(make: Make) -> None:
-    """Rays are as long as it is to the walls, within 1 cm, and infinite beyond the limit."""
+    """Rays are as long as the distance to the walls, within 1 cm, and infinite beyond the limit."""
     for pose in (ORIGIN, Pose2(0.7, -0.4, 2.0), Pose2(-1.5, 0.6, -1.0)):
         engine = built(make, pose, walls=ROOM)
         run(engine, 0.5)
@@ -75,8 +75,8 @@ def rays_end_at_walls(make: Make) -> None:
         expect(not len(wrong), f"with a limit of 1 m, {len(wrong)} of 360 rays end beyond it, or do not before it")
 
 
-def rays_start_where_the_robot_is(make: Make) -> None:
-    """Rays of a robot that moves are those of the state that it is in, not of a step before."""
+def rays_start_at_the_present_pose(make: Make) -> None:
+    """Rays start at the present pose of a moving robot, not at that of the step before."""
     engine = built(make, ORIGIN, walls=ROOM)
     drive(engine, 0.1, 1.8)
     for _ in range(5):
@@ -91,23 +91,22 @@ def rays_end_at_every_shape(make: Make) -> None:
     engine = built(make, ORIGIN)
     run(engine, 0.5)
     lidar_height = 0.193
-    for shape in SHAPES:
+    for name, shape in SHAPES.items():
         for static in (False, True):
             engine.add_body("body", body(shape, static=static), at(MOUNT.x, 1.0, lidar_height))
-            name = type(shape).__name__.lower()
-            expect_near(f"the ray to a {name} [m]", towards(engine, MOUNT.x, 1.0), 1.0 - EDGE / 2, EXACT)
-            beside = towards(engine, MOUNT.x + 0.75 * EDGE, 1.0)
+            expect_near(f"the ray to a {name} [m]", range_to(engine, MOUNT.x, 1.0), 1.0 - EDGE / 2, EXACT)
+            beside = range_to(engine, MOUNT.x + 0.75 * EDGE, 1.0)
             expect(math.isinf(beside), f"a ray that passes a {name} by 5 cm ends at {beside:.3f} m")
             engine.remove_body("body")
     engine.add_body("low", body(CUBE), at(MOUNT.x, 1.0, EDGE / 2 - 0.05))
     engine.set_body_state("low", BodyState((MOUNT.x, 1.0, -1.0)))
-    expect(math.isinf(towards(engine, MOUNT.x, 1.0)), "a ray ends at a body that is below it")
+    expect(math.isinf(range_to(engine, MOUNT.x, 1.0)), "a ray ends at a body that is below it")
 
 
 def robots_do_not_see_themselves(make: Make) -> None:
-    """No ray ends at the robot that casts it, wherever it stands and however it moves."""
+    """No ray ends at the robot that casts it, in any pose and motion."""
     engine = built(make, ORIGIN)
-    limit = 3.0  # [m]; far out, a robot that tilts a little sees the floor
+    limit = 3.0  # [m]; farther out, a robot that tilts slightly sees the floor
     drive(engine, 0.2, 1.5)
     for step in range(11):
         run(engine, 0.1)
@@ -122,24 +121,24 @@ def robots_do_not_see_themselves(make: Make) -> None:
 
 
 def robots_see_each_other(make: Make) -> None:
-    """A robot is seen by other robots."""
+    """Robots see each other."""
     engine = built(make, ORIGIN, Pose2(2.0, 0.0, 0.0))
     run(engine, 0.5)
     tower = 0.145  # [m], radius of the collision shape at the lidar's height
-    expect_near("the ray from one robot to another [m]", towards(engine, 2.0, 0.0), 2.0 - MOUNT.x - tower, EXACT)
+    expect_near("the ray from one robot to another [m]", range_to(engine, 2.0, 0.0), 2.0 - MOUNT.x - tower, EXACT)
     back = engine.cast_rays(OTHER, DIRECTIONS, LIMIT)
     expect(bool(np.isfinite(back).any()), "the second robot does not see the first")
 
 
 def rays_see_changes_before_the_next_step(make: Make) -> None:
-    """What was added, moved or removed is seen at once, without a step."""
+    """Rays reflect added, set and removed bodies immediately, without a step."""
     engine = built(make, ORIGIN)
     for static in (False, True):
         engine.add_body("body", body(CUBE, static=static), at(1.0, 0.0, 0.2))
-        expect_near("the ray to a new body [m]", towards(engine, 1.0, 0.0), 1.0 - EDGE / 2 - MOUNT.x, EXACT)
+        expect_near("the ray to a new body [m]", range_to(engine, 1.0, 0.0), 1.0 - EDGE / 2 - MOUNT.x, EXACT)
         engine.set_body_state("body", at(2.0, 0.0, 0.2))
-        expect_near("the ray to a moved body [m]", towards(engine, 2.0, 0.0), 2.0 - EDGE / 2 - MOUNT.x, EXACT)
+        expect_near("the ray to a moved body [m]", range_to(engine, 2.0, 0.0), 2.0 - EDGE / 2 - MOUNT.x, EXACT)
         engine.set_body_state("body", at(-5.0, 3.0, 0.2))
-        expect(math.isinf(towards(engine, 2.0, 0.0)), "a ray ends where a body was before it was moved")
+        expect(math.isinf(range_to(engine, 2.0, 0.0)), "a ray ends where a body was before it was moved")
         engine.remove_body("body")
-        expect(math.isinf(towards(engine, -5.0, 3.0)), "a ray ends at a body that was removed")
+        expect(math.isinf(range_to(engine, -5.0, 3.0)), "a ray ends at a body that was removed")

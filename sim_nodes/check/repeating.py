@@ -1,4 +1,4 @@
-"""Rules about time, resets, and runs that are the same again."""
+"""Rules for time, resets and reproducibility."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from sim_nodes.check.bench import (
     drive,
     expect,
     expect_near,
+    expect_same,
     expect_state,
     run,
     scene,
@@ -35,7 +36,7 @@ HUGE = (1e300, 1e300, 1e300)
 
 
 def steps_fit_into_ticks(make: Make) -> None:
-    """An engine has a name, a version, and a whole number of steps in the 20 ms of a tick."""
+    """An engine has a name, a version, and a whole number of steps in a tick of 20 ms."""
     engine = make()
     for what, found in (("name", engine.name), ("version", engine.version)):
         expect(isinstance(found, str) and bool(found), f"the {what} is {found!r} instead of a text")
@@ -43,11 +44,11 @@ def steps_fit_into_ticks(make: Make) -> None:
     expect_near("the number of steps in a tick", steps, max(1.0, round(steps)), 1e-9)
 
 
-def eventful(engine: Engine) -> list[object]:
-    """Everything that can be seen of a run in which much happens; the scene has two robots in a room."""
+def observe_run(engine: Engine) -> list[object]:
+    """Return the observations of a run with driving robots and changing bodies, in a room with two robots."""
     seen: list[object] = []
 
-    def look(*names: str) -> None:
+    def observe(*names: str) -> None:
         for _ in range(5):
             run(engine, 0.1)
             seen.extend(engine.body_state(name) for name in (ROBOT, OTHER, *names))
@@ -56,19 +57,19 @@ def eventful(engine: Engine) -> list[object]:
 
     drive(engine, 0.3, 0.4)
     drive(engine, 0.2, -0.3, OTHER)
-    look()
+    observe()
     engine.add_body("box", body(CUBE), at(0.5, 0.1, EDGE / 2))
     engine.add_body("thing", LOPSIDED, MOVING)
-    look("box", "thing")
+    observe("box", "thing")
     engine.remove_body("thing")
     engine.set_body_state(OTHER, BodyState((-0.5, 0.0, 0.0)))
     engine.add_body("thing", body(CUBE, static=True), at(0.8, -0.5, EDGE / 2))
-    look("box", "thing")
+    observe("box", "thing")
     return seen
 
 
-def many_steps_are_as_single_ones(make: Make) -> None:
-    """Steps that are made at once give the states of single ones, bit for bit."""
+def batches_equal_single_steps(make: Make) -> None:
+    """A batch of steps gives states that are bit-identical to those of single steps."""
     singly, at_once = (built(make, ORIGIN, SECOND, walls=ROOM) for _ in range(2))
     for engine in (singly, at_once):
         engine.add_body("box", body(CUBE), at(0.5, 0.1, EDGE / 2))
@@ -87,12 +88,12 @@ def many_steps_are_as_single_ones(make: Make) -> None:
         )
 
 
-def many_steps_end_where_contacts_change(make: Make) -> None:
-    """Many steps end with the first in which other pairs touch than before, and say how many that were."""
+def batches_end_where_contacts_change(make: Make) -> None:
+    """A batch ends after the step in which the pairs in contact change, and returns the number of steps."""
     singly, at_once = (built(make, ORIGIN) for _ in range(2))
     for engine in (singly, at_once):
         engine.add_body("table", body(CUBE, static=True), at(2.0, 0.0, EDGE / 2))
-        engine.add_body("ball", body(Sphere(EDGE / 2)), at(2.0, 0.0, 2.0))  # bounces or not, and rolls off
+        engine.add_body("ball", body(Sphere(EDGE / 2)), at(2.0, 0.0, 2.0))  # it may bounce, and rolls off
         engine.set_body_state("ball", BodyState((2.0, 0.0, 2.0), linear=(0.05, 0.0, 0.0)))
         drive(engine, 0.3, 0.0)
     made, wanted, limit = 0, 0, 2 * engine.steps_per_second
@@ -111,26 +112,26 @@ def many_steps_end_where_contacts_change(make: Make) -> None:
         )
 
 
-def equal_runs_are_equal_to_the_bit(make: Make) -> None:
-    """Two engines that are built and commanded the same give the same, bit for bit."""
-    first, second = (eventful(built(make, ORIGIN, SECOND, walls=ROOM)) for _ in range(2))
-    _expect_same("a second engine", first, second)
+def equal_runs_are_bit_identical(make: Make) -> None:
+    """Two engines with the same scene and commands give bit-identical results."""
+    first, second = (observe_run(built(make, ORIGIN, SECOND, walls=ROOM)) for _ in range(2))
+    expect_same("a second engine", first, second)
 
 
-def building_forgets_everything(make: Make) -> None:
-    """A scene that is built in a used engine is as in a new one."""
+def building_replaces_everything(make: Make) -> None:
+    """Building a scene in a used engine is the same as in a new one."""
     engine = built(make, ORIGIN, SECOND, walls=ROOM)
-    first = eventful(engine)
+    first = observe_run(engine)
     engine.build(scene(ORIGIN))
     run(engine, 0.5)
     place = engine.body_state(ROBOT).position
-    expect_near("the place of a robot whose commands are of an earlier scene", place, (0.0, 0.0, 0.0), 2e-3)
+    expect_near("the position of a robot with commands of an earlier scene", place, (0.0, 0.0, 0.0), 2e-3)
     engine.build(scene(ORIGIN, SECOND, walls=ROOM))
-    _expect_same("an engine that was used before", first, eventful(engine))
+    expect_same("an engine that was used before", first, observe_run(engine))
 
 
-def a_reset_puts_everything_back(make: Make) -> None:
-    """A reset puts robots and bodies back to where they were built or added, at rest, without commands."""
+def a_reset_restores_everything(make: Make) -> None:
+    """A reset returns robots and bodies to their initial states, at rest, without commands."""
     engine = built(make, SECOND)
     start = engine.body_state(ROBOT)
     engine.add_body("box", body(CUBE), at(3.0, 1.0, 1.0))
@@ -147,11 +148,11 @@ def a_reset_puts_everything_back(make: Make) -> None:
     expect_state("a static body", engine.body_state("table"), at(3.0, 3.0, 1.0), 1e-12)
     expect(not engine.touching(), f"after a reset there are the contacts {set(engine.touching())}")
     run(engine, 0.5)
-    expect_near("the way of a robot after a reset", engine.body_state(ROBOT).position, (1.0, 0.2, 0.0), 2e-3)
+    expect_near("the position of a robot after a reset", engine.body_state(ROBOT).position, (1.0, 0.2, 0.0), 2e-3)
 
 
 def resets_do_not_drift(make: Make) -> None:
-    """What follows a hundredth reset is what follows the first, bit for bit."""
+    """A run after the hundredth reset is bit-identical to that after the first."""
     engine = built(make, ORIGIN)
     engine.add_body("box", body(CUBE), at(0.4, 0.0, EDGE / 2))
 
@@ -168,8 +169,8 @@ def resets_do_not_drift(make: Make) -> None:
         expect(again == first, f"after reset {index} it is {again} instead of {first}")
 
 
-def no_state_is_not_a_number(make: Make) -> None:
-    """When states are lost, a step says so; after that, a scene can be built again."""
+def diverged_states_are_reported(make: Make) -> None:
+    """A step raises UnstablePhysics if states diverge; afterwards, a scene can be built again."""
     engine = built(make, ORIGIN)
     for _ in range(2):
         engine.add_body("box", body(CUBE), at(1.0, 1.0, 1.0))
@@ -177,21 +178,19 @@ def no_state_is_not_a_number(make: Make) -> None:
         try:
             run(engine, 0.1)
         except UnstablePhysics as error:
-            expect("reset" in str(error), f"the message {error} does not tell to reset the simulation")
+            expect("reset" in str(error), f"the message {error} does not mention a reset of the simulation")
         else:
             for name in (ROBOT, "box"):
                 position = engine.body_state(name).position
-                expect(all(map(math.isfinite, position)), f"{name} is at {position}, and no step said so")
+                expect(
+                    all(map(math.isfinite, position)),
+                    f"{name} is at {position}, and no step raised",
+                )
             moved = math.dist(engine.body_state("box").position, (1.0, 1.0, 1.0))
             expect(
-                moved > 1.0, f"a box with {HUGE[0]:g} m/s moved {moved:.3f} m, and no step said that it was lost"
+                moved > 1.0, f"a box with {HUGE[0]:g} m/s moved {moved:.3f} m, and no step raised UnstablePhysics"
             )
         engine.build(scene(ORIGIN))
         run(engine, 0.1)
         found = engine.body_state(ROBOT).position
         expect(bool(np.isfinite(found).all()), f"a new scene after lost states has its robot at {found}")
-
-
-def _expect_same(what: str, first: list[object], second: list[object]) -> None:
-    for index, (one, other) in enumerate(zip(first, second, strict=True)):
-        expect(one == other, f"{what} differs from the first at observation {index}: {other!r} and {one!r}")

@@ -1,4 +1,4 @@
-"""Rules about robots: how they stand and drive."""
+"""Rules for wheeled robots: standing, driving, stopping, and power."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STANDING = 2e-3  # [m], [rad]
 
 
 def robots_stand_level_and_still(make: Make) -> None:
-    """A robot stands where it was placed, level, with its base's origin on the floor."""
+    """A robot stands where it was placed, level, with the origin of its base on the floor."""
     placed = Pose2(1.0, -2.0, 0.7)
     engine = built(make, placed)
     run(engine, 2.0)
@@ -39,7 +39,7 @@ def robots_stand_level_and_still(make: Make) -> None:
 
 
 def wheels_turn_as_commanded(make: Make) -> None:
-    """Each wheel turns at the speed that is commanded for it, forwards for positive ones."""
+    """Each wheel turns at its commanded speed, forwards for positive values."""
     engine = built(make, ORIGIN)
     engine.command_wheels(ROBOT, 4.0, -2.0)
     run(engine, 1.0)
@@ -58,17 +58,17 @@ def robots_drive_straight(make: Make) -> None:
     run(engine, 10.0)
     found, angles = engine.body_state(ROBOT), engine.wheel_angles(ROBOT)
     travelled = found.position[1] - 1.0
-    expect_near("the way in 10 s [m]", travelled, 3.0, 0.06)
-    expect_near("the way off the line [m]", found.position[0], -1.0, 0.01)
+    expect_near("the distance in 10 s [m]", travelled, 3.0, 0.06)
+    expect_near("the distance off the line [m]", found.position[0], -1.0, 0.01)
     expect_near("the heading [rad]", found.planar.yaw, math.pi / 2, 0.01)
     for side, angle in zip(("left", "right"), angles, strict=True):
         rolled = angle * BASE.drive.wheel_radius
-        expect_near(f"the way that the {side} wheel has rolled [m]", rolled, travelled, 0.06)
+        expect_near(f"the distance that the {side} wheel has rolled [m]", rolled, travelled, 0.06)
     expect_near("the velocity", found.linear, (0.0, 0.3, 0.0), 0.015)
 
 
 def robots_turn_in_place(make: Make) -> None:
-    """A robot that turns at 1 rad/s turns by 3 rad in 3 s within 5 %, to the left, and stays in its place."""
+    """A robot that turns at 1 rad/s turns left by 3 rad in 3 s within 5 %, in place."""
     engine = built(make, ORIGIN)
     drive(engine, 0.0, 1.0)
     run(engine, 3.0)
@@ -78,7 +78,7 @@ def robots_turn_in_place(make: Make) -> None:
     expect_near("the rate of turning [rad/s]", found.angular[2], 1.0, 0.05)
 
 
-def robots_stop_when_told_to(make: Make) -> None:
+def robots_stop_on_command(make: Make) -> None:
     """A robot at 0.3 m/s stops within 5 cm and 0.4 s, and stays level."""
     engine = built(make, ORIGIN)
     drive(engine, 0.3, 0.0)
@@ -87,13 +87,13 @@ def robots_stop_when_told_to(make: Make) -> None:
     drive(engine, 0.0, 0.0)
     run(engine, 0.4)
     after = engine.body_state(ROBOT)
-    expect_near("the way to stop [m]", after.position[0] - before.position[0], 0.025, 0.025)
+    expect_near("the distance to stop [m]", after.position[0] - before.position[0], 0.025, 0.025)
     expect_near("the velocity after 0.4 s", after.linear, (0.0, 0.0, 0.0), 2e-3)
     expect_near("the height of the base [m]", after.position[2], 0.0, STANDING)
 
 
-def robots_obey_their_own_commands_only(make: Make) -> None:
-    """Commands of one robot leave the others standing."""
+def robots_ignore_commands_of_others(make: Make) -> None:
+    """Commands of one robot do not move others."""
     engine = built(make, ORIGIN, Pose2(2.0, 2.0, 0.0))
     drive(engine, 0.3, 0.0, OTHER)
     run(engine, 2.0)
@@ -105,7 +105,7 @@ def robots_obey_their_own_commands_only(make: Make) -> None:
 
 
 def wheels_without_power_roll_freely(make: Make) -> None:
-    """Wheels without power come to rest, obey no command, can be pushed, and obey their last one with power."""
+    """Wheels without power come to rest, ignore commands, can be pushed; with power, they obey the last one."""
     engine = built(make, ORIGIN, Pose2(-3.0, 3.0, 0.0))
     drive(engine, 0.3, 0.0)
     drive(engine, 0.3, 0.0, OTHER)
@@ -131,8 +131,8 @@ def wheels_without_power_roll_freely(make: Make) -> None:
     expect_near("the velocity with power again", engine.body_state(ROBOT).linear[0], -0.3, 0.015)
 
 
-def a_reset_brings_power_back(make: Make) -> None:
-    """After a reset, wheels have power."""
+def a_reset_switches_power_on(make: Make) -> None:
+    """A reset switches the power of wheels on."""
     engine = built(make, ORIGIN)
     engine.power_wheels(ROBOT, False)
     engine.reset()
@@ -141,8 +141,8 @@ def a_reset_brings_power_back(make: Make) -> None:
     expect_near("the velocity", engine.body_state(ROBOT).linear[0], 0.3, 0.015)
 
 
-def a_robot_that_is_put_somewhere_rests_there(make: Make) -> None:
-    """A robot that is put somewhere is there, its wheels at rest and their angles kept."""
+def a_robot_stays_where_its_state_is_set(make: Make) -> None:
+    """A robot whose state is set stays there, its wheels at rest and their angles unchanged."""
     engine = built(make, ORIGIN)
     drive(engine, 0.3, 0.4)
     run(engine, 2.0)

@@ -1,7 +1,10 @@
-"""Rules for engines that save their state, or go back a little (see `SavesState`, `Rewinds`)."""
+"""Rules for engines that save their state (`SavesState`) or go back a little (`Rewinds`)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import cycle
 from typing import Any
 
 from sim_nodes.check import arms
@@ -18,6 +21,7 @@ from sim_nodes.check.bench import (
     built,
     drive,
     expect,
+    expect_same,
     run,
 )
 from sim_nodes.check.bodies import LOPSIDED, MOVING
@@ -27,12 +31,14 @@ from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import BodyState, Engine, Rewinds, SavesState
 
 SECOND = Pose2(1.0, 0.2, 3.0)
-HEAP = 9  # bodies
-PATIENCE = 400  # steps in which an engine has to have a way back
+HEAP = 9  # bodies of a heap
+PATIENCE = 400  # steps within which an engine must give a checkpoint
+
+Observe = Callable[[Engine], list[object]]
 
 
-def look(engine: Engine, *names: str) -> list[object]:
-    """Everything that can be seen of an engine."""
+def observe(engine: Engine, names: Sequence[str] = ()) -> list[object]:
+    """Return the observations of two robots and the named bodies."""
     seen: list[object] = [engine.body_state(name) for name in (ROBOT, OTHER, *names)]
     seen += [engine.wheel_angles(ROBOT), engine.wheel_angles(OTHER), sorted(engine.touching())]
     seen += [engine.overlaps(name) for name in (ROBOT, *names)]
@@ -40,17 +46,17 @@ def look(engine: Engine, *names: str) -> list[object]:
     return seen
 
 
-def follow(engine: Engine, *names: str) -> list[list[object]]:
-    """What is seen of an engine in the next 0.6 s."""
+def observe_run(engine: Engine, names: Sequence[str] = ()) -> list[object]:
+    """Return the observations of the next 0.6 s."""
     seen = []
     for _ in range(4):
         run(engine, 0.15)
-        seen.append(look(engine, *names))
+        seen += observe(engine, names)
     return seen
 
 
 def saved(engine: Engine) -> Any:
-    """The state of an engine as it comes out of a file."""
+    """Return the state of an engine after encoding and decoding."""
     assert isinstance(engine, SavesState)
     return unpack(pack(engine.save()))
 
@@ -61,15 +67,15 @@ def restore(engine: Engine, state: Any) -> None:
     engine.restore(state)
 
 
-def eventful(make: Make) -> tuple[Engine, tuple[str, ...]]:
-    """An engine in the midst of much, and the names of its bodies: heaps, contacts, robots that drive and push."""
+def eventful(make: Make) -> tuple[Engine, Observe, Observe]:
+    """Return an engine with heaps, contacts, driving and pushing robots; and its `observe` and `observe_run`."""
     engine = built(make, ORIGIN, SECOND, walls=ROOM)
     drive(engine, 0.3, 0.4)
     drive(engine, 0.2, -0.3, OTHER)
     names = [f"body{index}" for index in range(HEAP)]
-    for index, name in enumerate(names):
+    for index, (name, shape) in enumerate(zip(names, cycle(SHAPES.values()), strict=False)):
         turned = BodyState((0.55, 0.1, 0.15 + 0.2 * index), quaternion(0.3 * index, 0.2, 0.1))
-        engine.add_body(name, body(SHAPES[index % len(SHAPES)]), turned)
+        engine.add_body(name, body(shape), turned)
     run(engine, 0.7)
     for name in (names[3], names[0], names[7]):
         engine.remove_body(name)
@@ -81,67 +87,70 @@ def eventful(make: Make) -> tuple[Engine, tuple[str, ...]]:
     engine.power_wheels(OTHER, False)
     engine.set_body_state("table", at(0.8, -0.7, EDGE / 2))
     drive(engine, 0.25, 0.3)
-    return engine, (*names, "thing", "table")
+    names += ["thing", "table"]
+    return engine, partial(observe, names=names), partial(observe_run, names=names)
 
 
-def what_is_restored_goes_on_as_it_did(make: Make) -> None:
-    """An engine that is restored goes on bit for bit as the one that was saved, also in another engine."""
-    engine, names = eventful(make)
+def restored_engines_continue_identically(make: Make) -> None:
+    """A restored engine continues bit-identically to the saved one, also in another engine."""
+    engine, now, later = eventful(make)
+    _expect_restorable(engine, built(make, ORIGIN, SECOND, walls=ROOM), now, later)
+
+
+def _expect_restorable(engine: Engine, other: Engine, now: Observe, later: Observe) -> None:
     state = saved(engine)
-    before, after = look(engine, *names), follow(engine, *names)
-    other = built(make, ORIGIN, SECOND, walls=ROOM)
+    before, after = now(engine), later(engine)
     for what, restored in (("another engine", other), ("the same engine", engine), ("it, again", engine)):
         restore(restored, state)
-        _expect_same(f"{what}, just restored,", [before], [look(restored, *names)])
-        _expect_same(what, after, follow(restored, *names))
+        expect_same(f"{what}, just restored,", before, now(restored))
+        expect_same(what, after, later(restored))
 
 
 def saving_changes_nothing(make: Make) -> None:
-    """A run in which states are saved is the one in which none are."""
-    quiet, names = eventful(make)
-    watched, _ = eventful(make)
+    """Saving leaves the states of a run bit-identical."""
+    quiet, _, later = eventful(make)
+    watched, _, _ = eventful(make)
     for _ in range(3):
         saved(watched)
         run(quiet, 0.1)
         run(watched, 0.1)
-    _expect_same("an engine that was saved", follow(quiet, *names), follow(watched, *names))
+    expect_same("an engine that was saved", later(quiet), later(watched))
 
 
-def what_was_added_since_is_gone_again(make: Make) -> None:
-    """Bodies that were added after a state was saved are gone when it is restored, and those removed are back."""
+def restoring_removes_later_bodies(make: Make) -> None:
+    """Restoring a state removes bodies that were added since, and brings back removed ones."""
     engine = built(make, ORIGIN, SECOND)
     engine.add_body("early", body(CUBE), at(2.0, 2.0, EDGE / 2))
     state = saved(engine)
-    after = follow(engine, "early")
+    after = observe_run(engine, ["early"])
     engine.remove_body("early")
     engine.add_body("late", body(CUBE), at(-2.0, 2.0, EDGE / 2))
     restore(engine, state)
-    _expect_same("an engine in which a body was exchanged", after, follow(engine, "early"))
+    expect_same("an engine in which a body was exchanged", after, observe_run(engine, ["early"]))
     engine.add_body("late", body(CUBE), at(-2.0, 2.0, EDGE / 2))
-    expect(engine.body_state("late").position[0] < 0, "a body of the name of one that is gone cannot be added")
+    expect(engine.body_state("late").position[0] < 0, "a body of the name of a removed one cannot be added")
 
 
-def a_restored_engine_resets_as_any_other(make: Make) -> None:
-    """What was added before a state was saved goes back to where it was added when the engine is reset later."""
-    first, names = eventful(make)
+def restored_engines_reset_as_others(make: Make) -> None:
+    """After a reset, a restored engine has its bodies where they were added."""
+    first, now, later = eventful(make)
     second = built(make, ORIGIN, SECOND, walls=ROOM)
     restore(second, saved(first))
     for engine in (first, second):
         run(engine, 0.2)
         engine.reset()
-    _expect_same("a restored engine that was reset", [look(first, *names)], [look(second, *names)])
-    _expect_same("a restored engine that was reset", follow(first, *names), follow(second, *names))
-    state = saved(first)
-    restore(second, state)
-    _expect_same("an engine saved after a reset", follow(first, *names), follow(second, *names))
+    for look in (now, later):
+        expect_same("a restored engine that was reset", look(first), look(second))
+    restore(second, saved(first))
+    expect_same("an engine saved after a reset", later(first), later(second))
 
 
 def gripping(make: Make) -> Engine:
-    """An engine with an arm that moves and grips a cube."""
+    """Return an engine with an arm that moves and grips a cube."""
     engine = arms.built_arm(make)
-    place = arms.state_at(arms.tool_at(arms.HOME))
-    engine.add_body("stand", arms.STAND, BodyState((*place.position[:2], place.position[2] - 0.08)))
-    engine.add_body("cube", arms.CUBE, place)
+    grasp = arms.state_at(arms.tool_at(arms.HOME))
+    engine.add_body("stand", arms.STAND, BodyState((*grasp.position[:2], grasp.position[2] - 0.08)))
+    engine.add_body("cube", arms.CUBE, grasp)
     engine.command_fingers(ROBOT, arms.CLOSED, 30.0)
     run(engine, 1.0)
     engine.command_joints(ROBOT, arms.HOME, 0.2 * arms.AWAY)
@@ -149,78 +158,64 @@ def gripping(make: Make) -> Engine:
     return engine
 
 
-def arms_that_are_restored_go_on_as_they_did(make: Make) -> None:
-    """An arm that is restored while it moves and grips goes on bit for bit, also in another engine."""
-    engine = gripping(make)
-    state = saved(engine)
-    before, after = look_at_arm(engine), follow_arm(engine)
-    other = arms.built_arm(make)
-    for what, restored in (("another arm", other), ("the same arm", engine)):
-        restore(restored, state)
-        _expect_same(f"{what}, just restored,", [before], [look_at_arm(restored)])
-        _expect_same(what, after, follow_arm(restored))
+def restored_arms_continue_identically(make: Make) -> None:
+    """An arm restored while it moves and grips continues bit-identically, also in another engine."""
+    _expect_restorable(gripping(make), arms.built_arm(make), observe_arm, observe_arm_run)
 
 
 def checkpoint_of(engine: Engine) -> Any:
-    """The first of an engine's checkpoints from now on."""
+    """Return the next checkpoint that an engine gives."""
     assert isinstance(engine, Rewinds)
     for _ in range(PATIENCE):
         checkpoint = engine.checkpoint()
         if checkpoint is not None:
             return checkpoint
         engine.step()
-    raise AssertionError(f"there is no way back from any of {PATIENCE} steps")
+    raise AssertionError(f"no checkpoint within {PATIENCE} steps")
 
 
-def what_is_rewound_goes_on_as_it_did(make: Make) -> None:
-    """An engine that is rewound goes on bit for bit as it did, also when it is rewound to the same state again."""
-    engine, names = eventful(make)
-    assert isinstance(engine, Rewinds)
-    checkpoint = checkpoint_of(engine)
-    before, after = look(engine, *names), follow(engine, *names)
-    for _ in range(2):
+def rewound_engines_continue_identically(make: Make) -> None:
+    """A rewound engine continues bit-identically, also after a second rewind to the same state."""
+    engine, now, later = eventful(make)
+
+    def disturb() -> None:
         drive(engine, -0.2, 0.5, OTHER)
         engine.power_wheels(OTHER, True)
         run(engine, 0.2)
-        engine.rewind(checkpoint)
-        _expect_same("an engine, just rewound,", [before], [look(engine, *names)])
-        _expect_same("an engine that was rewound", after, follow(engine, *names))
+
+    _expect_rewindable(engine, now, later, disturb)
 
 
-def arms_that_are_rewound_go_on_as_they_did(make: Make) -> None:
-    """An arm that is rewound while it moves and grips goes on bit for bit."""
-    engine = gripping(make)
+def rewound_arms_continue_identically(make: Make) -> None:
+    """An arm rewound while it moves and grips continues bit-identically."""
+    _expect_rewindable(gripping(make), observe_arm, observe_arm_run, lambda: None)
+
+
+def _expect_rewindable(engine: Engine, now: Observe, later: Observe, disturb: Callable[[], None]) -> None:
     assert isinstance(engine, Rewinds)
     checkpoint = checkpoint_of(engine)
-    before, after = look_at_arm(engine), follow_arm(engine)
-    engine.rewind(checkpoint)
-    _expect_same("an arm, just rewound,", [before], [look_at_arm(engine)])
-    _expect_same("an arm that was rewound", after, follow_arm(engine))
+    before, after = now(engine), later(engine)
+    for _ in range(2):
+        disturb()
+        engine.rewind(checkpoint)
+        expect_same("an engine, just rewound,", before, now(engine))
+        expect_same("an engine that was rewound", after, later(engine))
 
 
-def look_at_arm(engine: Engine) -> list[object]:
-    """Everything that can be seen of an engine with an arm and a cube."""
+def observe_arm(engine: Engine) -> list[object]:
+    """Return the observations of an arm and a cube."""
     states = engine.joint_states(ROBOT)
     seen: list[object] = [each.tobytes() for each in (states.positions, states.velocities, states.efforts)]
     return [*seen, sorted(engine.link_contacts(ROBOT)), engine.body_state("cube"), sorted(engine.touching())]
 
 
-def follow_arm(engine: Engine) -> list[list[object]]:
-    """What is seen of an arm in the next 0.6 s, in which it is told to go elsewhere and to let go."""
+def observe_arm_run(engine: Engine) -> list[object]:
+    """Return the observations of an arm in the next 0.6 s, with commands to move and to release."""
     seen = []
-    for pull in (arms.HOME, arms.HOME + 0.3 * arms.AWAY):
+    for goal in (arms.HOME, arms.HOME + 0.3 * arms.AWAY):
         run(engine, 0.2)
-        seen.append(look_at_arm(engine))
-        engine.command_joints(ROBOT, pull, 0.1 * arms.AWAY)
+        seen += observe_arm(engine)
+        engine.command_joints(ROBOT, goal, 0.1 * arms.AWAY)
     engine.command_fingers(ROBOT, arms.GRIPPER.stroke / 2, 20.0)
     run(engine, 0.2)
-    return [*seen, look_at_arm(engine)]
-
-
-def _expect_same(what: str, first: list[list[object]], second: list[list[object]]) -> None:
-    for moment, (one, other) in enumerate(zip(first, second, strict=True)):
-        for index, (wanted, found) in enumerate(zip(one, other, strict=True)):
-            expect(
-                wanted == found,
-                f"{what} differs at moment {moment} in observation {index}: {found!r} instead of {wanted!r}",
-            )
+    return seen + observe_arm(engine)

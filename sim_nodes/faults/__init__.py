@@ -1,1 +1,1 @@
-"""Faults of sensors and motors: where they may be injected, and whether they take effect."""
+"""Faults of sensors and actuators: injecting them, and checking that they take effect."""

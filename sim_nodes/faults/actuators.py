@@ -1,130 +1,256 @@
-"""The joints and the gripper of an arm, which are held where they are when they lose their power.
+"""Actuators with faults: the motors of wheels, of an arm's joints, and of a gripper.
 
-So it is with industrial arms, whose brakes hold them, and with grippers that have a self-locking gear: what they
-have gripped stays gripped.
+Each can lose its power. Commands to motors pass through a pipeline as samples of sensors do, with the same faults
+and checks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
-from seoro.bridges.wire import PowerLoss, WheelSlip
-from sim_nodes.commands import Commanded
-from sim_nodes.faults.check import Check
-from sim_nodes.faults.drives import Drive, Identity
+import numpy as np
+
+from seoro.bridges.wire import (
+    Bias,
+    Delay,
+    Fault,
+    Freeze,
+    GaussianNoise,
+    MessageLoss,
+    PowerLoss,
+    Quantity,
+    WheelSlip,
+)
+from sim_nodes.faults.check import Checking, Observation
+from sim_nodes.faults.devices import Device, cannot_have, sensor_check
+from sim_nodes.faults.motor_checks import AT_REST, Motion, SlipCheck, TorqueCheck
+from sim_nodes.faults.validation import check_command_limit, check_fault, check_slip
+from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
-from sim_nodes.ticks import TICK
+from sim_nodes.robots.wheels import PerWheel, Wheels
+from sim_nodes.sensors.sensor import Values
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
+from sim_nodes.stateful import Stateful
 
-STANDSTILL = 0.1  # [s]
+T = TypeVar("T")
+
+CommandFault = GaussianNoise | Bias | MessageLoss | Freeze | Delay
+
+MOST_SPEED = 50.0  # [rad/s] maximum error of wheel commands
+
+ReadMotion = Callable[[], Motion]
+"""Reads the motion of a robot's wheels in the present tick."""
 
 
-class Powered(Protocol):
-    """What moves of an arm, as far as its power is concerned. Joints are in rad, the gripper is in m."""
+class MotorGroup(Protocol[T]):
+    """Motors with commands of type T."""
 
-    wanted: float  # speed with which the fastest part was to move in the last tick [rad/s, m/s]
+    @property
+    def quantity(self) -> Quantity:
+        """Quantity of the numbers of a command."""
 
-    def power(self, on: bool) -> None:
-        """Cut off the power, or bring it back."""
+    @property
+    def command(self) -> T:
+        """The last command."""
 
-    def moving(self) -> float:
-        """Speed of the part that moves fastest [rad/s, m/s]."""
+    def to_array(self, command: T) -> Array:
+        """Return the numbers of a command, shape (n,)."""
+
+    def with_array(self, command: T, numbers: Array) -> T:
+        """Return the command with other numbers."""
+
+    def set_passthrough(self, on: bool) -> None:
+        """Choose whether commands reach the motors at once, or only through `apply_command`."""
+
+    def apply_command(self, command: T) -> None:
+        """Set the motor targets from a command."""
+
+
+class CommandSensor(Stateful, Generic[T]):
+    """A `Sensor` of the last command of motors, in every tick.
+
+    Args:
+        motors: The motors.
+    """
+
+    period = 1
+    limits = (-math.inf, math.inf)
+    bearings: Array = np.zeros(0)
+
+    def __init__(self, motors: MotorGroup[T]) -> None:
+        self._motors = motors
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """See `Sensor`."""
+        return (self._motors.quantity,)
+
+    def read(self, tick: int) -> T:
+        """Return the last command."""
+        return self._motors.command
+
+    def values(self, data: T) -> Values:
+        """Return the numbers of the command."""
+        return {self._motors.quantity: self._motors.to_array(data)}
+
+    def with_values(self, data: T, values: Values) -> T:
+        """Return the command with other numbers."""
+        return self._motors.with_array(data, values[self._motors.quantity])
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of what moves.
+class ActuatorInfo:
+    """Names of an actuator.
 
     Args:
-        identity: What it is called.
-        part: One part of it, in words.
-        unit: Of its ways.
-        standing: Speed up to which it stands still.
-        behind: Way that it has to be behind what it was to move; with power, less is.
-        is_stopped_by_things: Whether standing still means nothing where it is not to move: so it is with fingers,
-            which are behind when they touch what they are to grip.
+        device: Name of the device.
+        parts: Text for the parts that it moves.
+        most: Maximum error of its commands, in their unit.
     """
 
-    identity: Identity
-    part: str
-    unit: str
-    standing: float
-    behind: float
-    is_stopped_by_things: bool
+    device: str
+    parts: str
+    most: float
 
 
-JOINTS = Kind(Identity("joints", "the joints", 0.5), "a joint", "rad", 0.01, 0.03, is_stopped_by_things=False)
-GRIPPER = Kind(Identity("gripper", "the fingers", 0.05), "a finger", "m", 2e-3, 5e-4, is_stopped_by_things=True)
-
-
-class StandstillCheck(Check):
-    """Whether something stands still while it is to move.
+class Actuator(Device):
+    """A device that moves something while it has power.
 
     Args:
-        kind: Its kind.
+        identity: Names of the actuator.
+        motors: Its motors.
+        noise: Factory of noise sources by purpose.
     """
 
-    STATE = ("_wanted", "_moved", "_ticks")
+    STATE = ("_own", "_has_supply", "_pipeline")
 
-    def __init__(self, kind: Kind) -> None:
-        self._kind = kind
-        self._wanted = 0.0  # way that the fastest part was to move
-        self._moved = 0.0  # way that the fastest part has moved
-        self._ticks = 0  # of standstill, in a row
+    def __init__(self, identity: ActuatorInfo, motors: MotorGroup[Any], noise: Callable[[str], Noise]) -> None:
+        self._identity = identity
+        self._motors = motors
+        self._pipeline: SensorPipeline[Any] = SensorPipeline(CommandSensor(motors), noise, always=True)
+        self._own: dict[str, Fault] = {}  # faults outside of the command pipeline, by kind
+        self._has_supply = True
 
-    def observe(self, wanted: float, moving: float) -> None:
-        """Take in a tick: the speeds with which the fastest parts were to move, and do."""
-        self._wanted += wanted * TICK
-        self._moved += moving * TICK
-        counts = wanted > 0.0 or not self._kind.is_stopped_by_things
-        self._ticks = self._ticks + 1 if counts and moving <= self._kind.standing else 0
+    @abstractmethod
+    def apply(self) -> None:
+        """Apply the faults outside of the command pipeline."""
+
+    @abstractmethod
+    def start_own_check(self, fault: Fault) -> Checking:
+        """Return a new check of a fault outside of the command pipeline."""
 
     @property
-    def holds(self) -> bool:
-        """Whether it does."""
-        return self._ticks * TICK >= STANDSTILL and self._wanted - self._moved >= self._kind.behind
+    @abstractmethod
+    def is_at_rest(self) -> bool:
+        """Whether its parts are at rest now."""
 
-    def figures(self) -> str:
-        """How far it has come, and how long it has stood still."""
-        unit = self._kind.unit
-        return (
-            f"{self._kind.part} was to move by {self._wanted:.3f} {unit}, none moved by more than "
-            f"{self._moved:.3f} {unit}, and all have stood still for {self._ticks * TICK:.2f} s"
-        )
+    @property
+    def parts(self) -> str:
+        """Text for the parts that it moves."""
+        return self._identity.parts
+
+    @property
+    def has_power(self) -> bool:
+        """Whether it has power."""
+        return self._has_supply and "power_loss" not in self._own
+
+    def set_power(self, on: bool) -> None:
+        """Switch the power supply."""
+        self._has_supply = on
+        self.apply()
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it needs every tick."""
+        return bool(self._pipeline.faults)
+
+    def update(self, tick: int) -> None:
+        """Update the command pipeline, if it has faults."""
+        if self.is_busy:
+            self._pipeline.update(tick)
+            if self._pipeline.arrived is not None:
+                self._motors.apply_command(self._pipeline.arrived.data)
+
+    @property
+    def kinds(self) -> Sequence[str]:
+        """See `Device`."""
+        return (*self._own, *self._pipeline.faults)
+
+    def check(self, fault: Fault) -> None:
+        """See `Device`."""
+        if isinstance(fault, CommandFault):
+            check_fault(fault, self._identity.device, self._pipeline.sensor)
+            check_command_limit(fault, self._identity.most)
+        elif not isinstance(fault, PowerLoss):
+            raise cannot_have(self._identity.device, fault)
+
+    def add_fault(self, fault: Fault) -> None:
+        """See `Device`."""
+        if isinstance(fault, CommandFault):
+            self._pipeline.add_fault(fault)
+            self._motors.set_passthrough(False)
+        else:
+            self._own[fault.kind] = fault
+            self.apply()
+
+    def remove_fault(self, kind: str) -> None:
+        """See `Device`."""
+        if kind in self._pipeline.faults:
+            self._pipeline.remove_fault(kind)
+            if not self.is_busy:
+                self._motors.set_passthrough(True)
+        if self._own.pop(kind, None) is not None:
+            self.apply()
+
+    def start_check(self, fault: Fault) -> Checking:
+        """See `Device`."""
+        if not isinstance(fault, CommandFault):
+            return self.start_own_check(fault)
+        return sensor_check(fault, self._pipeline.sensor, "commands"), self._observation
+
+    def _observation(self, tick: int) -> Observation[Any]:
+        return Observation(tick, self._pipeline.truth, self._pipeline.arrived, self._pipeline.faults)
 
 
-class Actuators(Drive):
-    """The joints or the gripper of an arm.
+class WheelMotors(Actuator):
+    """The motors of the wheels.
 
     Args:
-        kind: Which of them.
-        powered: They themselves.
-        motors: What they command.
-        noise: Gives the source of the random numbers of a purpose.
+        wheels: The wheels.
+        motion: Reads their motion.
+        noise: Factory of noise sources by purpose.
     """
 
-    def __init__(
-        self, kind: Kind, powered: Powered, motors: Commanded[Any], noise: Callable[[str], Noise]
-    ) -> None:
-        super().__init__(kind.identity, motors, noise)
-        self._kind = kind
-        self._powered = powered
+    def __init__(self, wheels: Wheels, motion: ReadMotion, noise: Callable[[str], Noise]) -> None:
+        commanded: MotorGroup[PerWheel] = wheels
+        super().__init__(ActuatorInfo("motors", "the wheels", MOST_SPEED), commanded, noise)
+        self._wheels = wheels
+        self._motion = motion
 
     def apply(self) -> None:
-        """See `Drive`."""
-        self._powered.power(self.has_power)
+        """See `Actuator`."""
+        slip = self._own.get("wheel_slip")
+        left, right = (slip.left, slip.right) if isinstance(slip, WheelSlip) else (0.0, 0.0)
+        self._wheels.slip(left, right)
+        self._wheels.set_power(self.has_power)
+
+    def check(self, fault: Fault) -> None:
+        """See `Device`."""
+        if isinstance(fault, WheelSlip):
+            check_slip(fault)
+        else:
+            super().check(fault)
 
     @property
     def is_at_rest(self) -> bool:
-        """See `Drive`."""
-        return self._powered.moving() <= self._kind.standing
+        """See `Actuator`."""
+        return max(map(abs, self._motion().turning)) <= AT_REST
 
-    def begin_own(self, fault: WheelSlip | PowerLoss) -> Check:
-        """See `Drive`."""
-        return StandstillCheck(self._kind)
-
-    def measure_own(self, check: Check) -> None:
-        """See `Drive`."""
-        assert isinstance(check, StandstillCheck)
-        check.observe(self._powered.wanted, self._powered.moving())
+    def start_own_check(self, fault: Fault) -> Checking:
+        """See `Actuator`."""
+        check = SlipCheck(fault) if isinstance(fault, WheelSlip) else TorqueCheck()
+        return check, lambda _tick: self._motion()

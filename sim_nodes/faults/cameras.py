@@ -1,26 +1,26 @@
-"""Cameras as devices: those that robots carry, and those that are in the world by themselves."""
+"""Cameras as devices with faults: mounted and free ones."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, TypeGuard
+from typing import Any
 
-from seoro.bridges.wire import BeamLoss, CameraFault, DeadBeams, DeadSector, Fault, WheelSlip
+from seoro.bridges.wire import CameraFault, Fault
 from sim_nodes.cameras import Cameras
-from sim_nodes.faults.check import Check, Observation
+from sim_nodes.faults.check import Checking, Observation
 from sim_nodes.faults.devices import Device, Source, cannot_have
-from sim_nodes.faults.fitting import check_camera_fault
-from sim_nodes.faults.pictures import arrival, camera_check, measure
-from sim_nodes.sensors.camera_feed import CameraFeed
+from sim_nodes.faults.image_checks import arrival, camera_check
+from sim_nodes.faults.validation import check_camera_fault
+from sim_nodes.sensors.camera_pipeline import CameraPipeline
 
 
 class CameraDevice(Source):
-    """A camera; its faults are those of the way of its pictures, which `Cameras` has.
+    """A camera. Its faults act in its `CameraPipeline`, which `Cameras` owns.
 
     Args:
-        name: What it is called among the devices.
+        name: Name of the device.
         cameras: The cameras of the world.
-        camera: What it is called there.
+        camera: Name of the camera in `cameras`.
     """
 
     def __init__(self, name: str, cameras: Cameras, camera: str) -> None:
@@ -29,57 +29,47 @@ class CameraDevice(Source):
         self._camera = camera
 
     @property
-    def _feed(self) -> CameraFeed:
-        return self._cameras.feed(self._camera)
+    def _pipeline(self) -> CameraPipeline:
+        return self._cameras.pipeline(self._camera)
 
     @property
     def kinds(self) -> Sequence[str]:
         """See `Device`."""
-        return tuple(self._feed.faults)
+        return tuple(self._pipeline.faults)
 
     def check(self, fault: Fault) -> None:
-        """See `Device`; of a camera without pictures nothing could be measured."""
-        if isinstance(fault, WheelSlip):
-            raise cannot_have(self._name, fault, "it has no wheels")
-        if isinstance(fault, BeamLoss | DeadSector | DeadBeams):
-            raise cannot_have(self._name, fault, "it has no beams")
-        check_camera_fault(fault, self._name, self._feed.lens)
-        self._cameras.check_room(self._camera, fault)
-        self._feed.sound()
+        """See `Device`; refuses faults of cameras that do not render, because no check is possible."""
+        if not isinstance(fault, CameraFault):
+            raise cannot_have(self._name, fault)
+        check_camera_fault(fault, self._name, self._pipeline.lens)
+        self._cameras.check_memory(self._camera, fault)
+        self._pipeline.true_picture()
 
-    def put(self, fault: Fault) -> None:
+    def add_fault(self, fault: Fault) -> None:
         """See `Device`."""
-        assert _is_of_cameras(fault)
-        self._feed.put(fault)
+        assert isinstance(fault, CameraFault)
+        self._pipeline.add_fault(fault)
 
-    def lift(self, kind: str) -> None:
+    def remove_fault(self, kind: str) -> None:
         """See `Device`."""
-        self._feed.lift(kind)
+        self._pipeline.remove_fault(kind)
 
-    def supply(self, on: bool) -> None:
+    def set_power(self, on: bool) -> None:
         """See `Source`."""
-        self._feed.supply(on)
+        self._pipeline.set_power(on)
 
-    def begin(self, fault: Fault) -> Check:
+    def start_check(self, fault: Fault) -> Checking:
         """See `Device`."""
-        assert _is_of_cameras(fault)
-        return camera_check(fault)
-
-    def measure(self, check: Check, tick: int) -> None:
-        """See `Device`."""
-        measure(check, self._feed, tick)
+        assert isinstance(fault, CameraFault)
+        return camera_check(fault, self._pipeline)
 
     def observation(self, tick: int) -> Observation[Any]:
         """See `Source`."""
-        return arrival(self._feed, tick)
-
-
-def _is_of_cameras(fault: Fault) -> TypeGuard[CameraFault]:
-    return not isinstance(fault, WheelSlip | BeamLoss | DeadSector | DeadBeams)
+        return arrival(self._pipeline, tick)
 
 
 class FreeCameras(Mapping[str, Device]):
-    """The cameras that are in the world by themselves, which come and go.
+    """The free cameras of a world as devices; they may be added and removed.
 
     Args:
         cameras: The cameras of the world.

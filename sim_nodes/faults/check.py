@@ -1,13 +1,13 @@
-"""What all measurements of faults have in common.
+"""Common parts of checks of faults.
 
-A measurement holds what those who use a device have got against what a sound device would have given them. It
-goes on until it is conclusive; it never concludes that a fault has no effect, since more may come of it later.
+A check compares what clients of a device receive with what a sound device would have given them. It runs until the
+effect is confirmed. It never concludes that a fault has no effect, because that may appear later.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -16,19 +16,20 @@ from sim_nodes.sensors.sensor import Sample
 from sim_nodes.stateful import Stateful
 
 T = TypeVar("T")
+S = TypeVar("S")
 
-MOST_TRUTHS = 1000  # that are kept for samples which have not arrived
+MOST_TRUTHS = 1000  # true samples kept for samples that have not arrived
 
 
 @dataclass(frozen=True)
 class Observation(Generic[T]):
-    """What there was of a sensor in a tick.
+    """Sensor data of a tick.
 
     Attributes:
         tick: The tick.
-        truth: What a sound sensor would have sent.
-        arrived: What those who use it have got.
-        faults: The faults that lie on it, by their kinds.
+        truth: Sample that a sound sensor would have sent.
+        arrived: Sample that clients received.
+        faults: Faults of the sensor by kind.
     """
 
     tick: int
@@ -37,55 +38,50 @@ class Observation(Generic[T]):
     faults: Mapping[str, SensorFault]
 
 
-class Check(Stateful, ABC):
-    """A measurement of a fault."""
+class Check(Stateful, ABC, Generic[S]):
+    """A check of a fault by observations of type S, one in each tick."""
+
+    @abstractmethod
+    def observe(self, seen: S) -> None:
+        """Update with the observation of a tick."""
 
     @property
     @abstractmethod
-    def holds(self) -> bool:
-        """Whether the fault has been found to take effect."""
+    def is_confirmed(self) -> bool:
+        """Whether the effect of the fault is confirmed."""
 
     @abstractmethod
-    def figures(self) -> str:
-        """What has been measured, in words."""
+    def summary(self) -> str:
+        """Return a text with the measured values."""
 
 
-class SensorCheck(Check):
-    """A measurement of a fault of a sensor."""
+SensorCheck = Check[Observation[Any]]
+"""A check of a fault of a sensor."""
 
-    @abstractmethod
-    def observe(self, seen: Observation[Any]) -> None:
-        """Take in a tick."""
-
-
-@dataclass(frozen=True)
-class Pair(Generic[T]):
-    """Data as they arrived, and as a sound sensor would have sent them, of the same tick."""
-
-    truth: T
-    data: T
+Checking = tuple[Check[Any], Callable[[int], Any]]
+"""A check, and the function that makes the observation of a tick."""
 
 
 class Pairing(Stateful, Generic[T]):
-    """Finds what a sound sensor would have sent in the place of a sample that arrives."""
+    """Pairs received samples with the true ones."""
 
     STATE = ("_truths",)
 
     def __init__(self) -> None:
         self._truths: dict[int, T] = {}
 
-    def pair(self, seen: Observation[T]) -> Pair[T] | None:
-        """Take in a tick; returns the pair of the sample that has arrived in it."""
+    def pair(self, seen: Observation[T]) -> tuple[T, T] | None:
+        """Update with a tick; returns the true and the received data of the sample that arrived in it."""
         if seen.truth is not None:
             self._truths[seen.truth.tick] = seen.truth.data
             if len(self._truths) > MOST_TRUTHS:
                 del self._truths[next(iter(self._truths))]
         if seen.arrived is None or seen.arrived.tick not in self._truths:
             return None
-        return Pair(self._truths.pop(seen.arrived.tick), seen.arrived.data)
+        return self._truths.pop(seen.arrived.tick), seen.arrived.data
 
 
 def delay_of(faults: Mapping[str, SensorFault]) -> float:
-    """How late samples arrive by the faults [s]."""
+    """Return the delay of samples by the faults [s]."""
     delay = faults.get("delay")
     return delay.time if isinstance(delay, Delay) else 0.0

@@ -1,4 +1,4 @@
-"""What can have faults: what all of it has in common, and sensors."""
+"""Devices that can have faults: common base classes, and sensors."""
 
 from __future__ import annotations
 
@@ -6,144 +6,140 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, assert_never
 
-from seoro.bridges.wire import (
-    BeamLoss,
-    Bias,
-    DeadArea,
-    DeadBeams,
-    DeadPixels,
-    DeadSector,
-    Delay,
-    Fault,
-    Freeze,
-    GaussianNoise,
-    MessageLoss,
-    PowerLoss,
-    Result,
-    SensorFault,
-    WheelSlip,
-)
+from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.faults.arrivals import arrival_check
-from sim_nodes.faults.check import Check, Observation, SensorCheck
-from sim_nodes.faults.fitting import check_fault
-from sim_nodes.faults.values import value_check
-from sim_nodes.sensors.feed import Feed
+from sim_nodes.faults.check import Checking, Observation, SensorCheck
+from sim_nodes.faults.delivery_checks import DelayCheck, FreezeCheck, MessageLossCheck, SilenceCheck
+from sim_nodes.faults.validation import check_fault
+from sim_nodes.faults.value_checks import BeamLossCheck, BiasCheck, DeadBeamsCheck, NoiseCheck
+from sim_nodes.refusals import operation_failed
 from sim_nodes.sensors.sensor import Sensor
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 
 
 class Device(Stateful, ABC):
-    """Something that can have faults, one of each kind."""
+    """A device that can have one fault of each kind."""
 
     @property
     @abstractmethod
     def kinds(self) -> Sequence[str]:
-        """The kinds of the faults that it has."""
+        """Kinds of its faults."""
 
     @abstractmethod
-    def check(self, fault: Fault) -> None:
-        """Refuse a fault that it cannot have.
+    def check(self, fault: wire.Fault) -> None:
+        """Refuse a fault that the device cannot have.
 
         Raises:
-            RequestRefused: The message says why.
+            RequestRefused: The message gives the reason.
         """
 
     @abstractmethod
-    def put(self, fault: Fault) -> None:
-        """Let it have a fault, in the place of another of its kind; it was checked."""
+    def add_fault(self, fault: wire.Fault) -> None:
+        """Add a checked fault; it replaces another of its kind."""
 
     @abstractmethod
-    def lift(self, kind: str) -> None:
-        """Take a fault from it, if it has one of the kind."""
+    def remove_fault(self, kind: str) -> None:
+        """Remove the fault of a kind, if there is one."""
 
     @abstractmethod
-    def begin(self, fault: Fault) -> Check:
-        """A new measurement of a fault that it has."""
-
-    @abstractmethod
-    def measure(self, check: Check, tick: int) -> None:
-        """Let a measurement of its own take in a tick."""
+    def start_check(self, fault: wire.Fault) -> Checking:
+        """Return a new check of a fault of the device."""
 
 
 class Source(Device):
-    """A device that others get something from, as long as it has power."""
+    """A device that gives data while it has power."""
 
     @abstractmethod
-    def supply(self, on: bool) -> None:
-        """Cut off the supply of power, or bring it back."""
+    def set_power(self, on: bool) -> None:
+        """Switch the power supply."""
 
     @abstractmethod
     def observation(self, tick: int) -> Observation[Any]:
-        """What there was of it in a tick."""
+        """Return the data of a tick."""
 
 
 class SensorDevice(Source):
-    """A sensor; its faults are those of the way of its samples.
+    """A sensor; its faults act in its pipeline.
 
     Args:
-        name: Its name.
-        feed: The way of its samples.
+        name: Name of the device.
+        pipeline: Pipeline of its samples.
     """
 
-    def __init__(self, name: str, feed: Feed[Any]) -> None:
+    def __init__(self, name: str, pipeline: SensorPipeline[Any]) -> None:
         self._name = name
-        self.feed = feed
+        self.pipeline = pipeline
 
     @property
     def kinds(self) -> Sequence[str]:
         """See `Device`."""
-        return tuple(self.feed.faults)
+        return tuple(self.pipeline.faults)
 
-    def check(self, fault: Fault) -> None:
+    def check(self, fault: wire.Fault) -> None:
         """See `Device`."""
-        if isinstance(fault, WheelSlip):
-            raise cannot_have(self._name, fault, "it has no wheels")
-        if isinstance(fault, DeadPixels | DeadArea):
-            raise cannot_have(self._name, fault, "it has no pixels")
-        check_fault(fault, self._name, self.feed.sensor)
+        if not isinstance(fault, wire.SensorFault):
+            raise cannot_have(self._name, fault)
+        check_fault(fault, self._name, self.pipeline.sensor)
 
-    def put(self, fault: Fault) -> None:
-        """See `Device`; whoever spoils a sensor uses it."""
-        assert not isinstance(fault, WheelSlip | DeadPixels | DeadArea)
-        self.feed.put(fault)
-        self.feed.in_use = True
+    def add_fault(self, fault: wire.Fault) -> None:
+        """See `Device`; activates the sensor."""
+        assert isinstance(fault, wire.SensorFault)
+        self.pipeline.add_fault(fault)
+        self.pipeline.in_use = True
 
-    def supply(self, on: bool) -> None:
-        """See `Source`; whoever cuts it off uses it."""
-        self.feed.supply(on)
-        self.feed.in_use = True
+    def set_power(self, on: bool) -> None:
+        """See `Source`; activates the sensor."""
+        self.pipeline.set_power(on)
+        self.pipeline.in_use = True
 
     def observation(self, tick: int) -> Observation[Any]:
         """See `Source`."""
-        return Observation(tick, self.feed.truth, self.feed.arrived, self.feed.faults)
+        return Observation(tick, self.pipeline.truth, self.pipeline.arrived, self.pipeline.faults)
 
-    def lift(self, kind: str) -> None:
+    def remove_fault(self, kind: str) -> None:
         """See `Device`."""
-        self.feed.lift(kind)
+        self.pipeline.remove_fault(kind)
 
-    def begin(self, fault: Fault) -> Check:
+    def start_check(self, fault: wire.Fault) -> Checking:
         """See `Device`."""
-        assert not isinstance(fault, WheelSlip | DeadPixels | DeadArea)
-        return sensor_check(fault, self.feed.sensor)
-
-    def measure(self, check: Check, tick: int) -> None:
-        """See `Device`."""
-        assert isinstance(check, SensorCheck)
-        check.observe(self.observation(tick))
+        assert isinstance(fault, wire.SensorFault)
+        return sensor_check(fault, self.pipeline.sensor), self.observation
 
 
-def sensor_check(fault: SensorFault, sensor: Sensor[Any], what: str = "samples") -> SensorCheck:
-    """The measurement of a fault of a sensor, whose samples are called something."""
+def sensor_check(fault: wire.SensorFault, sensor: Sensor[Any], what: str = "samples") -> SensorCheck:
+    """Return a check of a fault of a sensor; `what` is the word for samples."""
     match fault:
-        case GaussianNoise() | Bias() | BeamLoss() | DeadSector() | DeadBeams():
-            return value_check(fault, sensor)
-        case MessageLoss() | Freeze() | Delay() | PowerLoss():
-            return arrival_check(fault, sensor, what)
+        case wire.GaussianNoise():
+            return NoiseCheck(fault, sensor)
+        case wire.Bias():
+            return BiasCheck(fault, sensor)
+        case wire.BeamLoss():
+            return BeamLossCheck(fault, sensor)
+        case wire.DeadSector() | wire.DeadBeams():
+            return DeadBeamsCheck(fault, sensor)
+        case wire.MessageLoss():
+            return MessageLossCheck(fault, what)
+        case wire.Freeze():
+            return FreezeCheck(sensor, what)
+        case wire.Delay():
+            return DelayCheck(fault, what)
+        case wire.PowerLoss():
+            return SilenceCheck(what)
         case _:
             assert_never(fault)
 
 
-def cannot_have(device: str, fault: Fault, why: str) -> RequestRefused:
-    """The refusal of a fault that makes no sense for a device."""
-    return RequestRefused(Result.OPERATION_FAILED, f"{device} cannot have {fault.kind}: {why}")
+MISSING_PARTS = {
+    wire.WheelSlip: "it has no wheels",
+    wire.BeamLoss: "it has no beams",
+    wire.DeadSector: "it has no beams",
+    wire.DeadBeams: "it has no beams",
+    wire.DeadPixels: "it has no pixels",
+    wire.DeadArea: "it has no pixels",
+}  # reasons for refusing faults
+
+
+def cannot_have(device: str, fault: wire.Fault, reason: str = "") -> RequestRefused:
+    """Return the refusal of a fault that a device cannot have."""
+    return operation_failed(f"{device} cannot have {fault.kind}: {reason or MISSING_PARTS[type(fault)]}")

@@ -1,1 +1,1 @@
-"""What a simulated arm does by itself: kinematics, paths that are checked first, trajectories, gripping."""
+"""Arm control: kinematics, collision-checked paths, trajectories and gripping."""

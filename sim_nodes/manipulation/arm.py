@@ -1,4 +1,4 @@
-"""The arm of a robot: what it is asked for is planned and checked at once, and carried out in ticks."""
+"""Arm of a robot: goals are planned and checked when they are accepted, and executed in ticks."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seoro.bridges.wire import Outcome, Result
-from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Array, rotation_matrix
-from sim_nodes.goals import NOBODY, Ended
-from sim_nodes.manipulation.chain import inverse, pose_matrix
+from sim_nodes.goals import NO_CLIENT, GoalResult
+from sim_nodes.manipulation.chain import inverse, joint_counts, pose_matrix
 from sim_nodes.manipulation.gripper import Gripper, HoldGoal
-from sim_nodes.manipulation.links import joint_counts
-from sim_nodes.manipulation.motion import Course, Motion
-from sim_nodes.manipulation.planner import Circumstances, Load, Planner, check_count
+from sim_nodes.manipulation.motion import JointMotion, Motion
+from sim_nodes.manipulation.planner import AttachedObject, Planner, PlanningScene, check_count
 from sim_nodes.manipulation.servos import Servos
 from sim_nodes.manipulation.trajectory import Path
 from sim_nodes.physics import Engine, JointStates, PlacedRobot
+from sim_nodes.refusals import incorrect_state, operation_failed, unknown
 from sim_nodes.robots.declaration import ArmDeclaration
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
@@ -29,14 +28,14 @@ BASE_FRAME = "base_link"
 
 
 @dataclass(frozen=True)
-class Manner:
-    """How an arm is to move.
+class MotionOptions:
+    """Parameters of an arm motion.
 
     Args:
-        scaling: Part of the speed of its joints that it may use, up to 1.
-        tolerance: How near the joints have to come to their goal [rad].
-        may_touch: Entities that it may collide with.
-        plan_only: Whether to find and check a path without moving.
+        scaling: Share of the joints' speed limits, up to 1.
+        tolerance: Maximum distance of each joint from its goal [rad].
+        may_touch: Entities that the arm may collide with.
+        plan_only: Whether to plan and check a path without moving.
     """
 
     scaling: float = 1.0
@@ -49,11 +48,11 @@ class Arm(Stateful):
     """An arm with a gripper.
 
     Args:
-        placed: The robot that has it.
-        declaration: What is declared of it.
-        engine: The engine that it is in.
+        placed: Robot that has the arm.
+        declaration: Declaration of the arm.
+        engine: Engine that simulates it.
         seed: Seed of the simulation.
-        is_loose: Says whether an entity can be carried.
+        is_movable: Returns whether an entity can be carried.
     """
 
     STATE = ("_motion", "gripper", "servos", "_planned")
@@ -64,66 +63,64 @@ class Arm(Stateful):
         declaration: ArmDeclaration,
         engine: Engine,
         seed: int,
-        is_loose: Callable[[str], bool],
+        is_movable: Callable[[str], bool],
     ) -> None:
         self._robot, self._engine = placed.name, engine
         self._planner = Planner(placed, declaration, engine)
         self._chain = self._planner.chain
         self._acceleration = np.array([joint.max_acceleration for joint in declaration.joints])
-        self.gripper = Gripper(placed.name, declaration.gripper, engine, is_loose)
+        self.gripper = Gripper(placed.name, declaration.gripper, engine, is_movable)
         self.joints = (*self._chain.joints, *declaration.gripper.joints)
         self._depths = joint_counts(placed.declaration.urdf, self._chain.joints)
         self._fingers = declaration.gripper.links
         self._motion = Motion(self._chain.joints)
         self.servos = Servos(placed.name, len(self._chain.joints), engine)
-        self._planned: list[str] = []  # goals that end with the next tick, because nothing is to be moved
+        self._planned: list[str] = []  # goals that end in the next tick without a motion
 
     # ------------------------------------------------------------ state
 
     @property
     def goals(self) -> tuple[str, ...]:
-        """The ids of the goals that it is working on, for somebody."""
+        """Ids of active goals that a client waits for."""
         motion, gripping = self._motion.goal, self.gripper.goal
         goals = (motion, None if gripping is None else gripping.id)
         watching = (hold.id for hold in self.gripper.holds)
-        return (*(goal for goal in goals if goal not in (None, NOBODY)), *watching, *self._planned)
+        return (*(goal for goal in goals if goal not in (None, NO_CLIENT)), *watching, *self._planned)
 
     @property
     def is_idle(self) -> bool:
-        """Whether it has nothing to do and nothing to watch."""
+        """Whether it has neither a motion nor anything to monitor."""
         return self._motion.course is None and not self.gripper.is_busy and not self._planned
 
     @property
     def remaining(self) -> float:
-        """How long its motion goes on [s]."""
+        """Remaining time of its motion [s]."""
         return self._motion.remaining
 
     def states(self) -> JointStates:
-        """Its joints, and the fingers."""
+        """Return the states of its joints and fingers."""
         return self._engine.joint_states(self._robot)
 
     def position_of(self, joint: str) -> float:
-        """The position of a joint or finger by its name [rad, m].
+        """Return the position of a joint or finger [rad, m].
 
         Raises:
-            RequestRefused: There is no such joint.
+            RequestRefused: The joint is unknown.
         """
         if joint not in self.joints:
-            raise RequestRefused(
-                Result.NOT_FOUND, f"{self._robot} has no joint {joint!r}: known are {listed(self.joints)}"
-            )
+            raise unknown(f"joint {joint!r} of {self._robot}", "joints", self.joints)
         return float(self.states().positions[self.joints.index(joint)])
 
     def velocity_at(
         self, link: str, point: Sequence[float], joints: Sequence[float], rates: Sequence[float]
     ) -> Array:
-        """The velocity in the map of a point of a link, by the joints of the arm and of the gripper [m/s].
+        """Return the velocity of a point of a link in `map` [m/s], by the joints of arm and gripper.
 
         Args:
             link: Name of the link.
-            point: In the map [m].
+            point: Point in `map` [m].
             joints: Positions of the arm's joints and the fingers [rad, m].
-            rates: Of the same [rad/s, m/s].
+            rates: Velocities of the arm's joints and the fingers [rad/s, m/s].
         """
         count = self._depths.get(link, 0)
         in_map = self._planner.pose_base_in_map
@@ -135,7 +132,7 @@ class Arm(Stateful):
         return turned + rates[len(self._chain.joints) + self._fingers.index(link)] * self._outward(link)
 
     def _outward(self, finger: str) -> Array:
-        """The direction in which a finger slides when the gripper opens, in the map; zero where both meet."""
+        """Return the opening direction of a finger in `map`; zero where the fingers meet."""
         here, there = (
             np.array(self._engine.link_pose(self._robot, link)[0])
             for link in (finger, *(other for other in self._fingers if other != finger))
@@ -145,23 +142,20 @@ class Arm(Stateful):
         return apart / length if length > 0.0 else apart
 
     def tool_pose(self) -> Array:
-        """The pose of the tool in the map, shape (4, 4)."""
+        """Return the pose of the tool in `map`, shape (4, 4)."""
         return self._planner.pose_base_in_map @ self._chain.tool_pose(self._configuration())
 
     def in_map(self, pose: Array, frame: str) -> Array:
-        """A pose given in a frame, `map` or that of the arm's base, in the map.
+        """Transform a pose from a frame, `map` or the arm's base, to `map`.
 
         Raises:
-            RequestRefused: There is no such frame.
+            RequestRefused: The frame is unknown.
         """
         if frame == "map":
             return pose
         known = (BASE_FRAME, f"{self._robot}/{BASE_FRAME}")
         if frame not in known:
-            raise RequestRefused(
-                Result.NOT_FOUND,
-                f"poses of {self._robot} are in one of {listed(('map', *known))}, not in {frame!r}",
-            )
+            raise unknown(f"frame {frame!r} of a pose for {self._robot}", "frames", ("map", *known))
         return self._planner.pose_base_in_map @ pose
 
     def _configuration(self) -> Array:
@@ -170,105 +164,101 @@ class Arm(Stateful):
     # ------------------------------------------------------------ goals
 
     def follow(
-        self, goal: str, configurations: Sequence[Sequence[float]], names: Sequence[str], manner: Manner
+        self, goal: str, configurations: Sequence[Sequence[float]], names: Sequence[str], options: MotionOptions
     ) -> None:
-        """Move the joints through configurations [rad], in the order of some names, or that of the arm.
+        """Move the joints through configurations [rad], in the order of `names` or that of the arm.
 
         Raises:
-            RequestRefused: Busy, or the planner refuses; the same holds for the other motions.
+            RequestRefused: The arm is busy, or planning fails. This also holds for the other motions.
         """
         if not 1 <= len(configurations) <= MAX_WAYPOINTS:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"{len(configurations)} points were given: give 1 to {MAX_WAYPOINTS}"
-            )
+            raise operation_failed(f"found {len(configurations)} waypoints; expected 1 to {MAX_WAYPOINTS}")
         order = self._order(names)
         for positions in configurations:
             check_count(self._robot, names or self._chain.joints, positions)
         points = [np.array(positions, dtype=np.float64)[order] for positions in configurations]
-        self._start(goal, manner, lambda now: self._planner.through(now, points))
+        self._start(goal, options, lambda now: self._planner.through(now, points))
 
-    def move_to_pose(self, goal: str, target: Array, manner: Manner) -> None:
-        """Move the tool to a pose in the map, shape (4, 4), on whatever way all joints move evenly."""
-        self._start(goal, manner, lambda now: self._planner.to_pose(now, target))
+    def move_to_pose(self, goal: str, target: Array, options: MotionOptions) -> None:
+        """Move the tool to a pose in `map`, shape (4, 4), on a path in joint space."""
+        self._start(goal, options, lambda now: self._planner.to_pose(now, target))
 
-    def move_straight(self, goal: str, target: Array, manner: Manner) -> None:
-        """Move the tool to a pose in the map, shape (4, 4), in a straight line."""
-        self._start(goal, manner, lambda now: self._planner.straight(now, target))
+    def move_straight(self, goal: str, target: Array, options: MotionOptions) -> None:
+        """Move the tool to a pose in `map`, shape (4, 4), on a straight line."""
+        self._start(goal, options, lambda now: self._planner.straight(now, target))
 
     def hold(self, goal: str, entity: str, duration: float, tick: int) -> None:
-        """Report whether an entity stays held for a duration [s]; an empty name is what is held now.
+        """Report whether an entity stays held for a duration [s]; an empty name means the held entity.
 
         Raises:
-            RequestRefused: It is not held.
+            RequestRefused: The entity is not held.
         """
         held = self.gripper.check_hold(entity)
         self.gripper.holds.append(HoldGoal(goal, held, tick + math.ceil(duration / TICK - 1e-9)))
 
-    def _start(self, goal: str, manner: Manner, plan: Callable[[Circumstances], Path]) -> None:
-        if self._motion.goal not in (None, NOBODY):
-            raise RequestRefused(
-                Result.INCORRECT_STATE,
-                f"{self._robot} moves for goal {self._motion.goal!r}: cancel it, or wait for its end",
+    def _start(self, goal: str, options: MotionOptions, plan: Callable[[PlanningScene], Path]) -> None:
+        if self._motion.goal not in (None, NO_CLIENT):
+            raise incorrect_state(
+                f"{self._robot} is busy with goal {self._motion.goal!r}; cancel it or wait for its end"
             )
         start = self._configuration()
-        path = plan(Circumstances(start, self._load(start), manner.may_touch))
-        if manner.plan_only:
+        path = plan(PlanningScene(start, self._load(start), options.may_touch))
+        if options.plan_only:
             self._planned.append(goal)
             return
-        speed = manner.scaling * self._chain.limits.speed
-        self._motion.follow(Course(goal, manner.tolerance, path.points, speed, self._acceleration))
+        speed = options.scaling * self._chain.limits.speed
+        self._motion.follow(JointMotion(goal, options.tolerance, path.points, speed, self._acceleration))
 
     def _order(self, names: Sequence[str]) -> list[int]:
-        """Where the positions of the joints are in what is given in the order of some names."""
+        """Return the indices of the arm's joints in `names`."""
         joints = self._chain.joints
         if names and sorted(names) != sorted(joints):
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"the joints of {self._robot} are {', '.join(joints)}, not {', '.join(names)}",
+            raise operation_failed(
+                f"invalid joints {', '.join(names)}; expected those of {self._robot}: {', '.join(joints)}"
             )
         return [(names or joints).index(joint) for joint in joints]
 
-    def _load(self, configuration: Array) -> Load | None:
+    def _load(self, configuration: Array) -> AttachedObject | None:
         held = self.gripper.held
         if held is None:
             return None
         state = self._engine.body_state(held)
         tool = self._planner.pose_base_in_map @ self._chain.tool_pose(configuration)
         pose = pose_matrix(state.position, rotation_matrix(state.orientation))
-        return Load(held, inverse(tool) @ pose)
+        return AttachedObject(held, inverse(tool) @ pose)
 
     # ------------------------------------------------------------ ticks
 
-    def tick(self, tick: int) -> Iterator[Ended]:
-        """Do what is due in a tick; gives the goals that ended."""
+    def tick(self, tick: int) -> Iterator[GoalResult]:
+        """Update with a tick; yields the results of goals that ended."""
         for goal in self._planned:
-            yield Ended(goal, Outcome.SUCCEEDED)
+            yield GoalResult(goal, Outcome.SUCCEEDED)
         self._planned = []
-        self.servos.wanted = self.gripper.wanted = 0.0
+        self.servos.commanded_speed = self.gripper.commanded_speed = 0.0
         if self.is_idle:
             return
         states = self.states()
         yield from self._move(states)
         yield from self.gripper.tick(states, tick)
 
-    def _move(self, states: JointStates) -> Iterator[Ended]:
+    def _move(self, states: JointStates) -> Iterator[GoalResult]:
         moment, ended = self._motion.tick(states)
         if moment is not None:
-            self.servos.pull(moment)
+            self.servos.set_command(moment)
         if ended is not None:
-            yield self._explained(ended)
+            yield self._with_contacts(ended)
 
-    def _explained(self, ended: Ended) -> Ended:
-        """What has ended, with what the arm touches if that may be the reason."""
+    def _with_contacts(self, ended: GoalResult) -> GoalResult:
+        """Return a result whose message names the arm's contacts, a possible reason."""
         if ended.outcome is not Outcome.ABORTED:
             return ended
         touched = sorted(self._engine.link_contacts(self._robot))
         against = [f"{link} touches {other!r}" for link, other in touched if other != self.gripper.held]
         message = f"{ended.message}; {', '.join(against)}" if against else ended.message
-        return Ended(ended.id, ended.outcome, f"{self._robot}: {message}")
+        return GoalResult(ended.id, ended.outcome, f"{self._robot}: {message}")
 
-    def cancel(self, goal: str) -> Iterator[Ended]:
-        """Cancel a goal; an arm that moves comes to rest on its path."""
+    def cancel(self, goal: str) -> Iterator[GoalResult]:
+        """Cancel a goal; a moving arm comes to rest on its path."""
         if goal not in self.goals:
             return
         if self._motion.goal == goal:
@@ -277,17 +267,17 @@ class Arm(Stateful):
             self.gripper.stop()
         self.gripper.holds = [hold for hold in self.gripper.holds if hold.id != goal]
         self._planned = [planned for planned in self._planned if planned != goal]
-        yield Ended(goal, Outcome.CANCELED)
+        yield GoalResult(goal, Outcome.CANCELED)
 
-    def disown(self, goals: Container[str]) -> None:
-        """See `Robot.disown`."""
+    def detach_goals(self, goals: Container[str]) -> None:
+        """See `Robot.detach_goals`."""
         if self._motion.goal is not None and self._motion.goal in goals:
-            self._motion.rename(NOBODY)
-        self.gripper.disown(goals)
+            self._motion.rename(NO_CLIENT)
+        self.gripper.detach_goals(goals)
         self._planned = [planned for planned in self._planned if planned not in goals]
 
-    def stop(self) -> Iterator[Ended]:
-        """Cancel everything; what is held stays held."""
+    def stop(self) -> Iterator[GoalResult]:
+        """Cancel all goals; a held entity stays held."""
         for goal in self.goals:
             yield from self.cancel(goal)
         self._motion.brake()

@@ -1,14 +1,15 @@
-"""Forward kinematics of an arm, from its URDF.
+"""Forward kinematics of an arm from its URDF.
 
-Poses are homogeneous (4, 4) matrices: `pose_a_in_b` takes points given in frame a to frame b. A configuration is
-the positions of the arm's joints [rad], in the order of its declaration.
+Poses are homogeneous (4, 4) matrices: `pose_a_in_b` transforms points from frame a to frame b. A configuration is
+an array of the positions of the arm's joints [rad], in the order of its declaration.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -16,10 +17,12 @@ from defusedxml import ElementTree
 
 from sim_nodes.geometry import Array, Vector, quaternion, rotation_matrix
 
+NEAR = 2  # movable joints between links that never collide, or overlap by design
+
 
 @dataclass(frozen=True)
 class Limits:
-    """What the joints of an arm can do, each of shape (n,)."""
+    """Limits of the joints of an arm, each of shape (n,)."""
 
     lower: Array  # [rad]
     upper: Array
@@ -28,47 +31,47 @@ class Limits:
 
 @dataclass(frozen=True)
 class _Link:
-    """A joint of the way from base to tool, with the fixed ones before it."""
+    """A movable joint, with the fixed joints before it."""
 
-    mount: Array  # pose of the joint, at zero, in the frame of the joint before it
+    mount: Array  # pose of the joint at zero in the frame of the joint before it
     axis: Array  # unit vector in the joint's frame
 
 
 class Chain:
-    """The way from the base of an arm to its tool.
+    """Kinematic chain from the base of an arm to its tool.
 
     Args:
         urdf: Text of the URDF.
-        base_link: Where it begins.
-        tool_link: Where it ends.
-        joints: Names of the joints that move between the two, in order.
+        base_link: First link.
+        tool_link: Last link.
+        joints: Names of the movable joints between them, in order.
 
     Raises:
-        ValueError: The URDF has other joints on that way, or they are not revolute.
+        ValueError: The URDF has other joints between the links, or they are not revolute.
     """
 
     def __init__(self, urdf: str, base_link: str, tool_link: str, joints: Sequence[str]) -> None:
-        way = _way(ElementTree.fromstring(urdf), base_link, tool_link)
+        way = _joints_between(ElementTree.fromstring(urdf), base_link, tool_link)
         moving = [joint for joint in way if joint.get("type") != "fixed"]
         found = [joint.get("name", "") for joint in moving]
         if found != list(joints):
-            raise ValueError(f"the joints from {base_link} to {tool_link} are {found}, not {list(joints)}")
+            raise ValueError(f"found joints {found} from {base_link} to {tool_link}; expected {list(joints)}")
         if any(joint.get("type") != "revolute" for joint in moving):
-            raise ValueError(f"all joints from {base_link} to {tool_link} have to be revolute")
+            raise ValueError(f"expected only revolute joints from {base_link} to {tool_link}")
         self.joints = tuple(joints)
         self.limits = _limits(moving)
         self._links, self._tool = _links(way)
 
     def tool_pose(self, configuration: Array) -> Array:
-        """The pose of the tool in the base, shape (4, 4)."""
+        """Return the pose of the tool in the base, shape (4, 4)."""
         return self._frames(configuration)[-1]
 
     def jacobian(self, configuration: Array) -> tuple[Array, Array]:
-        """The pose of the tool in the base, and how it moves with the joints.
+        """Return the pose of the tool in the base, and its Jacobian.
 
         Returns:
-            The pose, shape (4, 4), and the matrix, shape (6, n): rows 0 to 2 are the velocity of the tool's origin
-            [m/rad], rows 3 to 5 its angular velocity, both in the base's frame.
+            The pose, shape (4, 4), and the Jacobian, shape (6, n). Rows 0 to 2 are the velocity of the tool's
+            origin [m/rad], rows 3 to 5 its angular velocity, both in the base's frame.
         """
         frames = self._frames(configuration)
         tool = frames[-1]
@@ -77,7 +80,7 @@ class Chain:
         return tool, np.vstack([np.cross(axes, arms).T, axes.T])
 
     def jacobians(self, configurations: Array) -> tuple[Array, Array]:
-        """As `jacobian`, of many configurations at once: shapes (m, 4, 4) and (m, 6, n), from (m, n)."""
+        """Return the results of `jacobian` for configurations: shapes (m, 4, 4) and (m, 6, n), from (m, n)."""
         count = len(configurations)
         pose = np.broadcast_to(np.eye(4), (count, 4, 4))
         axes, origins = [], []
@@ -92,23 +95,23 @@ class Chain:
 
     @property
     def shoulder(self) -> Array:
-        """Origin of the first joint in the base [m], which no joint moves; shape (3,)."""
+        """Origin of the first joint in the base [m], shape (3,)."""
         return self._links[0].mount[:3, 3]
 
     @property
     def reach(self) -> float:
-        """Distance from the shoulder beyond which the tool is in no posture [m]: that of the arm, stretched."""
+        """Distance from the shoulder to the tool of the stretched arm [m], the maximum."""
         mounts = [link.mount for link in self._links[1:]]
         return float(sum(np.linalg.norm(mount[:3, 3]) for mount in (*mounts, self._tool)))
 
     def velocity_at(self, configuration: Array, rates: Array, count: int, point: Array) -> Array:
-        """The velocity of a point of a link, in the base [m/s].
+        """Return the velocity of a point of a link in the base [m/s].
 
         Args:
-            configuration: Positions of the joints [rad]; what follows them is left out, as of `rates`.
-            rates: Of the joints [rad/s].
-            count: How many of the joints, from the base on, move the link.
-            point: In the base [m].
+            configuration: Positions of the joints [rad]; later elements are ignored, also in `rates`.
+            rates: Velocities of the joints [rad/s].
+            count: Number of joints between the base and the link.
+            point: Point in the base [m].
         """
         velocity = np.zeros(3)
         frames = self._frames(configuration[: len(self._links)])
@@ -117,7 +120,7 @@ class Chain:
         return velocity
 
     def _frames(self, configuration: Array) -> list[Array]:
-        """The poses of the joints, turned, and of the tool, in the base."""
+        """Return the poses of the joints at a configuration, and of the tool, in the base."""
         pose, frames = np.eye(4), []
         for link, angle in zip(self._links, configuration, strict=True):
             pose = pose @ link.mount @ _turn(link.axis, float(angle))
@@ -126,20 +129,20 @@ class Chain:
 
 
 def pose_matrix(position: Sequence[float] | Array, rotation: Array) -> Array:
-    """The pose with a position [m] and a (3, 3) rotation matrix."""
+    """Return the pose with a position [m] and a (3, 3) rotation matrix."""
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, position
     return pose
 
 
 def inverse(pose: Array) -> Array:
-    """The pose of the parent in the frame that the pose is of."""
+    """Return the inverse pose."""
     turn = pose[:3, :3].T
     return pose_matrix(-turn @ pose[:3, 3], turn)
 
 
 def _turn(axis: Array, angle: float) -> Array:
-    """A rotation about a unit vector, by the formula of Rodrigues."""
+    """Return the rotation about a unit vector by Rodrigues' formula."""
     x, y, z = axis.tolist()
     cos, sin = math.cos(angle), math.sin(angle)
     rest = 1.0 - cos
@@ -154,7 +157,7 @@ def _turn(axis: Array, angle: float) -> Array:
 
 
 def _turns(axis: Array, angles: Array) -> Array:
-    """Rotations about one unit vector, shape (m, 4, 4)."""
+    """Return the rotations about a unit vector, shape (m, 4, 4)."""
     x, y, z = axis.tolist()
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     turns = np.zeros((len(angles), 4, 4))
@@ -164,16 +167,17 @@ def _turns(axis: Array, angles: Array) -> Array:
     return turns
 
 
-def _way(robot: Element, base_link: str, tool_link: str) -> list[Element]:
-    """The joints from base to tool, in order."""
-    parents = {_end(joint, "child"): joint for joint in robot.iter("joint")}
+def _joints_between(robot: Element, base_link: str, tool_link: str) -> list[Element]:
+    """Return the joints from base to tool, in order."""
     way: list[Element] = []
     link = tool_link
-    while link != base_link:
-        if link not in parents:
-            raise ValueError(f"no joints lead from {base_link} to {tool_link}: nothing holds {link}")
-        way.append(parents[link])
-        link = _end(parents[link], "parent")
+    for joint in _joints_above(tool_link, _parent_joints(robot)):
+        if link == base_link:
+            break
+        way.append(joint)
+        link = _end(joint, "parent")
+    if link != base_link:
+        raise ValueError(f"no joints lead from {base_link} to {tool_link}: {link} has no parent joint")
     return way[::-1]
 
 
@@ -183,7 +187,7 @@ def _end(joint: Element, which: str) -> str:
 
 
 def _links(way: list[Element]) -> tuple[list[_Link], Array]:
-    """The joints that move, and the pose of the tool in the last of them."""
+    """Return the movable joints, and the pose of the tool in the last of them."""
     links, mount = [], np.eye(4)
     for joint in way:
         mount = mount @ _origin(joint)
@@ -216,7 +220,7 @@ def _limits(moving: list[Element]) -> Limits:
 
     found = Limits(values("lower"), values("upper"), values("velocity"))
     if not np.isfinite([found.lower, found.upper, found.speed]).all():
-        raise ValueError("a joint lacks the limits `lower`, `upper` or `velocity`")
+        raise ValueError("missing limit `lower`, `upper` or `velocity` of a joint")
     return found
 
 
@@ -224,10 +228,65 @@ def _limit_elements(moving: list[Element]) -> Iterator[Element]:
     for joint in moving:
         limit = joint.find("limit")
         if limit is None:
-            raise ValueError(f"the joint {joint.get('name')} has no limits")
+            raise ValueError(f"missing limits of joint {joint.get('name')}")
         yield limit
 
 
 def _vector(text: str) -> Vector:
     x, y, z = map(float, text.split())
     return (x, y, z)
+
+
+def colliding_pairs(urdf: str) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of links with shapes that are more than `NEAR` movable joints apart."""
+    robot = ElementTree.fromstring(urdf)
+    parents = _parent_joints(robot)
+    solid = [link.get("name", "") for link in robot.findall("link") if link.find("collision") is not None]
+    depths = {link: _depths(link, parents) for link in solid}
+    return tuple(
+        (first, second) for first, second in combinations(solid, 2) if _apart(depths[first], depths[second]) > NEAR
+    )
+
+
+def joint_counts(urdf: str, joints: Sequence[str]) -> dict[str, int]:
+    """Return the number of joints, in order from the base, that move each link."""
+    counts: dict[str, int] = {}
+    parents = _parent_joints(ElementTree.fromstring(urdf))
+    for link in parents:
+        names = (joint.get("name", "") for joint in _joints_above(link, parents))
+        moving = next((name for name in names if name in joints), None)
+        if moving is not None:
+            counts[link] = joints.index(moving) + 1
+    return counts
+
+
+def gripper_links(urdf: str, fingers: tuple[str, ...]) -> frozenset[str]:
+    """Return the fingers of a gripper and the links that they slide on."""
+    parents = _parent_joints(ElementTree.fromstring(urdf))
+    return frozenset(fingers) | {_end(parents[finger], "parent") for finger in fingers if finger in parents}
+
+
+def _parent_joints(robot: Element) -> dict[str, Element]:
+    """Return the joint above each link except the base."""
+    return {child: joint for joint in robot.iter("joint") if (child := _end(joint, "child"))}
+
+
+def _joints_above(link: str, parents: Mapping[str, Element]) -> Iterator[Element]:
+    """Yield the joints between a link and the base, from the link."""
+    while link in parents:
+        yield parents[link]
+        link = _end(parents[link], "parent")
+
+
+def _depths(link: str, parents: Mapping[str, Element]) -> dict[str, int]:
+    """Return the number of movable joints between a link and each of its ancestors, including itself."""
+    depths, joints = {link: 0}, 0
+    for joint in _joints_above(link, parents):
+        joints += joint.get("type") != "fixed"
+        depths[_end(joint, "parent")] = joints
+    return depths
+
+
+def _apart(first: Mapping[str, int], second: Mapping[str, int]) -> int:
+    """Return the number of movable joints between two links."""
+    return min(depth + second[link] for link, depth in first.items() if link in second)

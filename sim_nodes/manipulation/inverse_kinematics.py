@@ -1,11 +1,10 @@
-"""Inverse kinematics: damped least squares from a start, and several starts where one is not enough.
+"""Inverse kinematics: damped least squares from one or several starts.
 
-Own code, because it is the engines' common ground: those that come with engines differ, or need one of them. Steps
-are those of Levenberg and Marquardt; joints are clipped at their limits. A solution depends on where the search
-starts, so that one that starts at the present configuration stays on its branch.
+Own code, because engines differ in theirs or have none. Steps follow Levenberg and Marquardt; joints are clipped
+at their limits. The solution depends on the start: a search from the present configuration stays on its branch.
 
-Where the first starts lead to nothing, many more are tried: a search from one start comes to a solution in one of
-ten cases for arms of seven joints with narrow limits.
+If the first starts fail, many more are tried: for arms of seven joints with narrow limits, one start in ten leads
+to a solution.
 """
 
 from __future__ import annotations
@@ -22,25 +21,25 @@ from sim_nodes.noise import Noise
 POSITION_TOLERANCE = 1e-6  # [m]
 ANGLE_TOLERANCE = 1e-6  # [rad]
 MAX_ITERATIONS = 60
-MAX_STEP = 0.5  # [rad] of a joint in one iteration
+MAX_STEP = 0.5  # [rad] of a joint per iteration
 MIN_DAMPING, MAX_DAMPING = 1e-6, 1e3
-STARTS = 16  # drawn at random beside the given ones
-MORE_STARTS, BATCH = 512, 128  # that are tried where those lead to nothing, and how many of them at once
-HALF_TURN = 1e-6  # sine of an angle at which a rotation is nearly none, or half a turn
-NEAR = 1e-2  # [m], [rad] of an error from which `solve` comes to a solution
-SAME = 1e-3  # [rad]; solutions that are nearer than this are one
+STARTS = 16  # random starts beside the given ones
+MORE_STARTS, BATCH = 512, 128  # further starts if those fail, and their batch size
+HALF_TURN = 1e-6  # sine of an angle at which a rotation is near none or half a turn
+NEAR = 1e-2  # [m], [rad] error from which `solve` reaches a solution
+SAME = 1e-3  # [rad] distance below which solutions are the same
 
 
 def solve(chain: Chain, target: Array, start: Array) -> Array | None:
-    """The configuration at which the tool has a pose, found from a start.
+    """Search the configuration at which the tool has a pose, from a start.
 
     Args:
         chain: The arm.
         target: Pose of the tool in the base, shape (4, 4).
-        start: Configuration to begin at, within the limits.
+        start: Configuration within the limits.
 
     Returns:
-        The configuration within the limits; None where the search does not lead to one.
+        Configuration within the limits; None if the search fails.
     """
     configuration, damping = start, 1e-3
     pose, jacobian = chain.jacobian(configuration)
@@ -64,14 +63,14 @@ def solve(chain: Chain, target: Array, start: Array) -> Array | None:
 
 
 def solutions(chain: Chain, target: Array, start: Array, home: Array, noise: Noise) -> Iterator[Array]:
-    """Configurations at which the tool has a pose: that which a start leads to, then others, the nearest first.
+    """Yield configurations at which the tool has a pose: that found from `start`, then others, nearest first.
 
     Args:
         chain: The arm.
         target: Pose of the tool in the base, shape (4, 4).
-        start: Where the arm is.
-        home: A posture that the arm likes.
-        noise: Gives further starts.
+        start: Present configuration.
+        home: Preferred posture.
+        noise: Source of further starts.
     """
     first = solve(chain, target, start)
     found = [] if first is None else [nearest_turns(chain, first, start)]
@@ -91,15 +90,15 @@ def solutions(chain: Chain, target: Array, start: Array, home: Array, noise: Noi
 
 
 def out_of_reach(chain: Chain, target: Array) -> float:
-    """How far a pose is beyond the stretched arm [m]; 0 where that does not rule it out."""
+    """Return the distance of a pose beyond the stretched arm [m]; 0 if the pose may be reachable."""
     return max(0.0, float(np.linalg.norm(target[:3, 3] - chain.shoulder)) - chain.reach)
 
 
 def _search(chain: Chain, target: Array, start: Array, noise: Noise) -> list[Array]:
-    """Solutions from many starts; those of the first batch in which there are any."""
+    """Return solutions from many starts: those of the first batch with any."""
     if out_of_reach(chain, target) > 0.0:
         return []
-    # A joint that makes less than a turn has all its range, since no other position is the same posture.
+    # A joint with less than a full turn keeps its range, because no other position is the same posture.
     is_free = chain.limits.upper - chain.limits.lower >= 2.0 * math.pi
     lower = np.where(is_free, np.maximum(chain.limits.lower, -math.pi), chain.limits.lower)
     upper = np.where(is_free, np.minimum(chain.limits.upper, math.pi), chain.limits.upper)
@@ -118,7 +117,7 @@ def _search(chain: Chain, target: Array, start: Array, noise: Noise) -> list[Arr
 
 
 def _approach(chain: Chain, target: Array, starts: Array) -> Array:
-    """Do what `solve` does from many starts at once; returns the configurations that come near the target."""
+    """Search from many starts at once as `solve` does; returns the configurations near the target."""
     configurations, damping = starts, np.full(len(starts), 1e-3)
     poses, jacobians = chain.jacobians(configurations)
     errors = _errors(poses, target)
@@ -147,7 +146,7 @@ def _approach(chain: Chain, target: Array, starts: Array) -> Array:
 
 
 def _errors(poses: Array, target: Array) -> Array:
-    """As `_error`, of many poses, shape (m, 6)."""
+    """Return the errors of many poses as `_error` does, shape (m, 6)."""
     turns = target[:3, :3] @ poses[:, :3, :3].transpose(0, 2, 1)
     skew = np.stack(
         [turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]], axis=1
@@ -155,20 +154,20 @@ def _errors(poses: Array, target: Array) -> Array:
     sine = np.linalg.norm(skew, axis=1) / 2.0
     angle = np.arctan2(sine, (turns.trace(axis1=1, axis2=2) - 1.0) / 2.0)
     vectors = skew * (angle / np.maximum(2.0 * sine, 1e-12))[:, None]
-    for index in np.flatnonzero(sine <= HALF_TURN):  # where that says little
+    for index in np.flatnonzero(sine <= HALF_TURN):  # ill-conditioned there
         vectors[index] = rotation_vector(turns[index])
     return np.concatenate([target[:3, 3] - poses[:, :3, 3], vectors], axis=1)
 
 
 def nearest_turns(chain: Chain, configuration: Array, start: Array) -> Array:
-    """The same postures of the links with each joint as near to a start as its limits allow whole turns."""
+    """Shift each joint by whole turns within its limits to be nearest to a start."""
     turn = 2.0 * math.pi
     near = configuration + turn * np.round((start - configuration) / turn)
     return np.where((near >= chain.limits.lower) & (near <= chain.limits.upper), near, configuration)
 
 
 def pose_error(pose: Array, target: Array) -> tuple[float, float]:
-    """How far a pose is from another: distance [m] and angle [rad]."""
+    """Return the distance [m] and angle [rad] between two poses."""
     error = _error(pose, target)
     return float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
 
@@ -178,12 +177,12 @@ def _is_small(error: Array) -> bool:
 
 
 def _error(pose: Array, target: Array) -> Array:
-    """The motion that leads from one pose to another: translation [m] and rotation vector [rad], shape (6,)."""
+    """Return the motion from one pose to another: translation [m] and rotation vector [rad], shape (6,)."""
     return np.concatenate([target[:3, 3] - pose[:3, 3], rotation_vector(target[:3, :3] @ pose[:3, :3].T)])
 
 
 def rotation_vector(rotation: Array) -> Array:
-    """Axis times angle [rad] of a (3, 3) rotation matrix, shape (3,)."""
+    """Return axis times angle [rad] of a (3, 3) rotation matrix, shape (3,)."""
     skew = np.array(
         [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
     )
@@ -193,7 +192,7 @@ def rotation_vector(rotation: Array) -> Array:
         return skew * (angle / (2.0 * sine))
     if cosine > 0.0:
         return skew / 2.0
-    # Half a turn: the axis is the column of (R + 1) / 2 that is longest.
+    # Half a turn: the axis is the longest column of (R + 1) / 2.
     columns = (rotation + np.eye(3)) / 2.0
     axis = columns[:, int(np.argmax(np.diag(columns)))]
     return angle * axis / np.linalg.norm(axis)

@@ -1,7 +1,7 @@
-"""Paths for an arm that are checked before it moves: within limits, and free of collisions.
+"""Planning of arm paths, checked for limits and collisions before the arm moves.
 
-A path that would collide is refused, not led around what is in the way. What is in the way now, as after something
-was gripped from a table, does not count as long as the arm does not go deeper into it.
+A colliding path is refused; detours are not planned. Present overlaps, as after gripping from a table, are
+ignored as long as the arm does not go deeper.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seoro.bridges.wire import ArmResult, Result
+from seoro.bridges.wire import ArmResult
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.geometry import Array, quaternion_of, rotation_matrix
-from sim_nodes.manipulation.chain import Chain, inverse, pose_matrix
+from sim_nodes.geometry import Array, quaternion_of, rotation_matrix, vector
+from sim_nodes.manipulation.chain import Chain, colliding_pairs, gripper_links, inverse, pose_matrix
 from sim_nodes.manipulation.inverse_kinematics import (
     MORE_STARTS,
     STARTS,
@@ -25,64 +25,65 @@ from sim_nodes.manipulation.inverse_kinematics import (
     solutions,
     solve,
 )
-from sim_nodes.manipulation.links import colliding_pairs, hand
 from sim_nodes.manipulation.trajectory import Path
 from sim_nodes.noise import Noise
-from sim_nodes.physics import OVERLAP, BodyState, Carried, Engine, Overlap, PlacedRobot
+from sim_nodes.physics import MAX_OVERLAP, BodyState, CarriedBody, Engine, Overlap, PlacedRobot
+from sim_nodes.refusals import operation_failed
 from sim_nodes.robots.declaration import ArmDeclaration
 
-CHECK_STEP = 0.01  # [rad] that a joint moves between two configurations that are checked for collisions
-OWN_CHECKS = 5  # to every how many of them collisions of the arm with itself are looked for, which take longer
+CHECK_STEP = 0.01  # [rad] of a joint between two collision checks
+OWN_CHECKS = 5  # collision checks per self-collision check, which takes longer
 LINE_STEP, LINE_TURN = 0.01, 0.05  # [m], [rad] between two poses of a straight line
-FLIP = 0.3  # [rad]; a joint that moves more than this within one step of a line turns the arm over
-CARRIED_OVERLAP = 4e-3  # [m] that what is carried may go into something, such as what it is put on
-DEEPER = 1e-3  # [m] that the arm may go deeper into what it is in already
-CANDIDATES = 8  # solutions of the inverse kinematics that are tried
+FLIP = 0.3  # [rad]; a joint that moves more within one step of a line flips the arm
+CARRIED_OVERLAP = 4e-3  # [m] overlap allowed for a carried body, such as with the table it is put on
+DEEPER = 1e-3  # [m] by which present overlaps may grow
+CANDIDATES = 8  # inverse kinematics solutions that are tried
 
 
 @dataclass(frozen=True)
-class Load:
-    """What an arm carries: name of the entity, and its pose in the tool, shape (4, 4)."""
+class AttachedObject:
+    """A carried entity: its name and its pose in the tool, shape (4, 4)."""
 
     name: str
     pose_in_tool: Array
 
 
 @dataclass(frozen=True)
-class Circumstances:
-    """What a path begins with.
+class PlanningScene:
+    """Start and surroundings of a path.
 
-    `start` is the configuration of the arm [rad]; `may_touch` are entities that it may collide with.
+    `start` is the configuration of the arm [rad], `load` the carried entity; `may_touch` are entities that
+    the arm may collide with.
     """
 
     start: Array
-    load: Load | None = None
+    load: AttachedObject | None = None
     may_touch: frozenset[str] = frozenset()
 
 
 class Planner:
-    """Finds paths for one arm.
+    """Plans paths for one arm.
 
     Args:
-        placed: The robot that has it.
-        arm: What is declared of it.
-        engine: The engine that it is in.
+        placed: Robot that has the arm.
+        arm: Declaration of the arm.
+        engine: Engine that checks collisions.
     """
 
     def __init__(self, placed: PlacedRobot, arm: ArmDeclaration, engine: Engine) -> None:
         self._robot, self._engine = placed.name, engine
         urdf, names = placed.declaration.urdf, [joint.name for joint in arm.joints]
         self.chain = Chain(urdf, placed.declaration.base_link, arm.tool_link, names)
-        self._own, self._hand = colliding_pairs(urdf), hand(urdf, arm.gripper.links)
+        self._own, self._hand = colliding_pairs(urdf), gripper_links(urdf, arm.gripper.links)
         self._home = np.array([joint.home for joint in arm.joints])
-        self._noise = Noise(0, f"{placed.name}/inverse kinematics")  # whatever the seed: what is found decides
+        self._noise = Noise(0, f"{placed.name}/inverse kinematics")  # independent of the seed, so that plans are
         self.pose_base_in_map = pose_matrix(placed.state.position, rotation_matrix(placed.state.orientation))
 
-    def through(self, now: Circumstances, configurations: Sequence[Array]) -> Path:
-        """The path through configurations.
+    def through(self, now: PlanningScene, configurations: Sequence[Array]) -> Path:
+        """Return the path through configurations.
 
         Raises:
-            RequestRefused: One is out of the limits, or the arm would collide on the way.
+            RequestRefused: A configuration is out of limits, or the path collides.
         """
         for configuration in configurations:
             self._check_limits(configuration)
@@ -94,11 +95,11 @@ class Planner:
         self._check_collisions(path, now)
         return path
 
-    def to_pose(self, now: Circumstances, target: Array) -> Path:
-        """A path to a pose of the tool in the map, shape (4, 4), on which all joints move evenly.
+    def to_pose(self, now: PlanningScene, target: Array) -> Path:
+        """Return a path to a pose of the tool in `map`, shape (4, 4), straight in joint space.
 
         Raises:
-            RequestRefused: The pose is out of reach, or the arm would collide on all ways that were found.
+            RequestRefused: The pose is out of reach, or all candidate paths collide.
         """
         aim = inverse(self.pose_base_in_map) @ target
         refused: RequestRefused | None = None
@@ -108,26 +109,26 @@ class Planner:
                 return self.through(now, [configuration])
             except RequestRefused as error:
                 refused = refused or error
-        raise refused or RequestRefused(ArmResult.UNREACHABLE, self._unreached(target, aim))
+        raise refused or RequestRefused(ArmResult.UNREACHABLE, self._describe_unreachable(target, aim))
 
-    def _unreached(self, target: Array, aim: Array) -> str:
-        """Why there is no way to a pose: it is proved to be out of reach, or was not found."""
+    def _describe_unreachable(self, target: Array, aim: Array) -> str:
+        """Return a text for an unreachable pose: proved to be out of reach, or no solution found."""
         beyond = out_of_reach(self.chain, aim)
         if beyond > 0.0:
             return (
-                f"the tool of {self._robot} cannot reach {_place(target)}, which is {beyond:.3f} m beyond the "
+                f"the tool of {self._robot} cannot reach {_place(target)}: {beyond:.3f} m beyond the "
                 f"stretched arm of {self.chain.reach:.3f} m"
             )
         return (
-            f"the tool of {self._robot} cannot reach {_place(target)} in this orientation: no posture was found "
+            f"the tool of {self._robot} cannot reach {_place(target)} in this orientation: no solution was found "
             f"from {STARTS + MORE_STARTS + 2} starts"
         )
 
-    def straight(self, now: Circumstances, target: Array) -> Path:
-        """The path on which the tool moves in a straight line to a pose in the map, shape (4, 4).
+    def straight(self, now: PlanningScene, target: Array) -> Path:
+        """Return the path on which the tool moves straight to a pose in `map`, shape (4, 4).
 
         Raises:
-            RequestRefused: The tool cannot follow that line, or the arm would collide.
+            RequestRefused: The tool cannot follow the line, or the arm would collide.
         """
         start = self.chain.tool_pose(now.start)
         aim = inverse(self.pose_base_in_map) @ target
@@ -144,8 +145,8 @@ class Planner:
                 raise RequestRefused(
                     ArmResult.UNREACHABLE,
                     f"the tool of {self._robot} cannot follow the straight line to {_place(target)} beyond "
-                    f"{length * (step - 1) / steps:.2f} m of {length:.2f} m: the arm does not reach farther, "
-                    "or would have to turn over",
+                    f"{length * (step - 1) / steps:.2f} m of {length:.2f} m: it is out of reach, "
+                    "or the arm would flip",
                 )
             way.append(found)
         return self.through(now, way[1:])
@@ -160,10 +161,11 @@ class Planner:
             if not lower <= position <= upper:
                 raise RequestRefused(
                     ArmResult.OUT_OF_LIMITS,
-                    f"{name} of {self._robot} goes from {lower:.3f} to {upper:.3f} rad, not to {position:.3f} rad",
+                    f"invalid position {position:.3f} rad of {name} of {self._robot}; "
+                    f"expected {lower:.3f} to {upper:.3f} rad",
                 )
 
-    def _check_collisions(self, path: Path, now: Circumstances) -> None:
+    def _check_collisions(self, path: Path, now: PlanningScene) -> None:
         present = self._overlaps(now.start, now, self._own)
         allowed = {(it.link, it.other): it.depth + DEEPER for it in present}
         for index, place in enumerate(self._places(path)):
@@ -172,7 +174,7 @@ class Planner:
                 if overlap.other in now.may_touch:
                     continue
                 is_load = now.load is not None and overlap.link == now.load.name
-                limit = CARRIED_OVERLAP if is_load else OVERLAP
+                limit = CARRIED_OVERLAP if is_load else MAX_OVERLAP
                 if overlap.depth > max(limit, allowed.get((overlap.link, overlap.other), 0.0)):
                     what = f"{overlap.link!r}, which it holds," if is_load else overlap.link
                     raise RequestRefused(
@@ -181,41 +183,40 @@ class Planner:
                     )
 
     def _places(self, path: Path) -> list[float]:
-        """Where on a path collisions are looked for, its end first, which is what is wrong most often."""
+        """Return the positions of collision checks on a path; the end first, which collides most often."""
         ways = np.abs(np.diff([path.at(knot) for knot in path.knots.tolist()], axis=0)).max(axis=1)
         count = max(1, math.ceil(float(ways.sum()) / CHECK_STEP))
         places: list[float] = np.linspace(0.0, 1.0, count + 1)[1:].tolist()
         return [places[-1], *places[:-1]]
 
     def _overlaps(
-        self, configuration: Array, now: Circumstances, own: tuple[tuple[str, str], ...]
+        self, configuration: Array, now: PlanningScene, own: tuple[tuple[str, str], ...]
     ) -> tuple[Overlap, ...]:
         found = self._engine.arm_overlaps(self._robot, configuration, own, self._carried(configuration, now))
         return tuple(it for it in found if not self._is_grip(it, now))
 
-    def _carried(self, configuration: Array, now: Circumstances) -> Carried | None:
+    def _carried(self, configuration: Array, now: PlanningScene) -> CarriedBody | None:
         if now.load is None:
             return None
         pose = self.pose_base_in_map @ self.chain.tool_pose(configuration) @ now.load.pose_in_tool
-        x, y, z = pose[:3, 3].tolist()
-        return Carried(now.load.name, BodyState((x, y, z), quaternion_of(pose[:3, :3])))
+        return CarriedBody(now.load.name, BodyState(vector(pose[:3, 3]), quaternion_of(pose[:3, :3])))
 
-    def _is_grip(self, overlap: Overlap, now: Circumstances) -> bool:
-        """Whether it is of the gripper with what it holds."""
+    def _is_grip(self, overlap: Overlap, now: PlanningScene) -> bool:
+        """Whether it is an overlap of the gripper with the held entity."""
         return now.load is not None and overlap.link == now.load.name and overlap.other in self._hand
 
 
 def check_count(robot: str, names: Sequence[str], positions: Sequence[float]) -> None:
-    """Refuse positions that are not one for each joint, or no numbers."""
+    """Refuse positions that are not one finite number for each joint."""
     if len(positions) != len(names) or not all(map(math.isfinite, positions)):
-        raise RequestRefused(
-            Result.OPERATION_FAILED,
-            f"{robot} takes a finite position for each of {', '.join(names)}, not {list(positions)}",
+        raise operation_failed(
+            f"invalid positions {list(positions)} for {robot}; "
+            f"expected a finite number for each of {', '.join(names)}"
         )
 
 
 def _rotation(vector: Array) -> Array:
-    """The (3, 3) matrix of a rotation vector [rad]."""
+    """Return the (3, 3) matrix of a rotation vector [rad]."""
     angle = float(np.linalg.norm(vector))
     if angle == 0.0:
         return np.eye(3)
@@ -224,7 +225,7 @@ def _rotation(vector: Array) -> Array:
 
 
 def _along(place: float) -> str:
-    return "at its goal" if place == 1.0 else f"after {place:.0%} of its way"
+    return "at its goal" if place == 1.0 else f"after {place:.0%} of its path"
 
 
 def _place(pose: Array) -> str:

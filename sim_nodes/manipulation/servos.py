@@ -1,12 +1,14 @@
-"""The motors of an arm's joints, which pull these to positions, and the brakes that hold them without power."""
+"""Motors of an arm's joints and of a gripper's fingers; without power, brakes hold the joints."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array
-from sim_nodes.manipulation.trajectory import Moment
+from sim_nodes.manipulation.trajectory import TrajectoryPoint
 from sim_nodes.physics import Engine
 from sim_nodes.stateful import Stateful
 
@@ -16,59 +18,119 @@ class Servos(Stateful):
 
     Args:
         robot: Name of the robot.
-        count: How many joints it has, besides fingers.
-        engine: The engine that it is in.
+        count: Number of joints, without fingers.
+        engine: Engine that simulates it.
 
     Attributes:
-        command: What they were commanded last.
-        wanted: Speed of the joint that was to move fastest in the last tick [rad/s].
+        command: The last command.
+        commanded_speed: Commanded speed of the fastest joint in the last tick [rad/s].
     """
 
-    STATE = ("command", "wanted", "_has_power", "_is_direct")
+    STATE = ("command", "commanded_speed", "_has_power", "_is_passthrough")
 
     quantity = Quantity.ANGLE
 
     def __init__(self, robot: str, count: int, engine: Engine) -> None:
         self._robot, self._count, self._engine = robot, count, engine
-        self.command = Moment(self._positions(), np.zeros(count))
-        self.wanted = 0.0
+        self.command = TrajectoryPoint(self._positions(), np.zeros(count))
+        self.commanded_speed = 0.0
         self._has_power = True
-        self._is_direct = True  # whether they are told at once what is commanded
+        self._is_passthrough = True  # whether commands reach the motors at once
 
     def _positions(self) -> Array:
         return self._engine.joint_states(self._robot).positions[: self._count]
 
-    def pull(self, moment: Moment) -> None:
-        """Command what the joints are to do until the next tick."""
+    def set_command(self, moment: TrajectoryPoint) -> None:
+        """Command the joints until the next tick."""
         self.command = moment
-        self.wanted = float(np.abs(moment.velocities).max())
-        if self._is_direct and self._has_power:
+        self.commanded_speed = float(np.abs(moment.velocities).max())
+        if self._is_passthrough and self._has_power:
             self._engine.command_joints(self._robot, *moment)
 
-    def numbers(self, command: Moment) -> Array:
-        """See `Commanded`."""
+    def to_array(self, command: TrajectoryPoint) -> Array:
+        """See `MotorGroup`."""
         return command.positions
 
-    def with_numbers(self, command: Moment, numbers: Array) -> Moment:
-        """See `Commanded`."""
-        return Moment(numbers, command.velocities)
+    def with_array(self, command: TrajectoryPoint, numbers: Array) -> TrajectoryPoint:
+        """See `MotorGroup`."""
+        return TrajectoryPoint(numbers, command.velocities)
 
-    def direct(self, on: bool) -> None:
-        """See `Commanded`."""
-        self._is_direct = on
-        self.tell(self.command)
+    def set_passthrough(self, on: bool) -> None:
+        """See `MotorGroup`."""
+        self._is_passthrough = on
+        self.apply_command(self.command)
 
-    def tell(self, command: Moment) -> None:
-        """See `Commanded`. Joints go to the positions and stay there, since nothing more may come."""
+    def apply_command(self, command: TrajectoryPoint) -> None:
+        """See `MotorGroup`. Joints go to the positions and stay there, because further commands may be lost."""
         if self._has_power:
             self._engine.command_joints(self._robot, command.positions, np.zeros(self._count))
 
-    def power(self, on: bool) -> None:
-        """Cut off the power of the joints, whose brakes hold them then, or bring it back."""
+    def set_power(self, on: bool) -> None:
+        """Switch the power of the joints; without it, their brakes hold them."""
         if self._has_power and not on:
             self._engine.command_joints(self._robot, self._positions(), np.zeros(self._count))
         self._has_power = on
 
-    def moving(self) -> float:
-        """Speed of the joint that moves fastest [rad/s]."""
+    def fastest(self) -> float:
+        """Return the speed of the fastest joint [rad/s]."""
         return float(np.abs(self._engine.joint_states(self._robot).velocities[: self._count]).max())
+
+
+class FingerCommand(NamedTuple):
+    """Target opening of the fingers [m], and maximum force of each [N]."""
+
+    opening: float
+    force: float
+
+
+class Fingers(Stateful):
+    """The motors of a gripper's fingers.
+
+    Args:
+        robot: Name of the robot.
+        engine: Engine that simulates it.
+        first: Initial command.
+
+    Attributes:
+        command: The last command.
+        has_power: Whether they have power; without it they hold their positions.
+    """
+
+    STATE = ("command", "has_power", "_is_passthrough")
+
+    quantity = Quantity.LENGTH
+
+    def __init__(self, robot: str, engine: Engine, first: FingerCommand) -> None:
+        self._robot, self._engine = robot, engine
+        self.command = first
+        self.has_power = True
+        self._is_passthrough = True  # whether commands reach the motors at once
+
+    def set_command(self, opening: float, force: float) -> None:
+        """Command the fingers."""
+        self.command = FingerCommand(opening, force)
+        if self._is_passthrough:
+            self.apply_command(self.command)
+
+    def hold_position(self, opening: float, force: float) -> None:
+        """Stop the fingers at once, bypassing the command pipeline."""
+        self.command = FingerCommand(opening, force)
+        self.apply_command(self.command)
+
+    def to_array(self, command: FingerCommand) -> Array:
+        """See `MotorGroup`."""
+        return np.array([command.opening])
+
+    def with_array(self, command: FingerCommand, numbers: Array) -> FingerCommand:
+        """See `MotorGroup`."""
+        return FingerCommand(float(numbers[0]), command.force)
+
+    def set_passthrough(self, on: bool) -> None:
+        """See `MotorGroup`."""
+        self._is_passthrough = on
+        self.apply_command(self.command)
+
+    def apply_command(self, command: FingerCommand) -> None:
+        """See `MotorGroup`."""
+        if self.has_power:
+            self._engine.command_fingers(self._robot, command.opening / 2.0, command.force)

@@ -1,8 +1,8 @@
-"""Models in URDF (http://wiki.ros.org/urdf/XML): rigid bodies, of one link or of links at fixed joints.
+"""Models in URDF (http://wiki.ros.org/urdf/XML): rigid bodies of one link, or of links with fixed joints.
 
-What cannot be simulated in every engine is refused by name: joints that move, meshes, extensions for simulators.
-Pictures show what collides, opaque, in the colour of the first visual that has one; what else visuals have is
-allowed without effect, and so are matrices of inertia, which follow from mass and shapes here.
+Parts that some engine cannot simulate are refused by name: movable joints, meshes, extensions. Images
+show the collision shapes, opaque, in the colour of the first visual that has one. Accepted without effect are
+other parts of visuals, and inertia matrices, which follow from mass and shapes here.
 """
 
 from __future__ import annotations
@@ -12,27 +12,7 @@ from typing import Any
 
 from sim_nodes.colours import Colour
 from sim_nodes.geometry import quaternion
-from sim_nodes.models.reading import (
-    INERTIAS,
-    MASSES,
-    MAX_DEPTH,
-    ORIGIN,
-    SIZES,
-    Frame,
-    body_of,
-    check_centre,
-    check_children,
-    check_inertia,
-    inside,
-    named,
-    no_meshes,
-    numbers,
-    read_colour,
-    symmetric,
-    vector,
-    weighed,
-    wrong,
-)
+from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
 
 ROBOT_ELEMENTS = frozenset({"link", "joint", "material"})
@@ -41,48 +21,48 @@ SHAPES = "box, cylinder or sphere"
 
 
 def read_urdf(root: Any, *, static: bool) -> BodyModel:
-    """The body that a URDF file describes.
+    """Read the body of a URDF file.
 
     Args:
-        root: Its root element.
-        static: Whether it is to stand fixed; then it needs no masses.
+        root: Root element.
+        static: Whether the body is static; then it needs no masses.
 
     Raises:
-        RequestRefused: It has something that is not supported.
+        RequestRefused: The model is invalid or has unsupported parts.
     """
-    check_children(root, ROBOT_ELEMENTS)
+    xml.check_children(root, ROBOT_ELEMENTS)
     links = {link.get("name"): link for link in root.findall("link")}
     if len(links) != len(root.findall("link")) or None in links:
-        raise wrong("each <link> has to have a name of its own")
+        raise xml.invalid("missing or duplicate name of a <link>")
     parts: list[Part] = []
     for name, frame in _frames(root, links):
         parts += _parts(links[name], frame, static=static)
-    return body_of(tuple(parts), static=static, colour=_colour(root))
+    return xml.body_of(tuple(parts), static=static, colour=_colour(root))
 
 
-def _frames(root: Any, links: dict[str, Any]) -> Iterator[tuple[str, Frame]]:
-    """Each link with its frame in that of the link that everything hangs on."""
-    hung: dict[str, tuple[str, Frame]] = {}
+def _frames(root: Any, links: dict[str, Any]) -> Iterator[tuple[str, xml.Frame]]:
+    """Yield each link with its frame in that of the root link."""
+    hung: dict[str, tuple[str, xml.Frame]] = {}
     for joint in root.findall("joint"):
         kind = joint.get("type")
         if kind != "fixed":
-            raise wrong(f"{named(joint)} is of type {kind!r}: bodies are rigid here, joints have to be 'fixed'")
+            raise xml.invalid(f"{xml.label(joint)} has the unsupported type {kind!r}; expected 'fixed'")
         parent, child = (_link_of(joint, tag, links) for tag in ("parent", "child"))
         if child in hung:
-            raise wrong(f"the link {child!r} is the child of two joints")
+            raise xml.invalid(f"link {child!r} is the child of two joints")
         hung[child] = (parent, read_origin(joint))
     roots = [name for name in links if name not in hung]
     if len(roots) != 1:
-        raise wrong(f"the model has {len(roots)} links that hang on no other: it has to have one")
+        raise xml.invalid(f"found {len(roots)} root links in the model; expected one")
     for name in links:
-        frame, link = ORIGIN, name
-        for _ in range(MAX_DEPTH):
+        frame, link = xml.ORIGIN, name
+        for _ in range(xml.MAX_DEPTH):
             if link not in hung:
                 break
             link, origin = hung[link]
-            frame = inside(origin, frame)
+            frame = xml.compose_frames(origin, frame)
         else:
-            raise wrong(f"the link {name!r} hangs on itself, or on more than {MAX_DEPTH} others")
+            raise xml.invalid(f"link {name!r} is its own ancestor, or has more than {xml.MAX_DEPTH} ancestors")
         yield name, frame
 
 
@@ -90,57 +70,57 @@ def _link_of(joint: Any, tag: str, links: dict[str, Any]) -> str:
     element = joint.find(tag)
     name = None if element is None else element.get("link")
     if name not in links:
-        raise wrong(f"{named(joint)}: there is no link {name!r} to be its {tag}")
+        raise xml.invalid(f"{xml.label(joint)}: unknown {tag} link {name!r}")
     return str(name)
 
 
 def _colour(root: Any) -> Colour | None:
-    """The colour of the first visual that has one, of its own or by the name of a material."""
+    """Return the colour of the first visual that has one, directly or by the name of a material."""
     known = {material.get("name"): material for material in root.findall("material")}
     for material in root.findall("link/visual/material"):
         colour = material.find("color")
         if colour is None and material.get("name") in known:
             colour = known[material.get("name")].find("color")
         if colour is not None:
-            return read_colour(colour.get("rgba"), "rgba of <color>")
+            return xml.read_colour(colour.get("rgba"), "rgba of <color>")
     return None
 
 
-def read_origin(element: Any) -> Frame:
-    """The frame that an element's <origin> says, or that of what it belongs to."""
+def read_origin(element: Any) -> xml.Frame:
+    """Return the frame of an element's <origin>, or the identity."""
     origin = element.find("origin")
     if origin is None:
-        return ORIGIN
-    roll, pitch, yaw = vector(origin.get("rpy", "0 0 0"), f"rpy of {named(element)}")
-    return vector(origin.get("xyz", "0 0 0"), f"xyz of {named(element)}"), quaternion(roll, pitch, yaw)
+        return xml.ORIGIN
+    roll, pitch, yaw = xml.vector(origin.get("rpy", "0 0 0"), f"rpy of {xml.label(element)}")
+    return xml.vector(origin.get("xyz", "0 0 0"), f"xyz of {xml.label(element)}"), quaternion(roll, pitch, yaw)
 
 
-def _parts(link: Any, frame: Frame, *, static: bool) -> tuple[Part, ...]:
-    check_children(link, LINK_ELEMENTS)
+def _parts(link: Any, frame: xml.Frame, *, static: bool) -> tuple[Part, ...]:
+    xml.check_children(link, LINK_ELEMENTS)
     own = [_part(collision) for collision in link.findall("collision")]
     inertial = link.find("inertial")
     _check_inertia(link)
     if own and not static:
         if inertial is None:
-            raise wrong(f"{named(link)} collides, but has no <inertial> with a <mass>")
-        own = list(weighed(own, _mass(link, inertial)))
-        check_centre(named(link), read_origin(inertial)[0], own)
+            raise xml.invalid(f"{xml.label(link)} has a <collision>, but no <inertial> with a <mass>")
+        own = list(xml.with_masses(own, _mass(link, inertial)))
+        xml.check_centre(xml.label(link), read_origin(inertial)[0], own)
     elif inertial is not None and not own:
-        raise wrong(f"{named(link)} has a mass, but no <collision> whose shape it could fill")
-    return tuple(_moved(part, frame) for part in own)
+        raise xml.invalid(f"{xml.label(link)} has a mass, but no <collision>")
+    return tuple(xml.moved(part, frame) for part in own)
 
 
 def _check_inertia(link: Any) -> None:
-    """Refuse what no body has, although inertia follows from mass and shapes here."""
+    """Check the inertia, although it is computed from mass and shapes here."""
     for inertia in link.findall("inertial/inertia"):
         values = [inertia.get(name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
-        found = numbers(" ".join(values), f"inertia of {named(link)}", 6, INERTIAS)
-        check_inertia(named(link), symmetric(found))
+        found = xml.numbers(" ".join(values), f"inertia of {xml.label(link)}", 6, xml.INERTIAS)
+        xml.check_inertia(xml.label(link), xml.symmetric(found))
 
 
 def _mass(link: Any, inertial: Any) -> float:
     mass = inertial.find("mass")
-    return numbers(None if mass is None else mass.get("value"), f"mass of {named(link)}", 1, MASSES)[0]
+    return xml.numbers(None if mass is None else mass.get("value"), f"mass of {xml.label(link)}", 1, xml.MASSES)[0]
 
 
 def _part(collision: Any) -> Part:
@@ -148,34 +128,29 @@ def _part(collision: Any) -> Part:
     return Part(read_shape(collision), position, orientation)
 
 
-def _moved(part: Part, frame: Frame) -> Part:
-    position, orientation = inside(frame, (part.position, part.orientation))
-    return Part(part.shape, position, orientation, part.mass)
-
-
-def read_shape(element: Any, sizes: tuple[float, float] = SIZES) -> Shape:
-    """The shape of a <collision> or <visual>, whose edges, radii and lengths are within some sizes [m].
+def read_shape(element: Any, sizes: tuple[float, float] = xml.SIZES) -> Shape:
+    """Read the shape of a <collision> or <visual>; edges, radii and lengths are within `sizes` [m].
 
     Raises:
-        RequestRefused: It has none, or one that is not supported.
+        RequestRefused: The shape is missing or unsupported.
     """
     geometry = element.find("geometry")
     children = [] if geometry is None else list(geometry)
     if len(children) != 1:
-        raise wrong(f"{named(element)} has to have a <geometry> with one shape in it")
+        raise xml.invalid(f"invalid {xml.label(element)}; expected a <geometry> with one shape")
     shape = children[0]
     match shape.tag:
         case "box":
-            return Box(vector(shape.get("size"), "size of <box>", sizes))
+            return Box(xml.vector(shape.get("size"), "size of <box>", sizes))
         case "cylinder":
             return Cylinder(_length(shape, "radius", sizes), _length(shape, "length", sizes))
         case "sphere":
             return Sphere(_length(shape, "radius", sizes))
         case "mesh":
-            raise no_meshes(SHAPES)
+            raise xml.no_meshes(SHAPES)
         case other:
-            raise wrong(f"<geometry> contains <{other}>, which is not supported: use {SHAPES}")
+            raise xml.invalid(f"unsupported <{other}> in <geometry>; expected {SHAPES}")
 
 
 def _length(shape: Any, name: str, sizes: tuple[float, float]) -> float:
-    return numbers(shape.get(name), f"{name} of <{shape.tag}>", 1, sizes)[0]
+    return xml.numbers(shape.get(name), f"{name} of <{shape.tag}>", 1, sizes)[0]

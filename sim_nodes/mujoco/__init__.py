@@ -1,7 +1,7 @@
-"""The MuJoCo engine: the only folder that imports mujoco.
+"""The MuJoCo engine; the only folder that imports mujoco.
 
-MuJoCo loads what it draws with when it is imported, if MUJOCO_GL names it, and cannot be imported where that is
-missing. A simulation does without: what draws is loaded for the first picture (`camera.py`).
+If MUJOCO_GL is set, MuJoCo loads its rendering libraries on import, and fails where they are missing. Simulation
+does not need them: they are loaded for the first image (`camera.py`).
 """
 
 import os

@@ -14,22 +14,22 @@ from sim_nodes.geometry import Array
 from sim_nodes.physics import JointStates, Overlap
 from sim_nodes.robots.declaration import ArmDeclaration
 
-IMPRATIO = 10.0  # stiffness of friction against that of contact: with less, what is held creeps out of the fingers
+IMPRATIO = 10.0  # ratio of frictional to normal impedance; with less, held objects creep out of the fingers
 ROLLING = 0.0001
-STIFF_CONTACT = 0.01  # [s], half of MuJoCo's default, with which fingers sink into what they hold by millimetres
-TORSIONAL_CONTACT = 4  # dimensions of a contact that resists twisting, too
+STIFF_CONTACT = 0.01  # [s], half of MuJoCo's default, with which fingers sink into held objects by millimetres
+TORSIONAL_CONTACT = 4  # dimensions of a contact with torsional friction
 
 
-def hold_firmly(spec: Any) -> None:
-    """Set the options that keep what a gripper holds from slipping."""
+def configure_grip_contacts(spec: Any) -> None:
+    """Set the contact options that keep held objects from slipping."""
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = IMPRATIO
 
 
 def add_arm(spec: Any, arm: ArmDeclaration) -> None:
-    """Add motors to an arm and its gripper, and have them bear its weight, as an arm's own controller does.
+    """Add the motors of an arm and its gripper, and compensate gravity, as an arm's own controller does.
 
-    Its links do not collide with each other: paths are checked for that before the arm moves.
+    Links do not collide with each other: paths are checked for that before the arm moves.
     """
     for declared in arm.joints:
         joint = spec.joint(declared.name)
@@ -57,9 +57,9 @@ def add_arm(spec: Any, arm: ArmDeclaration) -> None:
 
 @dataclass
 class ArmCommand:
-    """What an arm was last commanded, beside what is in the state of MuJoCo."""
+    """The last command of an arm, beyond the state of MuJoCo."""
 
-    rates: Array  # of what the motors pull the joints to [rad/s]
+    rates: Array  # velocities of the joint targets [rad/s]
     force: float  # of the fingers [N]
 
 
@@ -69,8 +69,8 @@ class MujocoArm:
     Args:
         model: The model.
         robot: Name of the robot that has the arm.
-        arm: What is declared of it.
-        command: What it was last commanded; None at the start.
+        arm: Declaration of the arm.
+        command: The last command; None at the start.
     """
 
     def __init__(self, model: Any, robot: str, arm: ArmDeclaration, command: ArmCommand | None) -> None:
@@ -93,13 +93,13 @@ class MujocoArm:
             if int(body) in own and model.geom_contype[geom]
         }
 
-    def take_up(self, model: Any, command: ArmCommand) -> None:
-        """Go on with a command that the state of MuJoCo is of."""
+    def apply_command(self, model: Any, command: ArmCommand) -> None:
+        """Restore the command that belongs to a restored state of MuJoCo."""
         self.command = command
         self._limit_force(model, command.force)
 
     def go_home(self, data: Any) -> None:
-        """Put the joints to where they are at the start, and have the motors hold them there."""
+        """Set the joints to their initial positions, and make the motors hold them."""
         home = [joint.home for joint in self._arm.joints]
         finger = self._arm.gripper.stroke / 2.0
         data.qpos[self._positions] = [*home, finger, finger]
@@ -107,7 +107,7 @@ class MujocoArm:
         data.ctrl[self._fingers] = finger
 
     def put(self, data: Any, positions: Array) -> None:
-        """Put the joints of the arm to positions, the fingers left as they are."""
+        """Set the positions of the arm's joints; the fingers keep theirs."""
         data.qpos[self._positions[: len(positions)]] = positions
 
     def states(self, data: Any) -> JointStates:
@@ -117,7 +117,7 @@ class MujocoArm:
 
     def command_joints(self, data: Any, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""
-        # The motors damp speed as such; with this lead they damp what differs from the velocities.
+        # The motors damp the total velocity; with this lead, they damp its difference from the target velocity.
         data.ctrl[self._motors] = positions + self._lead * velocities
         self.command.rates = velocities
 
@@ -129,11 +129,11 @@ class MujocoArm:
 
     @property
     def is_moving(self) -> bool:
-        """Whether what the motors pull the joints to moves."""
+        """Whether the joint targets move."""
         return bool(self.command.rates.any())
 
-    def follow(self, data: Any, time: float) -> None:
-        """Move what the motors pull the joints to, by what it moves in a time [s]."""
+    def advance_targets(self, data: Any, time: float) -> None:
+        """Advance the joint targets by a duration [s]."""
         data.ctrl[self._motors] += time * self.command.rates
 
     def _limit_force(self, model: Any, force: float) -> None:
@@ -141,9 +141,9 @@ class MujocoArm:
 
 
 def outside_overlaps(data: Any, arm: MujocoArm, owners: Sequence[str], carried: str | None) -> list[Overlap]:
-    """What the links of an arm, and what it carries, are inside of by the contacts in `data`, but each other."""
+    """Return overlaps of an arm's links and its carried body with other entities, by the contacts in `data`."""
     found = []
-    # As arrays: to go through the contacts one by one takes as long as with the buffer of all that there could be.
+    # As arrays: iterating over the contacts one by one takes as long as for the full buffer.
     for (first, second), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
         for mine, other in ((first, second), (second, first)):
             if carried is not None and owners[mine] == carried:
@@ -154,7 +154,7 @@ def outside_overlaps(data: Any, arm: MujocoArm, owners: Sequence[str], carried: 
 
 
 def own_overlaps(model: Any, data: Any, arm: MujocoArm, pairs: Sequence[tuple[str, str]]) -> list[Overlap]:
-    """Which of some pairs of links of an arm are inside each other."""
+    """Return the overlaps between given pairs of links of an arm."""
     geoms: dict[str, list[int]] = {}
     for geom, link in arm.links.items():
         geoms.setdefault(link, []).append(geom)

@@ -1,7 +1,7 @@
-"""Pictures by MuJoCo's renderer, drawn without a display: by EGL, or by OSMesa where that does not work.
+"""Off-screen rendering by MuJoCo: with EGL, or OSMesa where EGL does not work.
 
-Nothing of it is loaded before the first picture. States are copied before they are drawn: to find places and
-lights, MuJoCo writes into them.
+Rendering libraries are loaded for the first image. States are copied before rendering, because MuJoCo writes
+positions and lights into them.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim_nodes.mujoco.look import DRAWN_GROUPS
+from sim_nodes.mujoco.appearance import DRAWN_GROUPS
 from sim_nodes.views import FAR, NEAR, NoRendering, Picture, View
 
 MAX_SHAPES = 10_000
-CHOICE = "MUJOCO_GL"  # environment variable by which users of MuJoCo choose how it draws
+CHOICE = "MUJOCO_GL"  # environment variable with the rendering backend of MuJoCo
 HELP = (
-    "MuJoCo draws pictures by EGL or OSMesa, and neither works here; on Debian and Ubuntu: apt-get install "
+    "MuJoCo renders with EGL or OSMesa, and neither works here; on Debian and Ubuntu: apt-get install "
     "libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6"
 )
 
 
 class Renderer:
-    """Draws models and their states.
+    """Renders models in their states.
 
     Raises:
-        NoRendering: There is no way to draw.
+        NoRendering: Neither backend works.
     """
 
     def __init__(self) -> None:
@@ -42,33 +42,33 @@ class Renderer:
         self._free_camera = mujoco.MjvCamera()
 
     def draw(self, model: Any, data: Any, view: View) -> Picture:
-        """What is seen from a view."""
-        self._gl.make_current()  # in this thread
+        """Render a view."""
+        self._gl.make_current()  # for this thread
         if model is not self._model:
-            self._take(model)
+            self._load(model)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         width, height = view.lens.width, view.lens.height
         if (self._context.offWidth, self._context.offHeight) != (width, height):
             mujoco.mjr_resizeOffscreen(width, height, self._context)
         copy = self._copy
         mujoco.mj_copyData(copy, model, data)
-        mujoco.mj_kinematics(model, copy)  # after a step, places are still those of before it
+        mujoco.mj_kinematics(model, copy)  # after a step, positions are still those before it
         mujoco.mj_comPos(model, copy)
         mujoco.mj_camlight(model, copy)
         mujoco.mjv_updateScene(
             model, copy, self._option, None, self._free_camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
         )
-        for camera in self._scene.camera:  # MuJoCo has one for each eye
+        for camera in self._scene.camera:  # one for each eye
             _aim(camera, view)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
         rectangle = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(rectangle, self._scene, self._context)
         pixels = np.empty((height, width, 3), dtype=np.uint8)
         mujoco.mjr_readPixels(pixels, None, rectangle, self._context)
-        return pixels[::-1].copy()  # OpenGL's first row is the lowest
+        return pixels[::-1].copy()  # OpenGL's first row is the bottom one
 
-    def _take(self, model: Any) -> None:
-        """Load what is drawn of a model."""
+    def _load(self, model: Any) -> None:
+        """Load the visual data of a model."""
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_SHAPES)
         self._copy = mujoco.MjData(model)
@@ -88,28 +88,28 @@ def _aim(camera: Any, view: View) -> None:
 
 @cache
 def _gl_context() -> Any:
-    """The process's context of OpenGL, without a window.
+    """Return the off-screen OpenGL context of the process.
 
-    There is one for all renderers: MuJoCo takes what a renderer that is gone had in OpenGL out of the context that
-    is current at that moment, and from another's would take what has the same numbers there.
+    All renderers share it: MuJoCo frees the OpenGL objects of a deleted renderer in the current context, and would
+    free those with the same numbers in another renderer's context.
     """
     try:
-        if _wanted() == "egl":
+        if _backend() == "egl":
             from mujoco.egl import GLContext  # noqa: PLC0415 - chooses how PyOpenGL works, for the whole process
         else:
             from mujoco.osmesa import GLContext  # noqa: PLC0415
         return GLContext(1, 1)
-    except Exception as error:  # of several libraries, each with exceptions of its own
+    except Exception as error:  # each library has its own exceptions
         raise NoRendering(f"{HELP} ({type(error).__name__}: {error})") from error
 
 
-def _wanted() -> str:
+def _backend() -> str:
     chosen = os.environ.get(CHOICE, "").lower()
     return chosen if chosen in ("egl", "osmesa") else "egl" if _has_egl_devices() else "osmesa"
 
 
 def _has_egl_devices() -> bool:
-    """Whether EGL has anything to draw with. PyOpenGL cannot be asked: it is for one way to draw in a process."""
+    """Whether EGL has a device. PyOpenGL cannot be used: it supports one backend per process."""
     try:
         library = ctypes.CDLL("libEGL.so.1")
     except OSError:

@@ -1,7 +1,7 @@
-"""The `Engine` of `sim_nodes.physics` by MuJoCo.
+"""Implements `Engine` with MuJoCo.
 
-Bodies are added and removed by recompiling the specification, which keeps the state of everything else exactly.
-It gives a new model and new data, so everything that refers to either is found anew by `_bind`.
+Adding or removing bodies recompiles the specification, which keeps all other states exactly. The model and data
+are new then, so `_bind` looks up everything that refers to them.
 """
 
 from __future__ import annotations
@@ -13,23 +13,22 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix, vector
+from sim_nodes.mujoco.appearance import SEEN_BY_RAYS
 from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
-from sim_nodes.mujoco.look import SEEN_BY_RAYS
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
-from sim_nodes.mujoco.saving import LastStep, digest_of, set_state, state_of
-from sim_nodes.mujoco.stepping import Stepper
+from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
     FLOOR,
-    OVERLAP,
+    MAX_OVERLAP,
     BodyModel,
     BodyState,
-    Carried,
+    CarriedBody,
+    ContactPoint,
     JointStates,
     Overlap,
     Scene,
-    TouchPoint,
     UnsavableState,
 )
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -38,8 +37,8 @@ from sim_nodes.views import Picture, View
 log = logging.getLogger(__name__)
 
 
-class _Drive:
-    """Addresses in the arrays of a model of what a robot drives with, and sees by."""
+class _DriveAddresses:
+    """Addresses of a robot's wheels and lidar in the arrays of a model."""
 
     def __init__(self, model: Any, robot: str, base: int, mobile: MobileDeclaration) -> None:
         prefix, drive = f"{robot}/", mobile.drive
@@ -47,26 +46,26 @@ class _Drive:
         self.base = base
         self.lidar: int = model.body(prefix + mobile.lidar.link).id
         self.wheel_positions = [int(joint.qposadr[0]) for joint in joints]
-        self.wheel_speeds = [int(joint.dofadr[0]) for joint in joints]
+        self.wheel_angular_speeds = [int(joint.dofadr[0]) for joint in joints]
         self.motors = [model.actuator(joint.name).id for joint in joints]
         self._gain = drive.motor_gain
 
     def power(self, model: Any, *, on: bool) -> None:
-        """Give the motors torque, or take it."""
+        """Switch the torque of the motors."""
         gain = self._gain if on else 0.0
         model.actuator_gainprm[self.motors, 0] = gain
         model.actuator_biasprm[self.motors, 2] = -gain
 
 
 class MujocoEngine:
-    """MuJoCo with one scene; see `sim_nodes.physics.Engine` for what the methods do."""
+    """MuJoCo with one scene; implements `sim_nodes.physics.Engine`."""
 
     name = "mujoco"
     version: str = mujoco.__version__
     steps_per_second = round(1.0 / TIMESTEP)
 
     def __init__(self) -> None:
-        # MuJoCo would write its warnings to a file in the working directory.
+        # Otherwise MuJoCo writes warnings to a file in the working directory.
         mujoco.set_mju_user_warning(log.warning)
         self._ray_groups = np.zeros(6, dtype=np.uint8)
         self._ray_groups[list(SEEN_BY_RAYS)] = 1
@@ -82,7 +81,7 @@ class MujocoEngine:
         self._start()
 
     def _start(self) -> None:
-        """Find everything in a new state, and put arms to where they start."""
+        """Bind a new state, and set arms to their initial positions."""
         self._arms: dict[str, MujocoArm] = {}
         self._without_power: set[str] = set()  # robots
         self._bind()
@@ -90,7 +89,7 @@ class MujocoEngine:
             arm.go_home(self._data)
         if self._arms:
             mujoco.mj_forward(self._model, self._data)
-        self._launch(self._added)
+        self._set_velocities(self._added)
 
     def _bind(self) -> None:
         model = self._model
@@ -100,7 +99,7 @@ class MujocoEngine:
             for robot in self._scene.robots
         }
         self._drives = {
-            robot.name: _Drive(model, robot.name, self._bases[robot.name], robot.declaration.mobile)
+            robot.name: _DriveAddresses(model, robot.name, self._bases[robot.name], robot.declaration.mobile)
             for robot in self._scene.robots
             if robot.declaration.mobile is not None
         }
@@ -119,7 +118,7 @@ class MujocoEngine:
             names[int(root)] if root else _static_owner(model.geom(geom).name) for geom, root in enumerate(roots)
         ]
         self._stepper = Stepper(model, self._data, self._owners)
-        self._thought: Any = None  # a second state, to try where an arm would collide
+        self._prediction: Any = None  # second data, for predicted overlaps
         self._last: LastStep | None = None
 
     def reset(self) -> None:
@@ -129,8 +128,8 @@ class MujocoEngine:
 
     def save(self) -> Mapping[str, Any]:
         """See `SavesState.save`."""
-        if self._stepper.is_lost:
-            raise UnsavableState("the physics are lost, and so is the state: reset the simulation")
+        if self._stepper.has_diverged:
+            raise UnsavableState("the physics has diverged: reset the simulation")
         return {**self.checkpoint(), "added": self._added, "model": digest_of(self._model)}
 
     def checkpoint(self) -> Mapping[str, Any]:
@@ -153,26 +152,26 @@ class MujocoEngine:
             add_body(self._spec, name, model, state)
             self._added[name] = (model, state)
         self._recompile()
-        self._take_up(saved)
+        self._apply_commands(saved)
         if digest_of(self._model) != saved["model"]:
-            raise UnsavableState("the saved state is of other robots, walls or bodies than these files describe")
-        self._put(saved)
+            raise UnsavableState("the saved state has other robots, walls or bodies than the present files")
+        self._set_state(saved)
 
     def rewind(self, checkpoint: Mapping[str, Any]) -> None:
         """See `Rewinds.rewind`."""
-        self._take_up(checkpoint)
-        self._put(checkpoint)
+        self._apply_commands(checkpoint)
+        self._set_state(checkpoint)
 
-    def _take_up(self, checkpoint: Mapping[str, Any]) -> None:
-        """Go on with commands that change the model."""
+    def _apply_commands(self, checkpoint: Mapping[str, Any]) -> None:
+        """Restore the commands that change the model."""
         self._without_power = set(checkpoint["without_power"])
         for name, drive in self._drives.items():
             drive.power(self._model, on=name not in self._without_power)
         for name, (rates, force) in checkpoint["arms"].items():
-            self._arms[name].take_up(self._model, ArmCommand(rates.copy(), force))
+            self._arms[name].apply_command(self._model, ArmCommand(rates.copy(), force))
 
-    def _put(self, checkpoint: Mapping[str, Any]) -> None:
-        """Be in the state of a checkpoint."""
+    def _set_state(self, checkpoint: Mapping[str, Any]) -> None:
+        """Set the state of a checkpoint."""
         set_state(self._model, self._data, checkpoint["state"])
         self._last = checkpoint["last"]
         self._stepper = Stepper(self._model, self._data, self._owners, self._last.touching)
@@ -181,22 +180,22 @@ class MujocoEngine:
     def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
         self._last = None
-        return self._stepper.make(count, [arm for arm in self._arms.values() if arm.is_moving])
+        return self._stepper.step(count, [arm for arm in self._arms.values() if arm.is_moving])
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
         return self._stepper.touching
 
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
-        """See `Engine.touch_points`."""
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
+        """See `Engine.contact_points`."""
         contact, points = self._data.contact, []
         links = self._arms[name].links if name in self._arms else {}
         for geoms, place, frame in zip(contact.geom.tolist(), contact.pos, contact.frame, strict=True):
             owners = (self._owners[geoms[0]], self._owners[geoms[1]])
             if name in owners and FLOOR not in owners and owners != (name, name):
                 other = int(owners[0] == name)
-                normal = _vector(frame[:3] if other else -frame[:3])
-                points.append(TouchPoint(owners[other], _vector(place), normal, links.get(geoms[1 - other], "")))
+                normal = vector(frame[:3] if other else -frame[:3])
+                points.append(ContactPoint(owners[other], vector(place), normal, links.get(geoms[1 - other], "")))
         return tuple(points)
 
     def overlaps(self, name: str) -> tuple[str, ...]:
@@ -205,11 +204,13 @@ class MujocoEngine:
         own = [geom for geom in solid if self._owners[geom] == name]
         others = [geom for geom in solid if self._owners[geom] not in (name, FLOOR)]
         return tuple(
-            sorted({self._owners[other] for mine in own for other in others if self._inside(mine, other)})
+            sorted({self._owners[other] for mine in own for other in others if self._penetrates(mine, other)})
         )
 
-    def _inside(self, first: int, second: int) -> bool:
-        return bool(mujoco.mj_geomDistance(self._model, self._data, first, second, OVERLAP, None) < -OVERLAP)
+    def _penetrates(self, first: int, second: int) -> bool:
+        return bool(
+            mujoco.mj_geomDistance(self._model, self._data, first, second, MAX_OVERLAP, None) < -MAX_OVERLAP
+        )
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         """See `Engine.add_body`."""
@@ -221,10 +222,10 @@ class MujocoEngine:
             add_body(self._spec, name, model, state)
             self._added[name] = (model, state)
         self._recompile()
-        self._launch(name for name, _, _ in bodies)
+        self._set_velocities(name for name, _, _ in bodies)
 
-    def _launch(self, names: Iterable[str]) -> None:
-        """Give bodies the velocities with which they were added, which a specification has no place for."""
+    def _set_velocities(self, names: Iterable[str]) -> None:
+        """Set the initial velocities of bodies, which a specification cannot hold."""
         for name in names:
             model, state = self._added[name]
             if not model.static and any((*state.linear, *state.angular)):
@@ -249,12 +250,12 @@ class MujocoEngine:
         """See `Engine.body_state`."""
         body, data = self._bases[name], self._data
         if not self._model.body_dofnum[body]:
-            return BodyState(_vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
+            return BodyState(vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
         joint = self._model.body_jntadr[body]
         position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
         x, y, z, w, i, j, k = data.qpos[position : position + 7].tolist()
         vx, vy, vz, p, q, r = data.qvel[speed : speed + 6].tolist()
-        # A free joint's angular velocity is in the body's frame, which data.xmat has as of before the last step.
+        # The angular velocity of a free joint is in the body's frame; data.xmat is that before the last step.
         return BodyState((x, y, z), (w, i, j, k), (vx, vy, vz), rotated((w, i, j, k), (p, q, r)))
 
     def set_body_state(self, name: str, state: BodyState) -> None:
@@ -271,7 +272,7 @@ class MujocoEngine:
             data.qvel[speed : speed + 3] = state.linear
             data.qvel[speed + 3 : speed + 6] = rotation_matrix(state.orientation).T @ state.angular
         if name in self._drives:
-            data.qvel[self._drives[name].wheel_speeds] = 0.0
+            data.qvel[self._drives[name].wheel_angular_speeds] = 0.0
         self._last = None
         mujoco.mj_forward(self._model, data)
 
@@ -292,7 +293,7 @@ class MujocoEngine:
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
         addresses, data = self._drives[robot], self._data
-        mujoco.mj_kinematics(self._model, data)  # after a step, places are still those of before it
+        mujoco.mj_kinematics(self._model, data)  # after a step, positions are still those before it
         count = len(directions)
         vectors = (directions @ data.xmat[addresses.lidar].reshape(3, 3).T).ravel()
         hit = np.zeros(count, dtype=np.int32)
@@ -334,13 +335,13 @@ class MujocoEngine:
         return frozenset((overlap.link, overlap.other) for overlap in touched)
 
     def arm_overlaps(
-        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         """See `Engine.arm_overlaps`."""
         model, arm = self._model, self._arms[robot]
-        if self._thought is None:
-            self._thought = mujoco.MjData(model)
-        thought = self._thought
+        if self._prediction is None:
+            self._prediction = mujoco.MjData(model)
+        thought = self._prediction
         for values, present in ((thought.qpos, self._data.qpos), (thought.mocap_pos, self._data.mocap_pos)):
             values[:] = present
         thought.mocap_quat[:] = self._data.mocap_quat
@@ -356,10 +357,10 @@ class MujocoEngine:
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         """See `Engine.link_pose`."""
-        mujoco.mj_kinematics(self._model, self._data)  # after a step, places are still those of before it
+        mujoco.mj_kinematics(self._model, self._data)  # after a step, positions are still those before it
         body = self._model.body(f"{robot}/{link}").id
         w, i, j, k = self._data.xquat[body].tolist()
-        return _vector(self._data.xpos[body]), (w, i, j, k)
+        return vector(self._data.xpos[body]), (w, i, j, k)
 
     def render(self, view: View) -> Picture:
         """See `Engine.render`."""
@@ -369,10 +370,5 @@ class MujocoEngine:
 
 
 def _static_owner(geom: str) -> str:
-    """The entity of a geom of the world's own body."""
+    """Return the entity of a geom of the world body."""
     return geom.split("/")[1] if geom.startswith(WALL_PREFIX) else FLOOR
-
-
-def _vector(values: Array) -> Vector:
-    x, y, z = values.tolist()
-    return (x, y, z)

@@ -1,6 +1,6 @@
-"""Scenes and bodies as MuJoCo specifications.
+"""MuJoCo specifications of scenes and bodies.
 
-What URDF cannot say is added here: the free joint, motors, friction, and which of the shapes lidar beams may hit.
+Added to URDF are the free joint, motors, friction, and groups of shapes that lidar rays may hit.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from defusedxml import ElementTree
 from sim_nodes.colours import WALL, colour_of
 from sim_nodes.geometry import quaternion
 from sim_nodes.inertia import part_masses
-from sim_nodes.mujoco.arm import add_arm, hold_firmly
-from sim_nodes.mujoco.look import FLOOR_MATERIAL, SOLID_GROUP, add_look, hide_solids
+from sim_nodes.mujoco.appearance import FLOOR_MATERIAL, SOLID_GROUP, add_appearance, hide_collision_shapes
+from sim_nodes.mujoco.arm import add_arm, configure_grip_contacts
 from sim_nodes.mujoco.stepping import add_counters
 from sim_nodes.physics import (
     FLOOR,
@@ -30,17 +30,17 @@ from sim_nodes.physics import (
 )
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 
-TIMESTEP = 0.004  # [s]; wheels with the motor gain of our robots are stable up to 5 ms
+TIMESTEP = 0.004  # [s]; the wheels of our robots are stable up to 5 ms
 WALL_PREFIX = "wall/"
 TORSIONAL, ROLLING = 0.005, 0.0001  # MuJoCo's defaults for the two other friction coefficients
 
 
 def scene_spec(scene: Scene) -> Any:
-    """The specification of a scene."""
+    """Return the specification of a scene."""
     spec = mujoco.MjSpec()
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    add_look(spec, scene.extent)
+    add_appearance(spec, scene.extent)
     left, bottom, right, top = scene.extent
     spec.worldbody.add_geom(
         name=FLOOR,
@@ -55,7 +55,7 @@ def scene_spec(scene: Scene) -> Any:
     for robot in scene.robots:
         _add_robot(spec, robot)
     if any(robot.declaration.arm is not None for robot in scene.robots):
-        hold_firmly(spec)
+        configure_grip_contacts(spec)
     add_counters(spec)
     return spec
 
@@ -77,7 +77,7 @@ def _add_robot(spec: Any, robot: PlacedRobot) -> None:
 
 
 def robot_spec(declaration: RobotDeclaration) -> Any:
-    """The specification of a robot: its URDF, free to move, with its motors."""
+    """Return the specification of a robot: its URDF with a free joint and motors."""
     spec = mujoco.MjSpec.from_string(_with_compiler(declaration.urdf))
     base = spec.body(declaration.base_link)
     if not declaration.fixed:
@@ -86,18 +86,18 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
         geom.friction = [declaration.body_friction, TORSIONAL, ROLLING]
     for link in declaration.low_friction_links:
         for geom in _solids(spec.body(link)):
-            # Without priority the friction of a contact is the larger of the two, and the floor would win.
+            # Without priority, a contact has the larger friction of the two, which would be the floor's.
             geom.condim, geom.priority = 1, 1
     if declaration.mobile is not None:
         _add_drive(spec, declaration.mobile.drive)
     if declaration.arm is not None:
         add_arm(spec, declaration.arm)
-    hide_solids(spec)
+    hide_collision_shapes(spec)
     return spec
 
 
 def _add_drive(spec: Any, drive: DriveDeclaration) -> None:
-    """Motors at the wheels of a robot."""
+    """Add motors to the wheels of a robot."""
     for name in (drive.left_joint, drive.right_joint):
         joint = spec.joint(name)
         joint.armature = drive.armature
@@ -110,7 +110,7 @@ def _add_drive(spec: Any, drive: DriveDeclaration) -> None:
 
 
 def _with_compiler(urdf: str) -> str:
-    """The URDF with MuJoCo's settings in it; by default links at fixed joints lose name and mass, visuals go."""
+    """Add MuJoCo's settings to a URDF; by default, visuals and links at fixed joints are dropped."""
     root = ElementTree.fromstring(urdf)
     extension = root.makeelement("mujoco", {})
     extension.append(root.makeelement("compiler", {"discardvisual": "false", "fusestatic": "false"}))
@@ -124,7 +124,7 @@ def _solids(body: Any) -> list[Any]:
 
 
 def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
-    """Add a body to a specification; a static one is a mocap body, which can be put elsewhere."""
+    """Add a body to a specification; a static one is a mocap body, whose pose can be set."""
     body = spec.worldbody.add_body(name=name, pos=state.position, quat=state.orientation, mocap=model.static)
     if not model.static:
         body.add_freejoint()

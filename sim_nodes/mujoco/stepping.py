@@ -1,15 +1,16 @@
-"""Steps of MuJoCo, many at a time, and none in which a contact begins or ends unseen.
+"""States of MuJoCo, and steps in batches, which miss no begin or end of a contact.
 
-Looking for contacts after each step costs a tenth of the step itself. So MuJoCo counts them, for itself, in two
-sensors that keep their last values: all contacts, and those of the floor. As long as the two are the same, nothing
-else touches, and a batch is as good as single steps. Where they are not, the batch is taken back and made again
-step by step, which gives the same states to the bit.
+Checking contacts after each step costs a tenth of the step. So two sensors of MuJoCo, which keep their last
+values, count all contacts and those with the floor. As long as both are equal, nothing else touches, and a batch
+equals single steps. Otherwise, the batch is undone and repeated step by step, which gives bit-identical states.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import blake2b
 from typing import Any
 
 import mujoco
@@ -17,18 +18,18 @@ import numpy as np
 
 from sim_nodes.geometry import Array
 from sim_nodes.mujoco.arm import MujocoArm
-from sim_nodes.physics import FLOOR, UnstablePhysics
+from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
 
-BATCH = 50  # steps that are made at once at most, and values that the sensors keep
+BATCH = 50  # maximum steps of a batch, and number of values that the sensors keep
 ALL_CONTACTS, FLOOR_CONTACTS = "contacts/all", "contacts/floor"  # sensors
-COUNT = [1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1]  # of a contact sensor: only their number
-STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what the next steps depend on
-LOST = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+COUNT = [1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1]  # a contact sensor that only counts
+STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)  # for later steps; includes the warm start of the solver
+DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 NOTHING: frozenset[tuple[str, str]] = frozenset()
 
 
 def add_counters(spec: Any) -> None:
-    """Add the sensors that count contacts to the specification of a scene."""
+    """Add the sensors that count contacts to a specification."""
     anything = mujoco.mjtObj.mjOBJ_UNKNOWN
     for name, kind, of in ((ALL_CONTACTS, anything, ""), (FLOOR_CONTACTS, mujoco.mjtObj.mjOBJ_GEOM, FLOOR)):
         spec.add_sensor(
@@ -42,14 +43,46 @@ def add_counters(spec: Any) -> None:
         )
 
 
+@dataclass(frozen=True)
+class LastStep:
+    """Results of the last step that MuJoCo computes anew only in the next."""
+
+    touching: frozenset[tuple[str, str]]
+    links: dict[str, frozenset[tuple[str, str]]]  # contacts of the links of each arm
+    efforts: Array  # of all motors by degree of freedom
+
+
+def state_of(model: Any, data: Any) -> Array:
+    """Return the state of a simulation, shape (n,)."""
+    state = np.zeros(mujoco.mj_stateSize(model, STATE))
+    mujoco.mj_getState(model, data, state, STATE)
+    return state
+
+
+def set_state(model: Any, data: Any, state: Array) -> None:
+    """Set the state of a simulation, and update all positions."""
+    mujoco.mj_setState(model, data, state, STATE)
+    mujoco.mj_forward(model, data)
+    # This has changed the warm start of the solver, which is part of the state.
+    mujoco.mj_setState(model, data, state, STATE)
+
+
+def digest_of(model: Any) -> bytes:
+    """Return a digest of a compiled model; states are valid for the same model only."""
+    size = mujoco.mj_sizeModel(model)
+    buffer = np.zeros(size, dtype=np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return blake2b(buffer.tobytes(), digest_size=16).digest()
+
+
 class Stepper:
-    """Makes the steps of a model.
+    """Steps a model.
 
     Args:
         model: The model, with the sensors of `add_counters`.
         data: Its data.
-        owners: The entity of each geom.
-        touching: The pairs in contact in the last step.
+        owners: Entity of each geom.
+        touching: Pairs in contact in the last step.
     """
 
     def __init__(
@@ -58,23 +91,23 @@ class Stepper:
         self._model, self._data, self._owners = model, data, owners
         self._timestep: float = model.opt.timestep
         self._time: float = data.time
-        self._contacts = np.zeros((0, 2), dtype=np.int32)  # a view of MuJoCo's own, which stay where they are
+        self._contacts = np.zeros((0, 2), dtype=np.int32)  # a view of MuJoCo's array, which does not move
         self._key = b""
         self.touching = touching
         self._before = np.zeros(mujoco.mj_stateSize(model, STATE))
-        self._counts = [_kept(model, data, name) for name in (ALL_CONTACTS, FLOOR_CONTACTS)]
+        self._counts = [_counter_values(model, data, name) for name in (ALL_CONTACTS, FLOOR_CONTACTS)]
 
     @property
-    def is_lost(self) -> bool:
-        """Whether the physics were lost in a step."""
+    def has_diverged(self) -> bool:
+        """Whether the physics has diverged."""
         return self._time == math.inf
 
-    def make(self, count: int, arms: Sequence[MujocoArm]) -> int:
-        """Make up to `count` steps; returns how many, fewer if the pairs in contact have changed in the last.
+    def step(self, count: int, arms: Sequence[MujocoArm]) -> int:
+        """Make up to `count` steps, to the first in which the pairs in contact change; returns their number.
 
         Args:
-            count: How many.
-            arms: Those that move, which have to be led on after each step.
+            count: Maximum number of steps.
+            arms: Arms with moving targets, which are advanced after each step.
 
         Raises:
             UnstablePhysics: MuJoCo found no accelerations.
@@ -93,7 +126,7 @@ class Stepper:
         return made
 
     def _batch(self, count: int) -> bool:
-        """Make steps at once if nothing touches; returns whether they were made."""
+        """Make a batch if nothing touches; returns whether it was made."""
         if count == 1 or self.touching:
             return False
         model, data = self._model, self._data
@@ -106,36 +139,30 @@ class Stepper:
         return False
 
     def _singly(self, count: int, arms: Sequence[MujocoArm]) -> tuple[int, bool]:
-        """Make steps until the pairs in contact change; returns how many, and whether they did."""
+        """Make steps until the pairs in contact change; returns their number, and whether they changed."""
         model, data = self._model, self._data
         for made in range(1, count + 1):
             mujoco.mj_step(model, data)
             for arm in arms:
-                arm.follow(data, self._timestep)
-            # What stands on something touches it all the time: most steps end here.
-            if (data.ncon != len(self._contacts) or self._contacts.tobytes() != self._key) and self._look():
+                arm.advance_targets(data, self._timestep)
+            # FixedPose bodies touch something all the time: most steps end here.
+            if (
+                data.ncon != len(self._contacts) or self._contacts.tobytes() != self._key
+            ) and self._update_contacts():
                 return made, True
         return count, False
 
-    def _look(self) -> bool:
-        """Find the pairs in contact; returns whether they are others than before."""
+    def _update_contacts(self) -> bool:
+        """Update the pairs in contact; returns whether they changed."""
         self._contacts = self._data.contact.geom
         self._key = self._contacts.tobytes()
-        touching = self._pairs(self._contacts.tolist())
+        touching = entity_pairs(self._contacts.tolist(), self._owners)
         changed = touching != self.touching
         self.touching = touching
         return changed
 
-    def _pairs(self, contacts: list[list[int]]) -> frozenset[tuple[str, str]]:
-        pairs = set()
-        for first, second in contacts:
-            a, b = self._owners[first], self._owners[second]
-            if a != b and FLOOR not in (a, b):
-                pairs.add((min(a, b), max(a, b)))
-        return frozenset(pairs)
-
     def _check_time(self, steps: int) -> None:
-        """MuJoCo starts over, silently, when states are no numbers; in its first steps, its time does not tell."""
+        """Detect a silent restart of MuJoCo after invalid states; its time does not show it at first."""
         time: float = self._data.time
         if time < self._time + (steps - 0.5) * self._timestep or (self._time == 0.0 and self._has_warned()):
             self._time = math.inf
@@ -143,13 +170,13 @@ class Stepper:
         self._time = time
 
     def _has_warned(self) -> bool:
-        return any(self._data.warning[int(kind)].number for kind in LOST)
+        return any(self._data.warning[int(kind)].number for kind in DIVERGED)
 
 
-def _kept(model: Any, data: Any, name: str) -> Array:
-    """The values that a counter has kept, in the order of a ring."""
+def _counter_values(model: Any, data: Any, name: str) -> Array:
+    """Return the values that a counter has kept, in ring order."""
     sensor = model.sensor(name).id
-    # Before them stand what MuJoCo notes for itself, the place of the last in the ring, and the times of all.
+    # They follow MuJoCo's own header: the position of the last value in the ring, and all times.
     start = model.sensor_historyadr[sensor] + 2 + BATCH
     values: Array = data.history[start : start + BATCH]
     return values

@@ -1,17 +1,17 @@
 """Localisation on a known map by an adaptive particle filter: AMCL, with the parameters that it has in Nav2.
 
 Motion: the odometry model of Thrun, Burgard and Fox, Probabilistic Robotics, table 5.6. Measurement: the
-likelihood field of table 6.3. AMCL sums the cubes of the beams' likelihoods, which tells good particles from bad
-ones only weakly; here they are multiplied, with an exponent that allows for neighbouring beams not being
-independent. How many particles there are follows from how far they are spread (KLD sampling, Fox 2003). Odometry
-and scans are all that the filter goes by: the true pose never enters.
+likelihood field of table 6.3. AMCL sums the cubes of the beams' likelihoods, which separates good particles from
+bad ones only weakly. Here they are multiplied, with an exponent that allows for the dependence of neighbouring
+beams. The number of particles follows from their spread (KLD sampling, Fox 2003). The filter uses odometry and
+scans only, never the true pose.
 
-A robot that does not know where it is looks for itself on the whole map: many particles, and weights so even that
-a place is not given up for one scan. Particles may still gather in a place that only looks alike. So a place
-counts as found only if nearly all beams of the scan end near something of the map; otherwise, and when the
-particles gather nowhere for long, the search starts over. It demands less each time after the third, since things
-that are not on the map may hide it. Random particles while scans fit worse than they did (augmented filter, table
-8.3) are off unless a robot's declaration asks for them, as in Nav2.
+A lost robot searches the whole map: with many particles, and nearly uniform weights, so that one scan does not
+discard a place. Particles may still gather in a place that only looks alike. So a pose is accepted only if nearly
+all beams of the scan end near something on the map. Otherwise, and if the particles do not converge for long, the
+search restarts. After the third search, the condition is relaxed each time, because unmapped objects may hide the
+map. Random particles while scans fit worse than before (augmented filter, table 8.3) are off unless a robot's
+declaration enables them, as in Nav2.
 """
 
 from __future__ import annotations
@@ -28,26 +28,24 @@ from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
-FOUND_DEVIATION = (
-    0.2  # [m]; a robot that looks for itself has found itself when its particles are this close together
-)
-FOUND_SHARE = 0.9  # of the particles that have to be
-MISFIT_DISTANCE = 0.2  # [m] from everything on the map at which the end of a beam does not fit
-MISFIT_SHARE = 0.02  # of the beams that may not fit where the robot has found itself
-STRICT_SEARCHES = 3  # before twice as many beams may not fit with each that starts over
-ASTRAY_SHARE = 0.4  # of the beams that do not fit where the robot believes to be, from which on it looks around
-BETTER = 0.5  # factor by which fewer beams must not fit at a place around, for the robot to believe in it
-AROUND = (0.3, 0.3, 0.5)  # standard deviations of the places around [m, m, rad]
-LONGEST_SEARCH = 60  # updates, two turns on the spot, in which a search starts over
+FOUND_DEVIATION = 0.2  # [m]; a search has converged when its particles are this close together
+FOUND_SHARE = 0.9  # of the particles that must be
+MISFIT_DISTANCE = 0.2  # [m] from everything on the map, beyond which the end of a beam is a misfit
+MISFIT_SHARE = 0.02  # of misfit beams that an accepted pose may have
+STRICT_SEARCHES = 3  # number of searches after which each one allows twice as many misfits
+ASTRAY_SHARE = 0.4  # of misfit beams from which nearby poses are tried
+BETTER = 0.5  # maximum ratio of misfits at a nearby pose that is adopted
+AROUND = (0.3, 0.3, 0.5)  # standard deviations of nearby poses [m, m, rad]
+LONGEST_SEARCH = 60  # updates, two turns in place, after which a search restarts
 
 
 class Localisation(Stateful):
-    """The filter of one robot.
+    """The particle filter of one robot.
 
     Args:
         known: The map.
-        declaration: The robot's base.
-        noise: Source of its random numbers.
+        declaration: Declaration of the robot's base.
+        noise: Source of random numbers.
     """
 
     STATE = (
@@ -72,35 +70,35 @@ class Localisation(Stateful):
         self._particles = np.zeros((0, 3))
         self._odometry = Pose2(0.0, 0.0, 0.0)  # at the last update
         self._estimate: Estimate | None = None  # at the last update
-        self._fresh = False  # there are particles that no scan has been held against
-        self._lost = False  # the whole map was searched, and the robot has not found itself yet
-        self._searches = self._updates = 0  # that were begun since the robot got lost, and scans in the last one
-        self._fit_slow = self._fit_fast = 0.0  # averages of how well scans fit
+        self._fresh = False  # whether there are particles without a measurement update
+        self._lost = False  # whether a global search has not converged yet
+        self._searches = self._updates = 0  # searches since the robot got lost, updates in the present one
+        self._fit_slow = self._fit_fast = 0.0  # slow and fast averages of the fit of scans
         p = self._parameters
         nearly = (
             p.z_hit * math.exp(-0.5 * (MISFIT_DISTANCE / p.sigma_hit) ** 2)
             + p.z_rand / declaration.lidar.max_range
         )
-        self._fitting = math.log(nearly)  # the least that a beam which fits has
+        self._fitting = math.log(nearly)  # minimum of a beam that fits
 
     def _likelihood_field(self, known: NavigationMap, max_range: float) -> Array:
         p = self._parameters
-        # A frame of cells that are far from any wall stands for everything beyond the map.
+        # A border of cells far from walls represents everything beyond the map.
         distance = np.pad(known.distance, 1, constant_values=np.inf).clip(max=p.laser_likelihood_max_dist)
         likelihood = p.z_hit * np.exp(-0.5 * (distance / p.sigma_hit) ** 2) + p.z_rand / max_range
         field: Array = np.log(likelihood)
         return field
 
-    # ------------------------------------------------------------ what it says
+    # ------------------------------------------------------------ results
 
     @property
     def running(self) -> bool:
-        """Whether scans are of use: an initial pose was given, or the robot is looking for itself."""
+        """Whether updates are of use: an initial pose was set, or a search is active."""
         return len(self._particles) > 0
 
     @property
     def estimate(self) -> Estimate | None:
-        """What the particles said at the last update; None before an initial pose, and while the robot is lost."""
+        """Estimate of the last update; None before an initial pose and during a search."""
         return None if self._lost else self._estimate
 
     @property
@@ -109,19 +107,19 @@ class Localisation(Stateful):
         return self._particles
 
     def pose(self, odometry: Pose2) -> Pose2 | None:
-        """The pose in the map: the last estimate carried on by odometry; None if there is none."""
+        """Return the pose in `map`: the last estimate advanced by odometry; None without an estimate."""
         offset = self.map_to_odom()
         return None if offset is None else offset.compose(odometry)
 
     def map_to_odom(self) -> Pose2 | None:
-        """The pose of `odom` in the map; None without an estimate."""
+        """Return the pose of `odom` in `map`; None without an estimate."""
         estimate = self.estimate
         return None if estimate is None else estimate.pose.compose(self._odometry.inverse())
 
-    # ------------------------------------------------------------ what it is told
+    # ------------------------------------------------------------ inputs
 
     def set_initial_pose(self, pose: Pose2, odometry: Pose2, tick: int) -> None:
-        """Start over about a pose in the map, at a pose in `odom`."""
+        """Restart around a pose in `map`, at a pose in `odom`."""
         deviation = np.array(self._parameters.initial_deviation)
         self._fit_slow = self._fit_fast = 0.0
         draws = self._noise.at(tick).standard_normal((self._parameters.max_particles, 3))
@@ -130,18 +128,18 @@ class Localisation(Stateful):
         self._lost = False
 
     def search(self, odometry: Pose2, tick: int) -> None:
-        """Start over with particles all over the free floor: there is no pose until they agree on one."""
+        """Restart with particles all over the free floor; the pose is unknown until they converge."""
         self._odometry, self._estimate, self._fresh, self._lost = odometry, None, True, True
         self._searches = 0
         self._begin_search(self._noise.at(tick))
 
     def _begin_search(self, random: np.random.Generator) -> None:
-        self._particles = self._anywhere(self._parameters.global_particles, random)
+        self._particles = self._random_poses(self._parameters.global_particles, random)
         self._searches, self._updates = self._searches + 1, 0
         self._fit_slow = self._fit_fast = 0.0
 
     def update(self, odometry: Pose2, scan: Scan, tick: int) -> None:
-        """Take in a scan, if the robot has moved enough since the last one. The filter has to be running."""
+        """Update with a scan, if the robot has moved enough since the last one; requires `running`."""
         assert self.running
         motion = self._odometry.inverse().compose(odometry)
         p = self._parameters
@@ -158,12 +156,12 @@ class Localisation(Stateful):
             self._scatter(evidence, beams, random)
         self._estimate = estimate(self._particles)
         if self._lost:
-            self._search_on(self._estimate, scan, random)
+            self._continue_search(self._estimate, scan, random)
         else:
-            self._look_around(self._estimate, scan, random)
+            self._try_nearby_poses(self._estimate, scan, random)
 
-    def _look_around(self, believed: Estimate, scan: Scan, random: np.random.Generator) -> None:
-        """Move to a place around the estimate where the scan fits much better, if most of it does not fit."""
+    def _try_nearby_poses(self, believed: Estimate, scan: Scan, random: np.random.Generator) -> None:
+        """Adopt a nearby pose where the scan fits much better, if most of it does not fit."""
         misfit = self._misfit(believed.pose, scan)
         if misfit < ASTRAY_SHARE:
             return
@@ -178,8 +176,8 @@ class Localisation(Stateful):
         else:
             self._particles = before
 
-    def _search_on(self, found: Estimate, scan: Scan, random: np.random.Generator) -> None:
-        """See whether the robot has found itself, or has to start over."""
+    def _continue_search(self, found: Estimate, scan: Scan, random: np.random.Generator) -> None:
+        """Finish the search if it has converged on a valid pose, or restart it."""
         self._updates += 1
         gathered = found.share >= FOUND_SHARE and found.deviation <= FOUND_DEVIATION
         relaxed = 2.0 ** max(0, self._searches - STRICT_SEARCHES)
@@ -189,7 +187,7 @@ class Localisation(Stateful):
             self._begin_search(random)
 
     def _misfit(self, pose: Pose2, scan: Scan) -> float:
-        """The share of the beams that do not end near anything on the map, if the robot is at a pose."""
+        """Return the share of beams that do not end near anything on the map, for a pose."""
         bx, by = scan.x[scan.hit], scan.y[scan.hit]
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         cells = self._framed.cells(pose.x + cos * bx - sin * by, pose.y + sin * bx + cos * by)
@@ -198,8 +196,8 @@ class Localisation(Stateful):
 
     # ------------------------------------------------------------ the filter
 
-    def _anywhere(self, count: int, random: np.random.Generator) -> Array:
-        """Poses drawn from the free floor."""
+    def _random_poses(self, count: int, random: np.random.Generator) -> Array:
+        """Draw poses from the free floor."""
         resolution = self._grid.resolution
         cells = self._free[random.integers(len(self._free), size=count)]
         place = self._grid.points(cells) + random.uniform(-0.5, 0.5, (count, 2)) * resolution
@@ -210,7 +208,7 @@ class Localisation(Stateful):
         way = math.hypot(motion.x, motion.y)
         first = math.atan2(motion.y, motion.x) if way > 0.01 else 0.0
         second = wrap(motion.yaw - first)
-        # Driving backwards is not a half turn, a drive and a half turn.
+        # Driving backwards does not start with half a turn.
         turn1 = min(abs(first), math.pi - abs(first))
         turn2 = min(abs(second), math.pi - abs(second))
         noise = random.standard_normal((3, len(particles)))
@@ -223,7 +221,7 @@ class Localisation(Stateful):
         particles[:, 2] = heading + rotation2
 
     def _evidence(self, scan: Scan) -> tuple[Array, int]:
-        """Logarithm of the likelihood of evenly spread beams for each particle, and of how many beams it is."""
+        """Return the log likelihood of evenly spaced beams for each particle, and the number of beams."""
         every = max(1, len(scan.ranges) // self._parameters.max_beams)
         hit = scan.hit[::every]
         bx, by = scan.x[::every][hit], scan.y[::every][hit]
@@ -234,7 +232,7 @@ class Localisation(Stateful):
         return evidence, len(bx)
 
     def _resample(self, evidence: Array, random: np.random.Generator) -> None:
-        """Draw as many particles by their weights as are needed."""
+        """Draw the required number of particles by weight."""
         p = self._parameters
         weights = np.exp((p.global_beam_weight if self._lost else p.beam_weight) * (evidence - evidence.max()))
         weights /= weights.sum()
@@ -250,7 +248,7 @@ class Localisation(Stateful):
         return adapted_count(drawn, p.min_particles, most, p.pf_err, p.pf_z)
 
     def _scatter(self, evidence: Array, beams: int, random: np.random.Generator) -> None:
-        """Put some particles anywhere, the more of them the worse scans fit now than in the long run."""
+        """Replace some particles by random ones, the more the worse scans fit now than on average."""
         p = self._parameters
         if beams == 0:
             return
@@ -259,4 +257,4 @@ class Localisation(Stateful):
         self._fit_fast += (p.recovery_alpha_fast if self._fit_fast else 1.0) * (fit - self._fit_fast)
         share = max(0.0, 1.0 - self._fit_fast / self._fit_slow)
         chosen = random.random(len(self._particles)) < share
-        self._particles[chosen] = self._anywhere(int(chosen.sum()), random)
+        self._particles[chosen] = self._random_poses(int(chosen.sum()), random)

@@ -1,4 +1,4 @@
-"""The map of a world: how far each cell is from the next of what stands in it."""
+"""Builds the map of a world: the distance of each cell to the nearest object."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from sim_nodes.geometry import Array
 from sim_nodes.navigation.grid import FAR, Grid, NavigationMap
 from sim_nodes.physics import Wall
 
-Outline = Array  # of something convex, counterclockwise, shape (n, 2) [m]
+Outline = Array  # of a convex object, counterclockwise, shape (n, 2) [m]
 
 
 def build_map(
     extent: tuple[float, float, float, float], walls: Iterable[Wall], outlines: Iterable[Outline] = ()
 ) -> NavigationMap:
-    """The map of a world. Distances are exact, not counted in cells.
+    """Build the map of a world. Distances are exact, not counted in cells.
 
     Args:
-        extent: Of the map: lower x, lower y, upper x, upper y [m].
-        walls: What stands in it.
-        outlines: Of what else stands in it.
+        extent: Lower x, lower y, upper x, upper y of the map [m].
+        walls: Walls of the world.
+        outlines: Outlines of other objects.
     """
     grid = Grid.over(extent)
     solids: list[Wall | Outline] = [*walls, *outlines]
@@ -38,7 +38,7 @@ def build_map(
 
 
 def _reach(grid: Grid, solids: Sequence[Wall | Outline], xs: Array, ys: Array) -> float:
-    """A distance within which every cell has something, so that there is no need to look further [m]."""
+    """Return a distance that no cell exceeds to its nearest object [m], which bounds the search."""
     covered: NDArray[np.bool_] = np.zeros(xs.shape, dtype=np.bool_)
     for solid in solids:
         near = _window(grid, solid, grid.resolution)
@@ -49,7 +49,7 @@ def _reach(grid: Grid, solids: Sequence[Wall | Outline], xs: Array, ys: Array) -
 
 
 def _most_steps(covered: NDArray[np.bool_]) -> int:
-    """The most steps along the axes from any cell to the next covered one, which is no less than the distance."""
+    """Return the largest number of steps along the axes from a cell to the nearest covered one, an upper bound."""
     steps = np.where(covered, 0, sum(covered.shape))
     for axis in (0, 1):
         for way in (1, -1):
@@ -60,7 +60,7 @@ def _most_steps(covered: NDArray[np.bool_]) -> int:
 
 
 def _window(grid: Grid, solid: Wall | Outline, reach: float) -> tuple[slice, slice]:
-    """The cells within a distance of the box about something."""
+    """Return the cells within a distance of an object's bounding box."""
     left, bottom, right, top = _bounds(solid)
     first = grid.cell(left - reach, bottom - reach)
     last = grid.cell(right + reach, top + reach)
@@ -91,7 +91,7 @@ def _distance_to_wall(wall: Wall, xs: Array, ys: Array) -> Array:
 
 
 def _distance_to_outline(outline: Outline, xs: Array, ys: Array) -> Array:
-    """The distance to the nearest edge, 0 inside, which is to the left of all edges."""
+    """Return the distance to the nearest edge, 0 inside, which is left of all edges."""
     squares = np.full(xs.shape, np.inf)
     inside = np.ones(xs.shape, dtype=np.bool_)
     corners = outline.tolist()

@@ -1,7 +1,7 @@
-"""The obstacle layer: what the lidar sees that is not on the map.
+"""The obstacle layer: objects seen by the lidar that are not on the map.
 
-Each cell counts scans that hit it against scans that looked through it, so that neither one stray beam
-makes an obstacle nor one missed beam removes it. Hits next to walls of the map are taken for the walls.
+Each cell counts the scans that hit it minus the scans that passed through it. So a stray beam does not create an
+obstacle, and a missed one does not remove it. Hits next to walls of the map belong to the walls.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from sim_nodes.navigation.grid import FAR, NavigationMap
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
-HITS = 3  # scans with a hit, net of those that saw through, that make an obstacle
-MOST = 8  # the count saturates, so that what goes away is forgotten in about a second
+HITS = 3  # net number of scans with a hit that make an obstacle
+MOST = 8  # limit of the count, so that obstacles that leave are cleared in about a second
 RANGE = 3.0  # [m] up to which scans are used
-WALL_BAND = 0.15  # [m]; hits nearer to a wall of the map are the wall
-MARGIN = 0.1  # [m] before a hit where a beam does not clear any more
-STRIDE = 0.05  # [m] between the points of a beam that clear
+WALL_BAND = 0.15  # [m] from a wall of the map within which hits belong to it
+MARGIN = 0.1  # [m] before a hit that a beam does not clear
+STRIDE = 0.05  # [m] between cleared points of a beam
 
 
 class ObstacleLayer(Stateful):
-    """Counts of hits on the grid of a map, and the distances to what they make obstacles.
+    """Counts of hits on the grid of a map, and distances to the obstacles.
 
     Attributes:
-        distance: Distance of each cell to the next wall or obstacle [m].
-        changes: How often the set of obstacles has changed.
+        distance: Distance of each cell to the nearest wall or obstacle [m].
+        changes: Number of changes of the set of obstacles.
     """
 
     STATE = ("changes", "_count", "_obstacles", "distance")
@@ -40,20 +40,20 @@ class ObstacleLayer(Stateful):
         self.clear()
 
     def clear(self) -> None:
-        """Forget all obstacles."""
+        """Clear all obstacles."""
         self._count = np.zeros(self._map.distance.shape, dtype=np.int8)
         self._obstacles = np.zeros(self._map.distance.shape, dtype=np.bool_)
         self.distance = self._map.distance
         self.changes += 1
 
     def update(self, pose: Pose2, scan: Scan) -> None:
-        """Take in a scan made at a pose of the base in the map."""
+        """Update with a scan at a pose of the base in `map`."""
         seen = np.zeros(self._count.shape, dtype=np.bool_)
         hit = np.zeros(self._count.shape, dtype=np.bool_)
         lidar = pose.compose(scan.mount)
         angles = scan.angles + pose.yaw
         cos, sin = np.cos(angles), np.sin(angles)
-        self._look_through(seen, lidar, scan, cos, sin)
+        self._mark_seen(seen, lidar, scan, cos, sin)
         near = scan.ranges < RANGE
         x = lidar.x + scan.ranges[near] * cos[near]
         y = lidar.y + scan.ranges[near] * sin[near]
@@ -68,7 +68,7 @@ class ObstacleLayer(Stateful):
             self.changes += 1
             self.distance = self._distances()
 
-    def _look_through(
+    def _mark_seen(
         self,
         seen: NDArray[np.bool_],
         lidar: Pose2,
@@ -88,7 +88,7 @@ class ObstacleLayer(Stateful):
         from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load
 
         resolution = self._map.grid.resolution
-        # The transform counts from centre to centre; an obstacle begins at the border of its cell.
+        # The transform measures between centres; an obstacle begins at the border of its cell.
         distance = distance_transform_edt(~self._obstacles) * resolution - resolution / 2
         combined: Array = np.minimum(self._map.distance, distance.clip(0.0, FAR))
         return combined

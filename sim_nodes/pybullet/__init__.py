@@ -1,1 +1,1 @@
-"""The PyBullet engine: the only folder that imports pybullet."""
+"""The PyBullet engine; the only folder that imports pybullet."""

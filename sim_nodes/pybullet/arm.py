@@ -1,7 +1,6 @@
-"""Arms in PyBullet: motors that hold positions within their torque, and what links touch.
+"""Arms in PyBullet: motors that hold positions within their torque, and contacts of links.
 
-The links of an arm do not collide with each other, which is Bullet's default: paths are checked for that before
-the arm moves.
+Links do not collide with each other, which is Bullet's default: paths are checked for that before the arm moves.
 """
 
 from __future__ import annotations
@@ -15,33 +14,33 @@ import numpy as np
 from sim_nodes.geometry import Array, multiply, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, JointStates, Overlap, Shape, Sphere
 from sim_nodes.pybullet.model import BASE, XYZW, Links, xyzw
-from sim_nodes.pybullet.output import caught
+from sim_nodes.pybullet.output import captured_output
 from sim_nodes.robots.declaration import ArmDeclaration
 
-with caught():  # it prints when it was built
+with captured_output():  # pybullet prints its build time on import
     import pybullet
 
-# Fields of what getContactPoints and getClosestPoints tell of a point.
+# Fields of the results of getContactPoints and getClosestPoints.
 BODY_A, BODY_B, LINK_A, LINK_B, DISTANCE, FORCE = 1, 2, 3, 4, 8, 9
-MAX_FORCE = 10  # field of what getJointInfo tells: the effort of the URDF
-POSITION_GAIN, VELOCITY_GAIN = 0.3, 1.0  # parts of an error that a motor makes up for in one step
+MAX_FORCE = 10  # field of the results of getJointInfo: the effort limit of the URDF
+POSITION_GAIN, VELOCITY_GAIN = 0.3, 1.0  # shares of an error that a motor corrects in one step
 FINGER_GAIN = 0.1
-COUPLING_FORCE, COUPLING_ERROR_REDUCTION = 1000.0, 0.2  # of what keeps fingers at equal positions [N]
+COUPLING_FORCE, COUPLING_ERROR_REDUCTION = 1000.0, 0.2  # of the gear constraint of the fingers [N]
 
 
 def is_touching(point: Sequence[Any]) -> bool:
-    """Whether a contact point is one: points are kept from 2 cm on, before anything touches."""
+    """Whether a contact point touches; Bullet also returns points up to 2 cm apart."""
     return bool(point[DISTANCE] <= 0.0 or point[FORCE] > 0.0)
 
 
 @dataclass(frozen=True)
 class ArmCommand:
-    """What the motors of an arm were told last.
+    """The last command of an arm.
 
     Attributes:
-        targets: Where they pull the joints to [rad].
-        rates: How fast that moves [rad/s].
-        fingers: Where the fingers are pulled to [m], and by which force at most [N].
+        targets: Target positions of the joints [rad].
+        rates: Velocities of the targets [rad/s].
+        fingers: Target position of the fingers [m], and maximum force of each [N].
     """
 
     targets: Array
@@ -51,7 +50,7 @@ class ArmCommand:
 
 @dataclass(frozen=True)
 class Ghost:
-    """A part of a body that is somewhere in thought: name of the body, number of the shape, and its place."""
+    """A collision shape of a body at a hypothetical pose."""
 
     name: str
     shape: int
@@ -63,10 +62,10 @@ class PybulletArm:
     """The joints and links of an arm.
 
     Args:
-        bullet: Bullet.
+        bullet: The Bullet client.
         body: Number of the robot's body.
         links: Its links and joints.
-        arm: What is declared of its arm.
+        arm: Declaration of the arm.
     """
 
     def __init__(self, bullet: Any, body: int, links: Links, arm: ArmDeclaration) -> None:
@@ -87,7 +86,7 @@ class PybulletArm:
                 links.links[name],
                 lateralFriction=arm.gripper.friction,
                 spinningFriction=arm.gripper.torsional_friction,
-                # Without, friction is of speeds only: what is moved fast while it is held slips by millimetres.
+                # Without, friction acts on velocities only: fast moved objects slip by millimetres.
                 frictionAnchor=True,
             )
         self._couple_fingers()
@@ -95,7 +94,7 @@ class PybulletArm:
         self.command_fingers(finger, arm.gripper.max_force)
 
     def _couple_fingers(self) -> None:
-        """Keep the fingers at equal positions, as the gear of a gripper does; Bullet does not know `mimic`."""
+        """Keep the fingers at equal positions by a gear; Bullet ignores `mimic`."""
         left, right = self._fingers
         gear = self._bullet.createConstraint(
             self._body, left, self._body, right, pybullet.JOINT_GEAR, [1, 0, 0], [0, 0, 0], [0, 0, 0]
@@ -103,7 +102,7 @@ class PybulletArm:
         self._bullet.changeConstraint(gear, gearRatio=-1, maxForce=COUPLING_FORCE, erp=COUPLING_ERROR_REDUCTION)
 
     def put(self, positions: Array) -> None:
-        """Put the joints of the arm to positions at once, the fingers left as they are."""
+        """Set the positions of the arm's joints; the fingers keep theirs."""
         for joint, position in zip(self._joints, positions.tolist(), strict=True):
             self._bullet.resetJointState(self._body, joint, position)
 
@@ -121,29 +120,29 @@ class PybulletArm:
     def command_joints(self, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""
         self._targets, self._rates = positions, velocities
-        self._pull()
+        self._send_command()
 
     @property
     def command(self) -> ArmCommand:
-        """What the motors were told last."""
+        """The last command."""
         return ArmCommand(self._targets, self._rates, self._grip)
 
-    def take_up(self, command: ArmCommand) -> None:
-        """Go on with a command."""
+    def apply_command(self, command: ArmCommand) -> None:
+        """Set the motor targets from a command."""
         self.command_joints(command.targets, command.rates)
         self.command_fingers(*command.fingers)
 
     @property
     def is_moving(self) -> bool:
-        """Whether what the motors pull the joints to moves."""
+        """Whether the joint targets move."""
         return bool(self._rates.any())
 
-    def follow(self, time: float) -> None:
-        """Move what the motors pull the joints to, by what it moves in a time [s]."""
+    def advance_targets(self, time: float) -> None:
+        """Advance the joint targets by a duration [s]."""
         self._targets = self._targets + time * self._rates
-        self._pull()
+        self._send_command()
 
-    def _pull(self) -> None:
+    def _send_command(self) -> None:
         count = len(self._joints)
         self._bullet.setJointMotorControlArray(
             self._body,
@@ -169,7 +168,7 @@ class PybulletArm:
         )
 
     def link_name(self, number: int) -> str:
-        """The name of a link; empty for the base."""
+        """Return the name of a link; empty for the base."""
         return "" if number == BASE else self._links[number]
 
     def contacts(self, owners: Mapping[int, str]) -> frozenset[tuple[str, str]]:
@@ -188,20 +187,20 @@ class PybulletArm:
         own: Sequence[tuple[str, str]],
         carried: Sequence[Ghost],
     ) -> list[Overlap]:
-        """What the links would be inside of with the joints at positions.
+        """Return the overlaps of the links at hypothetical joint positions.
 
         Args:
-            positions: Of the arm's joints [rad].
-            owners: Names of what is looked at besides the arm, by the numbers of the bodies.
-            own: Pairs of links of the arm that are looked at.
-            carried: The parts of what it carries.
+            positions: Positions of the arm's joints [rad].
+            owners: Entities to check by body number.
+            own: Pairs of links of the arm to check.
+            carried: Shapes of the carried body.
         """
         states = self._bullet.getJointStates(self._body, self._joints)
         self.put(positions)
         found = [overlap for number, name in owners.items() for overlap in self._in_body(number, name)]
         found += [overlap for pair in own for overlap in self._in_itself(*pair)]
         found += [overlap for ghost in carried for overlap in self._of_ghost(ghost, owners)]
-        # Saving and restoring the whole state would be as exact, and takes several times as long as all of this.
+        # Saving and restoring the whole state would be as exact, but several times slower.
         for joint, (position, velocity, *_) in zip(self._joints, states, strict=True):
             self._bullet.resetJointState(self._body, joint, position, velocity)
         return found
@@ -243,9 +242,9 @@ class PybulletArm:
 
 
 class Ghosts:
-    """Shapes of bodies that are somewhere in thought only; each is made once.
+    """Collision shapes of bodies at hypothetical poses; each is made once.
 
-    To move the body itself and put it back would change the last bits of where it is.
+    Moving the body itself and back would change the last bits of its pose.
     """
 
     def __init__(self, bullet: Any) -> None:
@@ -253,7 +252,7 @@ class Ghosts:
         self._shapes: dict[Shape, int] = {}
 
     def of(self, name: str, model: BodyModel, state: BodyState) -> list[Ghost]:
-        """The parts of a body in a state."""
+        """Place the shapes of a body in a state."""
         turn = rotation_matrix(state.orientation)
         return [
             Ghost(

@@ -1,4 +1,4 @@
-"""Pictures by PyBullet's own software renderer, which needs nothing of the system."""
+"""Rendering by PyBullet's software renderer, which has no system requirements."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import pybullet
 from sim_nodes.colours import FLOOR_TILES, LIGHT_DIRECTION, SKY, TILE
 from sim_nodes.views import FAR, NEAR, Picture, View
 
-SUN = tuple(-part for part in LIGHT_DIRECTION)  # where light comes from
+SUN = tuple(-part for part in LIGHT_DIRECTION)  # direction towards the light
 SUN_DISTANCE = 20.0  # [m]
-BACKGROUND = 1.0  # in the buffer of depths
+BACKGROUND = 1.0  # of the depth buffer
 UP = (0.0, 0.0, 1.0)
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 TRIANGLES = (0, 1, 2, 0, 2, 3)  # of a tile, by its corners
@@ -23,7 +23,7 @@ Extent = tuple[float, float, float, float]
 
 
 def floor_shapes(bullet: Any, extent: Extent) -> tuple[int, int]:
-    """What is seen of a floor: tiles of one colour, and of another. Bullet's own is endless, and blue."""
+    """Add a floor of tiles in two colours; returns the numbers of both shapes. Bullet's own is infinite."""
     first, second = (
         bullet.createVisualShape(
             pybullet.GEOM_MESH,
@@ -38,7 +38,7 @@ def floor_shapes(bullet: Any, extent: Extent) -> tuple[int, int]:
 
 
 def _tiles(extent: Extent, odd: int) -> tuple[list[tuple[float, float, float]], list[int]]:
-    """Vertices and indices of every other tile; those at the edges are cut."""
+    """Return vertices and indices of every other tile; tiles are cut at the edges."""
     left, bottom, right, top = extent
     columns = range(math.floor(left / TILE), math.ceil(right / TILE))
     rows = range(math.floor(bottom / TILE), math.ceil(top / TILE))
@@ -55,7 +55,7 @@ def _tiles(extent: Extent, odd: int) -> tuple[list[tuple[float, float, float]], 
 
 
 def draw(bullet: Any, view: View) -> Picture:
-    """What is seen from a view."""
+    """Render a view."""
     width, height = view.lens.width, view.lens.height
     ahead, up = view.axes
     *_, colours, depths, _ = bullet.getCameraImage(
@@ -69,7 +69,7 @@ def draw(bullet: Any, view: View) -> Picture:
         renderer=pybullet.ER_TINY_RENDERER,
         flags=pybullet.ER_NO_SEGMENTATION_MASK,
     )
-    # A PyBullet that was compiled without numpy gives tuples.
+    # PyBullet builds without numpy return tuples.
     picture = np.array(colours, dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
     empty = np.asarray(depths, dtype=np.float64).reshape(height, width) >= BACKGROUND
     picture[empty] = np.round(255 * np.array(SKY[:3]))

@@ -1,4 +1,4 @@
-"""What robots drive with in PyBullet: motors that turn wheels at speeds within their torque."""
+"""Wheel motors in PyBullet, with speeds as targets and limited torque."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from sim_nodes.pybullet.model import Links, wheels
-from sim_nodes.pybullet.output import caught
+from sim_nodes.pybullet.output import captured_output
 from sim_nodes.robots.declaration import MobileDeclaration
 
-with caught():  # it prints when it was built
+with captured_output():  # pybullet prints its build time on import
     import pybullet
 
-BEARINGS = 0.002  # [N m] of friction in wheels without power; those without any may creep on for ever
+BEARINGS = 0.002  # [N m] friction of wheels without power; frictionless wheels may creep forever
 
 
 @dataclass(frozen=True)
 class DriveCommand:
-    """What motors were told last: speeds of the left and the right wheel [rad/s], and whether they have power."""
+    """The last motor command: speeds of the left and right wheel [rad/s], and whether the motors have power."""
 
     speeds: tuple[float, float] = (0.0, 0.0)
     has_power: bool = True
@@ -27,25 +27,25 @@ class PybulletDrive:
     """The wheels of a robot.
 
     Args:
-        bullet: Bullet.
+        bullet: The Bullet client.
         body: Number of the robot's body.
         links: Its links and joints.
-        mobile: What is declared of its base.
+        mobile: Declaration of its base.
 
     Attributes:
-        body: See above.
-        wheels: Numbers of the joints of the left and the right wheel.
-        command: What the motors were told last.
+        body: Number of the robot's body.
+        wheels: Joint numbers of the left and right wheel.
+        command: The last command.
     """
 
     def __init__(self, bullet: Any, body: int, links: Links, mobile: MobileDeclaration) -> None:
         self._bullet, self.body = bullet, body
         self.wheels = wheels(links, mobile.drive)
         self._torque = mobile.drive.motor_torque
-        self.take_up(DriveCommand())
+        self.apply_command(DriveCommand())
 
-    def take_up(self, command: DriveCommand) -> None:
-        """Have the motors obey a command."""
+    def apply_command(self, command: DriveCommand) -> None:
+        """Set the motor targets from a command."""
         self.command = command
         speeds, torque = (command.speeds, self._torque) if command.has_power else ((0.0, 0.0), BEARINGS)
         self._bullet.setJointMotorControlArray(
@@ -62,6 +62,6 @@ class PybulletDrive:
         return left[0], right[0]
 
     def stop(self) -> None:
-        """Bring the wheels to rest at once."""
+        """Stop the wheels at once."""
         for wheel, angle in zip(self.wheels, self.angles(), strict=True):
             self._bullet.resetJointState(self.body, wheel, angle, 0.0)

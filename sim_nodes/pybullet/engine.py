@@ -1,11 +1,11 @@
-"""The `Engine` of `sim_nodes.physics` by PyBullet.
+"""Implements `Engine` with PyBullet.
 
-Bullet keeps a body by its centre of mass, whose frame is turned to the principal axes of inertia; everything
-here is by the origin of the body's own frame, and `_Body` has what lies between the two.
+Bullet stores the pose of a body's centre of mass, with the principal axes of inertia. Everything here refers to
+the origin of the body's own frame; `_Body` has the transform between them.
 
-Bullet carries contacts over from step to step, which a call puts back only among the bodies that had them (see
-`rewinding.py`). So a reset loads everything anew, in the same order: a world that is reset goes on as one that was
-built. And a state that another process is to go on from is saved as what led to it.
+Bullet carries contacts over from step to step, and restores them only for the same bodies (see `rewinding.py`). So
+a reset loads everything anew, in the same order: a reset world continues as a newly built one. The state for
+another process is saved as the calls that led to it.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ from typing import Any
 import numpy as np
 
 from sim_nodes.colours import WALL, colour_of
-from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix
+from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix, vector
 from sim_nodes.journal import Journal, journaled, replay
 from sim_nodes.physics import (
     FLOOR,
-    OVERLAP,
+    MAX_OVERLAP,
     BodyModel,
     BodyState,
-    Carried,
+    CarriedBody,
+    ContactPoint,
     JointStates,
     Overlap,
     PlacedRobot,
     Scene,
-    TouchPoint,
 )
 from sim_nodes.pybullet.arm import BODY_B, DISTANCE, LINK_A, Ghost, Ghosts, PybulletArm, is_touching
+from sim_nodes.pybullet.broadphase import BroadPhase
 from sim_nodes.pybullet.drive import PybulletDrive
-from sim_nodes.pybullet.meeting import Meeting
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
-from sim_nodes.pybullet.output import caught
-from sim_nodes.pybullet.rewinding import AT_ONCE, Checkpoint, LastStep, Saves, tie
+from sim_nodes.pybullet.output import captured_output
+from sim_nodes.pybullet.rewinding import AT_ONCE, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.views import Picture, View
 
-with caught():  # it prints when it was built
+with captured_output():  # pybullet prints its build time on import
     import pybullet
     from pybullet_utils.bullet_client import BulletClient
 
@@ -49,16 +49,16 @@ from sim_nodes.pybullet.stepping import RETRY, Stepper
 
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
-FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; those below are Bullet's own
+FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; Bullet uses those below
 ALL_GROUPS = -1
-POSITION = 5  # of a contact point on the first body, among what Bullet says of it
-NORMAL = 7  # of the contact, from the second body to the first
-NO_SHAPE = -1  # to collide with
+POSITION = 5  # field of a contact point: its position on the first body
+NORMAL = 7  # field of a contact point: normal from the second body to the first
+NO_SHAPE = -1  # body without a collision shape
 
 
 @dataclass(frozen=True)
 class _Body:
-    """A body: its number, and the frame of its mass in its own frame."""
+    """Number of a body, and the frame of its centre of mass in its own frame."""
 
     number: int
     static: bool
@@ -67,25 +67,25 @@ class _Body:
 
 
 @dataclass(frozen=True)
-class _Eye:
-    """What a robot sees by, in Bullet."""
+class _LidarMount:
+    """Link and collision group of a robot's lidar."""
 
     body: int
     link: int  # of the lidar
-    group: int  # collision group, which is the robot's alone
+    group: int  # collision group of the robot alone
 
 
 class PybulletEngine:
-    """PyBullet with one scene; see `sim_nodes.physics.Engine` for what the methods do."""
+    """PyBullet with one scene; implements `sim_nodes.physics.Engine`."""
 
     name = "pybullet"
     version = metadata.version("pybullet")
     steps_per_second = STEPS_PER_SECOND
 
     def __init__(self) -> None:
-        with caught():
+        with captured_output():
             self._bullet: Any = BulletClient(pybullet.DIRECT)
-        self._client: int = self._bullet._client  # calls past the wrapper, which takes its time
+        self._client: int = self._bullet._client  # for direct calls, without the slower wrapper
 
     def build(self, scene: Scene) -> None:
         """See `Engine.build`."""
@@ -121,8 +121,8 @@ class PybulletEngine:
         )
         self._bodies: dict[str, _Body] = {}
         self._owners: dict[int, str] = {}
-        self._static: set[int] = set()  # of the bodies, those that have a base which does not move
-        self._meeting = Meeting(bullet)
+        self._static: set[int] = set()  # numbers of the bodies with a static base
+        self._broadphase = BroadPhase(bullet)
         plane = bullet.createCollisionShape(pybullet.GEOM_PLANE)
         tiles, others = floor_shapes(bullet, self._scene.extent)
         floor = bullet.createMultiBody(0.0, plane, tiles)
@@ -135,10 +135,10 @@ class PybulletEngine:
             model = walls_body(wall for wall in walls if wall.name == name)
             state = BodyState((0.0, 0.0, 0.0))
             number = load_body(bullet, model, state, WALL)
-            self._note(name, number, static=True)
-            self._meeting.stand(number, model.parts, state)
+            self._register(name, number, static=True)
+            self._broadphase.add_static(number, model.parts, state)
         self._drives: dict[str, PybulletDrive] = {}
-        self._eyes: dict[str, _Eye] = {}
+        self._lidars: dict[str, _LidarMount] = {}
         self._arms: dict[str, PybulletArm] = {}
         self._ghosts = Ghosts(bullet)
         self._links: dict[str, dict[str, int]] = {}
@@ -148,12 +148,12 @@ class PybulletEngine:
             self._load_body(name, model, state)
         jointed = {self._bodies[name].number: arm.all_joints for name, arm in self._arms.items()}
         driven = {drive.body: drive.wheels[0] for drive in self._drives.values()}
-        tie(bullet, driven | {body: joints[0] for body, joints in jointed.items()})
-        self._saves = Saves(bullet)
-        self._last: LastStep | None = None  # if it was gone back to
+        join_islands(bullet, driven | {body: joints[0] for body, joints in jointed.items()})
+        self._states = StateStore(bullet)
+        self._last: LastStep | None = None  # after a rewind
         self._stepper = Stepper(self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, jointed)
 
-    def _note(self, name: str, number: int, *, static: bool) -> None:
+    def _register(self, name: str, number: int, *, static: bool) -> None:
         centre, axes = self._bullet.getDynamicsInfo(number, BASE)[3:5]
         self._bodies[name] = _Body(number, static, centre, wxyz(axes))
         self._owners[number] = name
@@ -162,33 +162,33 @@ class PybulletEngine:
 
     def _load_robot(self, index: int, robot: PlacedRobot) -> None:
         number, links = load_robot(self._bullet, robot)
-        self._note(robot.name, number, static=robot.declaration.fixed)
+        self._register(robot.name, number, static=robot.declaration.fixed)
         self._links[robot.name] = links.links
         group = 1 << (FIRST_ROBOT_GROUP + index)
         for link in links.shapes:
             self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
         wide = {links.links[name]: parts for name, parts in links.wide.items()}
-        self._meeting.move(number, wide, fixed=robot.declaration.fixed)
+        self._broadphase.add_moving(number, wide, fixed=robot.declaration.fixed)
         mobile = robot.declaration.mobile
         if mobile is not None:
             self._drives[robot.name] = PybulletDrive(self._bullet, number, links, mobile)
-            self._eyes[robot.name] = _Eye(number, links.links[mobile.lidar.link], group)
+            self._lidars[robot.name] = _LidarMount(number, links.links[mobile.lidar.link], group)
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
     def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         number = load_body(self._bullet, model, state, colour_of(name, model.colour))
-        self._note(name, number, static=model.static)
+        self._register(name, number, static=model.static)
         if model.static:
-            self._meeting.stand(number, model.parts, state)
+            self._broadphase.add_static(number, model.parts, state)
         else:
-            self._meeting.move(number, {})
-        self._place(self._bodies[name], state)
+            self._broadphase.add_moving(number, {})
+        self._set_state(self._bodies[name], state)
 
     def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
         self._last = None
-        made = self._stepper.make(count, [arm for arm in self._arms.values() if arm.is_moving])
+        made = self._stepper.step(count, [arm for arm in self._arms.values() if arm.is_moving])
         self.journal.step(made)
         return made
 
@@ -200,10 +200,10 @@ class PybulletEngine:
     def checkpoint(self) -> Checkpoint | None:
         """See `Rewinds.checkpoint`."""
         mark = self.journal.mark()
-        if mark is None or self._meeting.is_twice():
+        if mark is None or self._broadphase.has_ambiguous_pair():
             return None
         return Checkpoint(
-            self._saves.take(),
+            self._states.save(),
             mark,
             {name: drive.command for name, drive in self._drives.items()},
             {name: arm.command for name, arm in self._arms.items()},
@@ -213,7 +213,7 @@ class PybulletEngine:
     def _seen_of_last_step(self) -> LastStep:
         return LastStep(
             self.touching(),
-            {name: self.touch_points(name) for name in self._links},
+            {name: self.contact_points(name) for name in self._links},
             {name: self.link_contacts(name) for name in self._arms},
             {name: self.joint_states(name).efforts for name in self._arms},
         )
@@ -221,29 +221,29 @@ class PybulletEngine:
     def rewind(self, checkpoint: Checkpoint) -> None:
         """See `Rewinds.rewind`."""
         self.journal.cut(checkpoint.mark)
-        if self._stepper.is_lost or not self._saves.has(checkpoint.saved):
-            # Bullet takes what has no place any more out of its world for good.
+        if self._stepper.has_diverged or not self._states.is_latest(checkpoint.saved):
+            # Bullet removes bodies without a pose from its world for good.
             self.restore(self.save())
             return
-        self._saves.put_back(checkpoint.saved, self._movable())
-        for name, told in checkpoint.drives.items():
-            self._drives[name].take_up(told)
+        self._states.restore(checkpoint.saved, self._movable())
+        for name, speeds in checkpoint.drives.items():
+            self._drives[name].apply_command(speeds)
         for name, command in checkpoint.arms.items():
-            self._arms[name].take_up(command)
+            self._arms[name].apply_command(command)
         self._last = checkpoint.last
         self._stepper.touching = self._last.touching
-        self._stepper.disturb()
+        self._stepper.invalidate()
 
     def _movable(self) -> list[int]:
-        """Numbers of the bodies that move, or of which parts do."""
+        """Return the numbers of the bodies that move, or have moving parts."""
         return [body.number for name, body in self._bodies.items() if name in self._arms or not body.static]
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""
         return self._stepper.touching
 
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
-        """See `Engine.touch_points`."""
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
+        """See `Engine.contact_points`."""
         if self._last is not None:
             return self._last.points.get(name, ())
         number, points = self._bodies[name].number, []
@@ -253,7 +253,7 @@ class PybulletEngine:
             if is_touching(point) and other not in (name, FLOOR):
                 x, y, z = point[NORMAL]
                 link = "" if arm is None else arm.link_name(point[LINK_A])
-                points.append(TouchPoint(other, point[POSITION], (-x, -y, -z), link))
+                points.append(ContactPoint(other, point[POSITION], (-x, -y, -z), link))
         return tuple(points)
 
     def overlaps(self, name: str) -> tuple[str, ...]:
@@ -264,14 +264,14 @@ class PybulletEngine:
 
     def _overlap(self, first: int, second: int) -> bool:
         points = self._bullet.getClosestPoints(first, second, 0.0)
-        return any(point[DISTANCE] < -OVERLAP for point in points)
+        return any(point[DISTANCE] < -MAX_OVERLAP for point in points)
 
     @journaled
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         """See `Engine.add_body`."""
         self._load_body(name, model, state)
         self._added[name] = (model, state)
-        self._stepper.disturb()
+        self._stepper.invalidate()
 
     @journaled
     def remove_body(self, name: str) -> None:
@@ -280,9 +280,9 @@ class PybulletEngine:
         self._bullet.removeBody(number)
         del self._owners[number], self._added[name]
         self._static.discard(number)
-        self._meeting.remove(number)
+        self._broadphase.remove(number)
         self._last = None
-        self._stepper.disturb()
+        self._stepper.invalidate()
 
     def body_state(self, name: str) -> BodyState:
         """See `Engine.body_state`."""
@@ -292,7 +292,7 @@ class PybulletEngine:
         orientation = multiply(wxyz(turn), conjugate(body.axes))
         x, y, z = rotated(orientation, body.centre)
         (a, b, c), (u, v, w), (p, q, r) = centre, linear, angular
-        # The velocity of the origin is that of the centre less the angular velocity times the arm between them.
+        # Velocity of the origin: that of the centre minus angular velocity times the arm between them.
         velocity = (u - q * z + r * y, v - r * x + p * z, w - p * y + q * x)
         return BodyState((a - x, b - y, c - z), orientation, velocity, angular)
 
@@ -300,20 +300,20 @@ class PybulletEngine:
     def set_body_state(self, name: str, state: BodyState) -> None:
         """See `Engine.set_body_state`."""
         body = self._bodies[name]
-        self._place(body, state)
-        self._stepper.disturb()
+        self._set_state(body, state)
+        self._stepper.invalidate()
         if body.static:
-            self._meeting.stand(body.number, self._added[name][0].parts, state)
+            self._broadphase.add_static(body.number, self._added[name][0].parts, state)
         if name in self._drives:
             self._drives[name].stop()
 
-    def _place(self, body: _Body, state: BodyState) -> None:
+    def _set_state(self, body: _Body, state: BodyState) -> None:
         bullet = self._bullet
         arm = rotation_matrix(state.orientation) @ body.centre
         turn = multiply(state.orientation, body.axes)
-        bullet.resetBasePositionAndOrientation(body.number, _sum(state.position, arm), xyzw(turn))
+        bullet.resetBasePositionAndOrientation(body.number, vector(np.add(state.position, arm)), xyzw(turn))
         if not body.static:
-            linear = _sum(state.linear, np.cross(state.angular, arm))
+            linear = vector(np.add(state.linear, np.cross(state.angular, arm)))
             bullet.resetBaseVelocity(body.number, linear, state.angular)
 
     def wheel_angles(self, robot: str) -> tuple[float, float]:
@@ -322,24 +322,24 @@ class PybulletEngine:
 
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         """See `Engine.command_wheels`."""
-        if (left, right) != self._drives[robot].command.speeds:  # most say in each tick what was said before
-            self.turn_wheels(robot, left, right)
+        if (left, right) != self._drives[robot].command.speeds:  # in most ticks, the command repeats
+            self.set_motor_speeds(robot, left, right)
 
     @journaled
-    def turn_wheels(self, robot: str, left: float, right: float) -> None:
-        """Have motors turn the wheels at other speeds [rad/s]."""
+    def set_motor_speeds(self, robot: str, left: float, right: float) -> None:
+        """Set the motor speeds of the wheels [rad/s]."""
         drive = self._drives[robot]
-        drive.take_up(replace(drive.command, speeds=(left, right)))
+        drive.apply_command(replace(drive.command, speeds=(left, right)))
 
     @journaled
     def power_wheels(self, robot: str, on: bool) -> None:
         """See `Engine.power_wheels`."""
         drive = self._drives[robot]
-        drive.take_up(replace(drive.command, has_power=on))
+        drive.apply_command(replace(drive.command, has_power=on))
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
-        eye, bullet = self._eyes[robot], self._bullet
+        eye, bullet = self._lidars[robot], self._bullet
         link = bullet.getLinkState(eye.body, eye.link, computeForwardKinematics=True)
         origin, orientation = link[4:6]
         ends = origin + limit * directions @ rotation_matrix(wxyz(orientation)).T
@@ -357,13 +357,13 @@ class PybulletEngine:
     def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""
         self._arms[robot].command_joints(positions, velocities)
-        self._stepper.disturb(RETRY)  # motors may pull hard until they are there
+        self._stepper.invalidate(RETRY)  # motors may pull hard until they arrive
 
     @journaled
     def command_fingers(self, robot: str, position: float, force: float) -> None:
         """See `Engine.command_fingers`."""
         self._arms[robot].command_fingers(position, force)
-        self._stepper.disturb(RETRY)
+        self._stepper.invalidate(RETRY)
 
     def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:
         """See `Engine.link_contacts`."""
@@ -372,7 +372,7 @@ class PybulletEngine:
         return self._arms[robot].contacts(self._owners)
 
     def arm_overlaps(
-        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         """See `Engine.arm_overlaps`."""
         parts: list[Ghost] = []
@@ -396,8 +396,3 @@ class PybulletEngine:
     def render(self, view: View) -> Picture:
         """See `Engine.render`."""
         return draw(self._bullet, view)
-
-
-def _sum(first: Vector, second: Array) -> Vector:
-    x, y, z = np.add(first, second).tolist()
-    return (x, y, z)

@@ -1,6 +1,6 @@
-"""Scenes, robots and bodies as URDF that Bullet loads, and what URDF cannot say: friction, motors, damping.
+"""URDF of scenes, robots and bodies for Bullet, and settings that URDF lacks: friction, motors, damping.
 
-All shapes go through URDF: other ways to make bodies take 16 shapes at most, and approximate their inertia.
+All shapes are loaded by URDF: other functions accept at most 16 shapes, and approximate their inertia.
 """
 
 from __future__ import annotations
@@ -27,30 +27,29 @@ from sim_nodes.physics import (
     Sphere,
     Wall,
 )
-from sim_nodes.pybullet.output import caught
-from sim_nodes.pybullet.shapes import split_links
+from sim_nodes.pybullet.output import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
-from sim_nodes.robots.shapes import link_parts
+from sim_nodes.robots.urdf_check import link_parts
 
-FASTEST = 1e5  # [m/s], [rad/s]; Bullet's own limit of a body's velocity is 100, also for those without joints
-BASE = -1  # Bullet's index of the link that is no joint's child
+FASTEST = 1e5  # [m/s], [rad/s]; Bullet's default velocity limit is 100, also for bodies without joints
+BASE = -1  # Bullet's index of the base link
 XYZW = tuple[float, float, float, float]  # Bullet's order of quaternions
 
 
 class Links:
-    """Indices of the links and joints of a loaded robot, by name; a joint has the index of its child.
+    """Indices of the links and joints of a loaded robot by name; a joint has the index of its child link.
 
     Args:
-        bullet: Bullet.
+        bullet: The Bullet client.
         body: Number of the robot's body.
-        robot: Its declaration.
-        added: Names of links that were added for the further shapes of links, with the names of these.
+        robot: Declaration of the robot.
+        added: Names of links added for further shapes, with the names of the original links.
 
     Attributes:
-        joints: The joints.
-        links: The links.
-        shapes: The links, and those that were added, with the name of the link that they are of.
-        wide: Links of more than one shape, with these.
+        joints: Indices of joints.
+        links: Indices of links.
+        shapes: Indices of all links, also added ones, with the names of the original links.
+        wide: Links of more than one shape, with their shapes.
     """
 
     def __init__(self, bullet: Any, body: int, robot: RobotDeclaration, added: Mapping[str, str]) -> None:
@@ -66,22 +65,22 @@ class Links:
 
 
 def xyzw(orientation: Quaternion) -> XYZW:
-    """A quaternion in Bullet's order."""
+    """Convert a quaternion to Bullet's order."""
     w, x, y, z = orientation
     return x, y, z, w
 
 
 def wxyz(orientation: XYZW) -> Quaternion:
-    """A quaternion of Bullet in ours."""
+    """Convert a quaternion from Bullet's order."""
     x, y, z, w = orientation
     return w, x, y, z
 
 
 def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
-    """Load a robot; returns the number of its body and the indices of its links."""
+    """Load a robot; returns its body number and the indices of its links."""
     declaration = robot.declaration
     root = fromstring(declaration.urdf)
-    # Arms have links of many shapes, which seldom touch anything; and every link takes time.
+    # Arms have links of many shapes, which rarely touch anything; and every link takes time.
     added = split_links(root) if declaration.arm is None and not declaration.fixed else {}
     body = _load(bullet, root, robot.state, static=declaration.fixed)
     links = Links(bullet, body, declaration, added)
@@ -98,14 +97,14 @@ def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
 
 
 def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
-    """Indices of the left and the right wheel."""
+    """Return the joint indices of the left and right wheel."""
     return links.joints[drive.left_joint], links.joints[drive.right_joint]
 
 
 def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:
     """Load a body; returns its number."""
     root = _urdf(model, colour)
-    if not model.static:  # what does not move stays one link, since links take time, however they are fixed
+    if not model.static:  # static bodies stay one link, because every link takes time
         split_links(root)
     body = _load(bullet, root, state, static=model.static)
     for index in range(BASE, bullet.getNumJoints(body)):
@@ -116,21 +115,21 @@ def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -
 
 
 def _undamp(bullet: Any, body: int) -> None:
-    """Let a body move on; with friction in the same call, Bullet gives that to the base, and not to the link."""
+    """Remove the damping of a body; in a call with friction, Bullet would apply that to the base only."""
     bullet.changeDynamics(body, BASE, linearDamping=0.0, angularDamping=0.0)
 
 
 def walls_body(walls: Iterable[Wall]) -> BodyModel:
-    """Walls as one body at the origin."""
+    """Return walls as one body at the origin."""
     return BodyModel(tuple(wall.part for wall in walls), static=True)
 
 
 def _load(bullet: Any, urdf: Element, state: BodyState, *, static: bool = False) -> int:
-    # With convex hulls in place of cylinders, wheels are polygons and robots 3 % too fast.
+    # Convex hulls instead of cylinders would make wheels polygons, and robots 3 % too fast.
     flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_IMPLICIT_CYLINDER
-    with tempfile.TemporaryDirectory(prefix="seoro-") as folder, caught():
+    with tempfile.TemporaryDirectory(prefix="seoro-") as folder, captured_output():
         path = Path(folder) / "model.urdf"
-        # Bullet breaks lines after 8 KiB, also in the middle of a word.
+        # Bullet breaks lines after 8 KiB, even within a word.
         text = tostring(urdf, encoding="unicode")
         path.write_text(text.replace("><", ">\n<"), encoding="utf-8")
         body: int = bullet.loadURDF(
@@ -178,3 +177,33 @@ def _geometry(parent: Element, shape: Shape) -> None:
 
 def _numbers(values: Iterable[float]) -> str:
     return " ".join(map(repr, values))
+
+
+SPECK = "1e-5 1e-5 1e-5"  # [m] visual of an added link; without one, Bullet renders the collision shape
+
+
+def split_links(root: Element) -> dict[str, str]:
+    """Give every collision shape of a URDF its own link; returns the original links by added ones."""
+    added = {}
+    for link in root.findall("link"):
+        name = link.get("name", "")
+        for index, collision in enumerate(link.findall("collision")[1:], 1):
+            part = f"{name}#{index}"
+            link.remove(collision)
+            _add(root, link, part).append(collision)
+            added[part] = name
+    return added
+
+
+def _add(root: Element, link: Element, name: str) -> Element:
+    """Add a massless link that is fixed to another."""
+    new = SubElement(root, "link", name=name)
+    inertial = SubElement(new, "inertial")
+    SubElement(inertial, "mass", value="0")
+    SubElement(inertial, "inertia", ixx="0", iyy="0", izz="0", ixy="0", ixz="0", iyz="0")
+    if link.find("visual") is not None:
+        SubElement(SubElement(SubElement(new, "visual"), "geometry"), "box", size=SPECK)
+    joint = SubElement(root, "joint", name=name, type="fixed")
+    SubElement(joint, "parent", link=link.get("name", ""))
+    SubElement(joint, "child", link=name)
+    return new

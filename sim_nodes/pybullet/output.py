@@ -1,4 +1,4 @@
-"""What Bullet prints, caught: it writes to the process's own stdout and stderr, past Python."""
+"""Captures the output of Bullet, which writes directly to the process's stdout and stderr."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ log = logging.getLogger(__name__)
 
 
 @contextmanager
-def caught() -> Iterator[None]:
-    """Log what C code in the block prints, which is dull unless something fails, for debugging."""
+def captured_output() -> Iterator[None]:
+    """Log the output of C code in the block at debug level."""
     libc = ctypes.CDLL(None)
     _flush(libc)
     kept = [(number, os.dup(number)) for number in (1, 2)]
@@ -35,7 +35,7 @@ def caught() -> Iterator[None]:
 
 
 def _flush(libc: ctypes.CDLL) -> None:
-    """Have all that was printed so far written to where it belongs: C's buffers and Python's."""
+    """Flush the buffers of C and of Python."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()

@@ -1,1 +1,1 @@
-"""Robots: what they are made of, how they move, what they feel."""
+"""Robots: declarations, parts, motion and sensors."""

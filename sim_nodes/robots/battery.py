@@ -1,7 +1,6 @@
-"""The battery of a base: energy from which it takes one power while it stands, and another while it drives.
+"""The battery of a base, with one constant power draw at rest and another while driving.
 
-Nothing else draws from it, and nothing charges it. What a robot does whose battery is empty is a matter of its
-makers; here the charge stays 0 then, and the robot goes on.
+Nothing else draws power, and nothing charges it. At a charge of 0, the robot keeps working.
 """
 
 from __future__ import annotations
@@ -17,20 +16,20 @@ class Battery(Stateful):
     """A battery.
 
     Args:
-        declaration: What is declared of it.
+        declaration: Declaration of the battery.
     """
 
     STATE = ("_tick", "_standing", "_driving")
 
     def __init__(self, declaration: BatteryDeclaration) -> None:
         self._declaration = declaration
-        self._tick = 0  # of the last look
-        # Ticks are counted, so that the charge does not depend on how often it was looked.
+        self._tick = 0  # of the last update
+        # Ticks are counted, so that the charge does not depend on the number of updates.
         self._standing = 0
         self._driving = 0
 
-    def pass_tick(self, tick: int, *, drives: bool) -> None:
-        """Note whether the base has driven since the last look."""
+    def update(self, tick: int, *, drives: bool) -> None:
+        """Update with whether the base has driven since the last update."""
         passed, self._tick = tick - self._tick, tick
         if drives:
             self._driving += passed
@@ -39,7 +38,7 @@ class Battery(Stateful):
 
     @property
     def charge(self) -> float:
-        """From 0 to 1, at the last look."""
+        """Charge from 0 to 1 at the last update."""
         declared = self._declaration
         drawn = (self._standing * declared.idle + self._driving * declared.driving) * TICK / HOUR  # [Wh]
         return max(0.0, declared.charge - drawn / declared.capacity)

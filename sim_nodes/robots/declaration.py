@@ -1,9 +1,8 @@
-"""What is declared of a robot besides its URDF: what it senses, how its motors move it."""
+"""Declarations of robots beyond their URDF: sensors, motors and limits."""
 
 from __future__ import annotations
 
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Self
 
@@ -14,16 +13,16 @@ from pydantic import (
     NonNegativeFloat,
     PositiveFloat,
     PositiveInt,
-    ValidationError,
     model_validator,
 )
 
-from sim_nodes.files import NAME, FileError, Lines, problems, read_text, read_yaml
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
+from sim_nodes.files import NAME, bundled_names, validate
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
 
 OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motors", "odometry", "robot"})
-"""Names of what a robot may have besides cameras."""
+"""Names of devices of robots besides cameras."""
 
 
 class _Declared(BaseModel):
@@ -41,14 +40,14 @@ class DriveDeclaration(_Declared):
     max_acceleration: PositiveFloat  # [m/s^2]
     max_turn_rate: PositiveFloat  # [rad/s]
     max_turn_acceleration: PositiveFloat  # [rad/s^2]
-    motor_gain: PositiveFloat  # torque per error of speed [N m s/rad]
+    motor_gain: PositiveFloat  # torque per speed error [N m s/rad]
     motor_torque: PositiveFloat  # limit [N m]
     armature: PositiveFloat  # inertia of rotor and gear at the wheel [kg m^2]
     wheel_friction: PositiveFloat
 
 
 class OdometryDeclaration(_Declared):
-    """Errors of wheel odometry: standard deviations that grow with the square root of what was driven."""
+    """Errors of wheel odometry: standard deviations that grow with the square root of the distance."""
 
     distance_noise: float  # of distance, per metre driven [m / sqrt(m)]
     turn_noise: float  # of heading, per radian turned [rad / sqrt(rad)]
@@ -67,8 +66,8 @@ class LidarDeclaration(_Declared):
     min_range: PositiveFloat  # [m]
     max_range: PositiveFloat
     noise: NonNegativeFloat  # standard deviation of a range [m]
-    resolution: NonNegativeFloat = 0.0  # that ranges are multiples of [m]
-    dropout: float = Field(0.0, ge=0.0, le=1.0)  # probability that a beam sees nothing
+    resolution: NonNegativeFloat = 0.0  # step of the ranges [m]; 0 for none
+    dropout: float = Field(0.0, ge=0.0, le=1.0)  # probability that a beam has no return
 
 
 class CameraDeclaration(_Declared):
@@ -88,32 +87,32 @@ class CameraDeclaration(_Declared):
 
     @property
     def lens(self) -> Lens:
-        """How it looks."""
+        """Lens of the camera."""
         return Lens(self.fov, self.width, self.height)
 
     @property
     def position(self) -> Vector:
-        """Where it is in the link's frame [m]."""
+        """Position in the link's frame [m]."""
         return self.x, self.y, self.z
 
     @property
     def orientation(self) -> Quaternion:
-        """How it is turned in the link's frame."""
+        """Orientation in the link's frame."""
         return quaternion(self.roll, self.pitch, self.yaw)
 
 
 class LocalisationDeclaration(_Declared):
-    """The particle filter: parameters of Nav2's AMCL under their names there, and what that does not have.
+    """Parameters of the particle filter: those of Nav2's AMCL by the same names, and further ones.
 
-    With `recovery_alpha_slow` and `recovery_alpha_fast` above zero (such as 0.001 and 0.1) there are
-    random particles when scans fit worse than they did: the robot may find itself after it has been carried
-    elsewhere, and may lose itself by faults of its lidar.
+    With `recovery_alpha_slow` and `recovery_alpha_fast` above zero (such as 0.001 and 0.1), random particles are
+    added while scans fit worse than before. A robot that was carried elsewhere may then find itself, but faults of
+    its lidar may make it get lost.
     """
 
     min_particles: PositiveInt = 400
     max_particles: PositiveInt = 2000
-    pf_err: PositiveFloat = 0.05  # largest error by the number of particles, as Kullback-Leibler distance
-    pf_z: PositiveFloat = 0.99  # quantile of the normal distribution for keeping it
+    pf_err: PositiveFloat = 0.05  # maximum error by the number of particles: Kullback-Leibler distance
+    pf_z: PositiveFloat = 0.99  # quantile of the normal distribution for the probability of that bound
     max_beams: PositiveInt = 60
     alpha1: NonNegativeFloat = 0.1  # error of rotation from rotation
     alpha2: NonNegativeFloat = 0.1  # error of rotation from translation
@@ -125,15 +124,15 @@ class LocalisationDeclaration(_Declared):
     laser_likelihood_max_dist: PositiveFloat = 1.0  # [m]
     update_min_d: NonNegativeFloat = 0.1  # [m]
     update_min_a: NonNegativeFloat = 0.1  # [rad]
-    recovery_alpha_slow: NonNegativeFloat = 0.0  # how fast the slow and the fast average of the fit follow
+    recovery_alpha_slow: NonNegativeFloat = 0.0  # rate of the slow average of the fit; the fast one follows
     recovery_alpha_fast: NonNegativeFloat = 0.0
-    beam_weight: PositiveFloat = 0.1  # what a beam counts, compared with an independent measurement
+    beam_weight: PositiveFloat = 0.1  # weight of a beam relative to an independent measurement
     initial_deviation: tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat] = (
         0.1,
         0.1,
         0.05,
     )  # [m, m, rad]
-    global_particles: PositiveInt = 20_000  # over the whole map, at most, while the robot looks for itself
+    global_particles: PositiveInt = 20_000  # maximum during a global search
     global_beam_weight: PositiveFloat = 0.03
 
 
@@ -148,7 +147,7 @@ class ImuDeclaration(_Declared):
 
 
 class ZoneDeclaration(_Declared):
-    """A zone of a bumper, from one bearing to another, to the left [rad]."""
+    """A zone of a bumper, from one bearing to another, counterclockwise [rad]."""
 
     name: str
     start: float
@@ -156,7 +155,7 @@ class ZoneDeclaration(_Declared):
 
 
 class BumperDeclaration(_Declared):
-    """A bumper about the base; where zones meet, the first of them is pressed."""
+    """A bumper around the base; where zones meet, the first one is pressed."""
 
     lowest: float  # [m] above the floor
     highest: float
@@ -167,16 +166,16 @@ class BatteryDeclaration(_Declared):
     """A battery; see `battery.py`."""
 
     capacity: PositiveFloat  # [Wh]
-    idle: NonNegativeFloat  # power that it gives while the base stands [W]
-    driving: NonNegativeFloat  # and while its wheels are told to turn [W]
+    idle: NonNegativeFloat  # power at rest [W]
+    driving: NonNegativeFloat  # power while the wheels are commanded to turn [W]
     charge: float = Field(1.0, ge=0.0, le=1.0)  # at the start
 
 
 class MobileDeclaration(_Declared):
-    """A base that drives, finds its way and sees what is about it."""
+    """A base that drives, localises itself and has sensors."""
 
-    radius: PositiveFloat  # of the smallest circle about the base's origin that holds the robot [m]
-    clearance: PositiveFloat  # from the base's origin to walls that plans keep [m]
+    radius: PositiveFloat  # of the smallest circle around the base's origin that contains the robot [m]
+    clearance: PositiveFloat  # from the base's origin to walls, minimum of plans [m]
     drive: DriveDeclaration
     odometry: OdometryDeclaration
     lidar: LidarDeclaration
@@ -187,35 +186,35 @@ class MobileDeclaration(_Declared):
 
 
 class JointDeclaration(_Declared):
-    """A joint of an arm; its range, speed and torque are in the URDF."""
+    """A joint of an arm; its limits are in the URDF."""
 
     name: str
-    home: float  # position at the start [rad]
+    home: float  # initial position [rad]
     max_acceleration: PositiveFloat  # [rad/s^2]
-    stiffness: PositiveFloat  # torque of the motor per error of position [N m/rad]
-    damping: PositiveFloat  # torque of the motor per error of speed [N m s/rad]
+    stiffness: PositiveFloat  # motor torque per position error [N m/rad]
+    damping: PositiveFloat  # motor torque per velocity error [N m s/rad]
     armature: PositiveFloat  # inertia of rotor and gear at the joint [kg m^2]
 
 
 class GripperDeclaration(_Declared):
-    """A parallel gripper: two fingers on a line, each off from where they meet by half the opening."""
+    """A parallel gripper: each finger is half the opening away from the point where both meet."""
 
     joints: tuple[str, str]
     links: tuple[str, str]  # the fingers
-    stroke: PositiveFloat  # the greatest opening [m]
+    stroke: PositiveFloat  # maximum opening [m]
     max_speed: PositiveFloat  # of the opening [m/s]
     min_force: PositiveFloat  # of a finger [N]
     max_force: PositiveFloat
     usual_force: PositiveFloat
-    stiffness: PositiveFloat  # force of the motor per error of position [N/m]
-    damping: PositiveFloat  # force of the motor per speed [N s/m]
+    stiffness: PositiveFloat  # motor force per position error [N/m]
+    damping: PositiveFloat  # motor force per velocity [N s/m]
     armature: PositiveFloat  # inertia of motor and gear at the finger [kg]
     friction: PositiveFloat
     torsional_friction: PositiveFloat  # [m]
 
 
 class ArmDeclaration(_Declared):
-    """An arm with a gripper; `joints` are in order from the base, and all that move between that and the tool."""
+    """An arm with a gripper; `joints` are all movable joints from the base to the tool, in order."""
 
     tool_link: str
     joints: tuple[JointDeclaration, ...]
@@ -223,17 +222,17 @@ class ArmDeclaration(_Declared):
 
 
 class RobotDeclaration(_Declared):
-    """A kind of robot, made of the parts that it has.
+    """A kind of robot.
 
-    `urdf` is the text of its URDF, which the file of the declaration names; `kinds` are the actor types
-    it can stand for, most specific first; `low_friction_links` slide, such as casters.
+    `urdf` is the text of its URDF. `kinds` are the actor types that it can represent, most specific first;
+    `low_friction_links` slide, such as casters.
     """
 
     model: str
     urdf: str
     kinds: tuple[str, ...]
     base_link: str
-    fixed: bool = False  # to the world, where it is placed
+    fixed: bool = False  # whether it is fixed to the world
     body_friction: PositiveFloat
     low_friction_links: tuple[str, ...] = ()
     mobile: MobileDeclaration | None = None
@@ -245,35 +244,30 @@ class RobotDeclaration(_Declared):
         names = [camera.name for camera in self.cameras]
         for name in names:
             if name in OTHER_DEVICES or names.count(name) > 1:
-                raise ValueError(
-                    f"the name of camera {name!r} is taken: that of each of a robot's devices is its own"
-                )
+                raise ValueError(f"duplicate name {name!r} of a camera; names of a robot's devices are unique")
         return self
 
 
 def available_robots() -> tuple[str, ...]:
-    """Names of the kinds of robot that can be put into a world."""
-    files = resources.files(__package__).iterdir()
-    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
+    """Return the names of the robot kinds that come with the node."""
+    return bundled_names(__package__)
 
 
 @cache
 def load_robot(model: str) -> RobotDeclaration:
-    """The declaration of a kind of robot by name, one of `available_robots()`."""
+    """Load the declaration of one of `available_robots()`."""
     return read_robot(Path(__file__).parent / f"{model}.yaml")
 
 
 def read_robot(path: Path) -> RobotDeclaration:
-    """The declaration of a robot in a file, with the URDF that it names, from its folder.
+    """Read a robot declaration and the URDF that it names, relative to its folder.
 
     Raises:
-        FileError: One of the two cannot be read, or the declaration is wrong.
+        FileError: A file is unreadable, or the declaration is invalid.
     """
     text = read_text(path)
     content = read_yaml(text, str(path))
     if not isinstance(content, dict) or not isinstance(content.get("urdf"), str):
-        raise FileError(f"{path}: it has to name its `urdf`, a file beside it")
-    try:
-        return RobotDeclaration.model_validate({**content, "urdf": read_text(path.parent / content["urdf"])})
-    except ValidationError as error:
-        raise FileError(problems(error, Lines(text, str(path)), RobotDeclaration)) from error
+        raise FileError(f"{path}: missing `urdf`; expected a file relative to its folder")
+    content = {**content, "urdf": read_text(path.parent / content["urdf"])}
+    return validate(RobotDeclaration, content, Lines(text, str(path)))

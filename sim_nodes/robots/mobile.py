@@ -1,55 +1,92 @@
-"""A base that drives: what it senses, where it believes to be, what drives it.
+"""A wheeled base: sensors, localisation, navigation and wheels.
 
-It does something in ticks of simulated time only: odometry every tick, scan, localisation and obstacle
-layer at the rate of its lidar, control every `CONTROL_TICKS`. A base that is idle has ticks now and then only.
+It is updated in ticks of simulated time: odometry in every tick; scan, localisation and obstacle layer at the rate
+of its lidar; control every `CONTROL_TICKS`. An idle base is updated less often.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Container
+from collections.abc import Callable, Container
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
-from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.faults.motors import Motion
+from sim_nodes.faults.motor_checks import Motion
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import NOBODY, Ended
+from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.localisation import Localisation
-from sim_nodes.navigation.navigator import Feedback, Goal, Navigator, Situation
+from sim_nodes.navigation.navigator import ControlInput, Feedback, Goal, Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
+from sim_nodes.refusals import incorrect_state
 from sim_nodes.robots.battery import Battery
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity, base_motion, wheel_speeds, wheel_ways
-from sim_nodes.robots.sensing import base_sensors
-from sim_nodes.robots.steering import COMMAND_TIMEOUT, Order, Steering
+from sim_nodes.robots.diff_drive import AT_REST, Velocity, base_motion, wheel_angular_speeds, wheel_speeds
+from sim_nodes.robots.steering import COMMAND_TIMEOUT, Steering, VelocityCommand
 from sim_nodes.robots.wheels import Wheels
-from sim_nodes.sensors.feed import Feed
-from sim_nodes.sensors.lidar import Scan
-from sim_nodes.sensors.odometry import AT_START, Odometer
+from sim_nodes.sensors.bumper import Bumper
+from sim_nodes.sensors.imu import Imu
+from sim_nodes.sensors.lidar import Lidar, Scan
+from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
+from sim_nodes.sensors.sensor import Sensor
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
 CONTROL_TICKS = 2  # 25 Hz
 
 
+def base_sensors(
+    robot: str, declaration: MobileDeclaration, engine: Engine, wheels: Wheels, seed: int
+) -> dict[str, SensorPipeline[Any]]:
+    """Return the pipelines of a base's sensors by name.
+
+    Args:
+        robot: Name of the robot.
+        declaration: Declaration of the base.
+        engine: Engine that simulates it.
+        wheels: Its wheels.
+        seed: Seed of the simulation.
+    """
+
+    def noise(purpose: str) -> Noise:
+        return Noise(seed, f"{robot}/{purpose}")
+
+    state = partial(engine.body_state, robot)
+    lidar = Lidar(declaration.lidar, noise("lidar"), partial(engine.cast_rays, robot))
+    odometry = Odometry(declaration.drive, declaration.odometry, noise("odometry"), wheels.encoders)
+    sensors: dict[str, Sensor[Any]] = {"lidar": lidar, "odometry": odometry}
+    if declaration.imu is not None:
+        sensors["imu"] = Imu(declaration.imu, noise("imu"), noise("imu/bias"), state)
+    if declaration.bumper is not None:
+        sensors["bumper"] = Bumper(declaration.bumper, state)
+    return {
+        name: SensorPipeline(sensor, partial(_noise_of_faults, noise, name), always=sensor is odometry)
+        for name, sensor in sensors.items()
+    }
+
+
+def _noise_of_faults(noise: Callable[[str], Noise], sensor: str, purpose: str) -> Noise:
+    return noise(f"{sensor}/{purpose}")
+
+
 class MobileBase(Stateful):
-    """The base of a robot that drives.
+    """The wheeled base of a robot.
 
     Args:
         name: Name of the robot.
-        declaration: What is declared of its base.
-        engine: The engine that it is in.
-        known: The map of the world.
+        declaration: Declaration of the base.
+        engine: Engine that simulates it.
+        known: Map of the world.
         seed: Seed of the simulation.
 
     Attributes:
         wheels: Its wheels.
-        sensors: The ways of its sensors' samples, by the sensors' names.
-        battery: Its battery, if one is declared.
+        sensors: Pipelines of its sensors by name.
+        battery: Its battery, if declared.
     """
 
     STATE = ("wheels", "battery", "sensors", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
@@ -63,8 +100,8 @@ class MobileBase(Stateful):
         self.wheels = Wheels(name, engine)
         self.battery = None if declaration.battery is None else Battery(declaration.battery)
         self.sensors = base_sensors(name, declaration, engine, self.wheels, seed)
-        self._lidar: Feed[Scan] = self.sensors["lidar"]
-        self._odometry: Feed[Odometer] = self.sensors["odometry"]
+        self._lidar: SensorPipeline[Scan] = self.sensors["lidar"]
+        self._odometry: SensorPipeline[Odometer] = self.sensors["odometry"]
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
@@ -73,99 +110,99 @@ class MobileBase(Stateful):
 
     @property
     def odometry(self) -> Odometer:
-        """What has come of odometry last."""
+        """Latest odometry that has arrived."""
         latest = self._odometry.latest
         return AT_START if latest is None else latest.data
 
     @property
     def goal(self) -> str | None:
-        """The id of the goal that the robot is driving for."""
+        """Id of the active goal."""
         return self._navigator.goal.id if self._navigator.goal is not None else self._steering.goal
 
     @property
     def charge(self) -> float | None:
-        """The charge of its battery, from 0 to 1; None without one."""
+        """Charge of its battery, from 0 to 1; None without one."""
         return None if self.battery is None else self.battery.charge
 
     def motion(self) -> Motion:
-        """What the wheels do in the present tick."""
+        """Return the motion of the wheels in the present tick."""
         state, drive, arrived = self._engine.body_state(self.name), self.declaration.drive, self._odometry.arrived
         (vx, vy, _), yaw = state.linear, state.planar.yaw
         moved = Velocity(vx * math.cos(yaw) + vy * math.sin(yaw), state.angular[2])
         return Motion(
-            told=self.wheels.told,
+            commanded=self.wheels.applied,
             turning=self.wheels.turning,
-            counted=None if arrived is None else wheel_ways(drive, arrived.data.velocity),
-            moved=wheel_ways(drive, moved),
+            odometry=None if arrived is None else wheel_speeds(drive, arrived.data.velocity),
+            actual=wheel_speeds(drive, moved),
         )
 
-    def told_velocity(self) -> Velocity:
-        """The velocity that its motors were told last."""
-        return Velocity(*base_motion(self.declaration.drive, *self.wheels.told))
+    def commanded_velocity(self) -> Velocity:
+        """Return the velocity by the speeds that reach the motors."""
+        return Velocity(*base_motion(self.declaration.drive, *self.wheels.applied))
 
     @property
     def is_idle(self) -> bool:
-        """Whether it neither drives nor localises itself, and nobody uses its sensors."""
+        """Whether it has no motion, no localisation, and no sensor in use."""
         return (
             self.goal is None
-            and self._steering.order is None
+            and self._steering.command is None
             and not self.localisation.running
-            and not any(feed.faults or feed.in_use for feed in self.sensors.values())
+            and not any(pipeline.faults or pipeline.in_use for pipeline in self.sensors.values())
         )
 
     def localised_pose(self) -> Pose2 | None:
-        """The pose in the map as the robot believes it, None until it has an initial pose."""
+        """Return the localised pose in `map`; None before an initial pose."""
         return self.localisation.pose(self.odometry.pose)
 
     def map_to_odom(self) -> Pose2 | None:
-        """The pose of the robot's `odom` in the map, None until it has an initial pose."""
+        """Return the pose of `odom` in `map`; None before an initial pose."""
         return self.localisation.map_to_odom()
 
     def deviation(self) -> float | None:
-        """Standard deviation of the position that the localisation states [m], None as long as it has no pose."""
+        """Return the standard deviation of the localised position [m]; None without a pose."""
         estimate = self.localisation.estimate
         return None if estimate is None else estimate.deviation
 
     @property
     def recoveries(self) -> int:
-        """How often it has recovered, on its way to any goal."""
+        """Number of recoveries over all goals."""
         return self._navigator.recoveries
 
     def feedback_due(self) -> Feedback | None:
-        """How far it is on its way, where it is time to say so."""
+        """Return the feedback of the active goal, if it is due."""
         return self.feedback() if self._navigator.feedback_due() else None
 
     def feedback(self) -> Feedback:
-        """How far it is on its way.
+        """Return the feedback of the active goal.
 
         Raises:
-            RequestRefused: It is on no way.
+            RequestRefused: No goal is active.
         """
         pose = self.localised_pose()
         if pose is None or self._navigator.goal is None:
-            raise RequestRefused(Result.INCORRECT_STATE, f"{self.name} is not on its way to a goal")
+            raise incorrect_state(f"{self.name} has no active goal")
         return self._navigator.feedback(pose)
 
-    def tick(self, tick: int) -> Ended | None:
-        """Do what is due in a tick; returns the goal that ended."""
+    def tick(self, tick: int) -> GoalResult | None:
+        """Update with a tick; returns the result of a goal that ended."""
         if self.battery is not None:
-            self.battery.pass_tick(tick, drives=any(self.wheels.told))
-        self.wheels.pass_tick(tick)
+            self.battery.update(tick, drives=any(self.wheels.applied))
+        self.wheels.update(tick)
         self._lidar.in_use |= self.localisation.running
-        for feed in self.sensors.values():
-            feed.pass_tick(tick)
-        ended = self._steer(tick) if self._steering.order is not None else None
+        for pipeline in self.sensors.values():
+            pipeline.update(tick)
+        ended = self._steer(tick) if self._steering.command is not None else None
         if self.localisation.running and self._lidar.arrived is not None:
-            self._take_in(self._lidar.arrived.data, tick)
+            self._process_scan(self._lidar.arrived.data, tick)
         pose = self.localised_pose()
         if self._navigator.goal is None or self._scan is None or pose is None or tick % CONTROL_TICKS:
             return ended
-        velocity, ended = self._navigator.control(Situation(pose, self.odometry.velocity, self._scan))
+        velocity, ended = self._navigator.control(ControlInput(pose, self.odometry.velocity, self._scan))
         self._command(velocity)
         return ended
 
-    def _take_in(self, scan: Scan, tick: int) -> None:
-        """Make of a scan what can be made of it."""
+    def _process_scan(self, scan: Scan, tick: int) -> None:
+        """Update localisation and obstacles with a scan."""
         self._scan = scan
         self.localisation.update(self.odometry.pose, scan, tick)
         pose = self.localised_pose()
@@ -173,96 +210,90 @@ class MobileBase(Stateful):
             self._obstacles.update(pose, scan)
 
     def set_initial_pose(self, pose: Pose2, tick: int) -> None:
-        """Tell the localisation where the robot is in the map."""
+        """Set the pose of the localisation in `map`."""
         self.localisation.set_initial_pose(pose, self.odometry.pose, tick)
         self._obstacles.clear()
         self._scan = None
 
     def search_pose(self, tick: int) -> None:
-        """Forget where the robot is, and look for it on the whole map.
+        """Start a global search for the pose.
 
         Raises:
-            RequestRefused: It is on its way to a goal, which it can find only while it knows where it is.
+            RequestRefused: A navigation goal is active, which needs a pose.
         """
         if self._navigator.goal is not None:
-            raise RequestRefused(
-                Result.INCORRECT_STATE,
-                f"{self.name} is driving to goal {self.goal!r}: cancel it before the robot forgets where it is",
+            raise incorrect_state(
+                f"{self.name} is busy with goal {self.goal!r}; cancel it before a global localisation"
             )
         self.localisation.search(self.odometry.pose, tick)
         self._obstacles.clear()
         self._scan = None
 
     def navigate(self, goal: Goal) -> None:
-        """Take up a goal. What the robot does for nobody ends, or is taken over if it is the same.
+        """Accept a navigation goal. A goal without a client is cancelled, or continued if it is equal.
 
         Raises:
-            RequestRefused: Not localised, busy, or the goal is impossible on the map.
+            RequestRefused: The robot is not localised or busy, or the goal is unreachable on the map.
         """
         pose = self.localised_pose()
         if pose is None:
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"{self.name} does not know where it is: set its initial pose first"
-            )
+            raise incorrect_state(f"{self.name} is not localised; set its initial pose first")
         self._check_free()
         present = self._navigator.goal
         if present is not None and replace(present, id=goal.id) == goal:
             self._navigator.goal = goal
             return
         self._navigator.check(goal.poses, pose)
-        self._steering.drop()
+        self._steering.clear()
         self._navigator.start(goal, pose)
 
     def _check_free(self) -> None:
-        if self.goal not in (None, NOBODY):
-            raise RequestRefused(
-                Result.INCORRECT_STATE,
-                f"{self.name} is driving to goal {self.goal!r}: cancel it, or wait for its end",
-            )
+        if self.goal not in (None, NO_CLIENT):
+            raise incorrect_state(f"{self.name} is busy with goal {self.goal!r}; cancel it or wait for its end")
 
     def drive(self, goal: str, velocity: Velocity, last: int) -> None:
         """Drive with a velocity until a tick, as a goal.
 
         Raises:
-            RequestRefused: Busy, or the robot cannot be that fast.
+            RequestRefused: The robot is busy, or the velocity exceeds its limits.
         """
         self._check_free()
         self._steering.check(self.name, velocity)
         self._navigator.cancel()
-        self._steering.follow(Order(velocity, last, goal))
+        self._steering.follow(VelocityCommand(velocity, last, goal))
 
     def command(self, velocity: Velocity, tick: int) -> None:
         """Drive with a velocity until the next command, for `COMMAND_TIMEOUT` at most.
 
         Raises:
-            RequestRefused: Busy, or the robot cannot be that fast.
+            RequestRefused: The robot is busy, or the velocity exceeds its limits.
         """
         self._check_free()
         self._steering.check(self.name, velocity)
         self._navigator.cancel()
-        self._steering.follow(Order(velocity, tick + round(COMMAND_TIMEOUT / TICK), None))
+        self._steering.follow(VelocityCommand(velocity, tick + round(COMMAND_TIMEOUT / TICK), None))
 
-    def _steer(self, tick: int) -> Ended | None:
+    def _steer(self, tick: int) -> GoalResult | None:
         velocity, ended = self._steering.control(tick)
         self._command(velocity)
         return ended
 
-    def disown(self, goals: Container[str]) -> None:
-        """See `Robot.disown`."""
+    def detach_goals(self, goals: Container[str]) -> None:
+        """See `Robot.detach_goals`."""
         goal = self._navigator.goal
         if goal is not None and goal.id in goals:
-            self._navigator.goal = replace(goal, id=NOBODY)
-        order = self._steering.order
-        if order is not None and order.goal is not None and order.goal in goals:
-            self._steering.follow(replace(order, goal=NOBODY))
+            self._navigator.goal = replace(goal, id=NO_CLIENT)
+        command = self._steering.command
+        if command is not None and command.goal is not None and command.goal in goals:
+            self._steering.follow(replace(command, goal=NO_CLIENT))
 
     def stop(self) -> str | None:
-        """Drop the goal and stop the wheels; returns the id of the goal there was."""
+        """Drop the goal and stop the wheels; returns the id of the goal, if any."""
         goal = self.goal
         self._command(AT_REST)
-        self._steering.drop()
+        self._steering.clear()
         self._navigator.cancel()
         return goal
 
     def _command(self, velocity: Velocity) -> None:
-        self.wheels.turn(*wheel_speeds(self.declaration.drive, velocity))
+        self.wheels.set_speeds(*wheel_angular_speeds(self.declaration.drive, velocity))

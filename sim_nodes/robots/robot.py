@@ -1,4 +1,4 @@
-"""A robot in a simulation: the parts that it has, of which each does what is due in a tick."""
+"""Robots in a simulation: the parts of a robot, and their updates."""
 
 from __future__ import annotations
 
@@ -7,33 +7,42 @@ from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from seoro.bridges.wire import Outcome, Result
-from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.wire import Outcome
 from sim_nodes.cameras import Cameras
-from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuators
-from sim_nodes.faults.board import FaultBoard
+from sim_nodes.faults.actuators import Actuator, WheelMotors
+from sim_nodes.faults.arm_actuators import GRIPPER, JOINTS, ArmActuator
 from sim_nodes.faults.cameras import CameraDevice
 from sim_nodes.faults.devices import Device, SensorDevice, Source
-from sim_nodes.faults.drives import Drive, WheelMotors
-from sim_nodes.faults.whole import WholeRobot
-from sim_nodes.goals import NOBODY, Ended
+from sim_nodes.faults.registry import FaultRegistry
+from sim_nodes.faults.robot_power import RobotPower
+from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.noise import Noise
-from sim_nodes.physics import Engine, PlacedRobot
+from sim_nodes.physics import BodyState, Engine, PlacedRobot
+from sim_nodes.refusals import feature_unsupported
 from sim_nodes.robots.mobile import MobileBase
-from sim_nodes.robots.motion import Sample
 from sim_nodes.sensors.bumper import Bumper
-from sim_nodes.sensors.feed import Feed
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 
 
 @dataclass(frozen=True)
-class Knowledge:
-    """What robots know of the world: its map, which entities can be carried, and its cameras."""
+class Sample:
+    """Motion of an entity in a tick: state of its base, and positions and velocities of its joints [rad, m]."""
+
+    tick: int
+    base: BodyState
+    joints: tuple[float, ...] = ()
+    rates: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class WorldContext:
+    """The world as known to robots: its map, which entities are movable, and its cameras."""
 
     known: NavigationMap
-    is_loose: Callable[[str], bool]
+    is_movable: Callable[[str], bool]
     cameras: Cameras
 
 
@@ -41,128 +50,130 @@ class Robot(Stateful):
     """A robot of the world.
 
     Args:
-        placed: Its name, kind and place.
-        engine: The engine that it is in.
-        about: What it knows of the world.
+        placed: Name, kind and initial pose.
+        engine: Engine that simulates it.
+        context: The world.
         seed: Seed of the simulation.
     """
 
     STATE = ("_mobile", "_arm", "faults")
 
-    def __init__(self, placed: PlacedRobot, engine: Engine, about: Knowledge, seed: int) -> None:
+    def __init__(self, placed: PlacedRobot, engine: Engine, context: WorldContext, seed: int) -> None:
         self.name = placed.name
         self._engine = engine
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
-        self._mobile = MobileBase(self.name, mobile, engine, about.known, seed) if mobile is not None else None
-        self._arm = Arm(placed, arm, engine, seed, about.is_loose) if arm is not None else None
-        self._drives = dict(self._made_drives(seed))
-        self.faults = FaultBoard(self.name, self._devices(about.cameras))
+        self._mobile = MobileBase(self.name, mobile, engine, context.known, seed) if mobile is not None else None
+        self._arm = Arm(placed, arm, engine, seed, context.is_movable) if arm is not None else None
+        self._drives = dict(self._make_actuators(seed))
+        self.faults = FaultRegistry(self.name, self._devices(context.cameras))
 
     def _devices(self, cameras: Cameras) -> dict[str, Device]:
-        """What of it can have faults, by names."""
-        sources: dict[str, Source] = {name: SensorDevice(name, feed) for name, feed in self.sensors.items()}
+        """Return the devices that can have faults, by name."""
+        sources: dict[str, Source] = {
+            name: SensorDevice(name, pipeline) for name, pipeline in self.sensors.items()
+        }
         carried = [camera.name for camera in self.declaration.cameras]
         sources |= {name: CameraDevice(name, cameras, f"{self.name}/{name}") for name in carried}
-        whole = {"robot": WholeRobot(sources, self._drives)} if sources else {}
+        whole = {"robot": RobotPower(sources, self._drives)} if sources else {}
         return {**sources, **self._drives, **whole}
 
-    def _made_drives(self, seed: int) -> Iterator[tuple[str, Drive]]:
-        """What moves it, by names."""
+    def _make_actuators(self, seed: int) -> Iterator[tuple[str, Actuator]]:
+        """Yield its actuators by name."""
 
         def noise(device: str) -> Callable[[str], Noise]:
             return lambda purpose: Noise(seed, f"{self.name}/{device}/{purpose}")
 
         if self._arm is not None:
             servos, gripper = self._arm.servos, self._arm.gripper
-            yield "joints", Actuators(JOINTS, servos, servos, noise("joints"))
-            yield "gripper", Actuators(GRIPPER, gripper, gripper.fingers, noise("gripper"))
+            yield "joints", ArmActuator(JOINTS, servos, servos, noise("joints"))
+            yield "gripper", ArmActuator(GRIPPER, gripper, gripper.fingers, noise("gripper"))
         if self._mobile is not None:
             yield "motors", WheelMotors(self._mobile.wheels, self._mobile.motion, noise("motors"))
 
     @property
     def drives(self) -> bool:
-        """Whether it has a base that drives."""
+        """Whether it has a wheeled base."""
         return self._mobile is not None
 
     @property
     def mobile(self) -> MobileBase:
-        """The base that it drives on.
+        """The wheeled base.
 
         Raises:
-            RequestRefused: It has none.
+            RequestRefused: The robot has none.
         """
         if self._mobile is None:
-            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"{self.name} is a robot that does not drive")
+            raise feature_unsupported(f"{self.name} has no wheeled base")
         return self._mobile
 
     @property
     def arm(self) -> Arm:
-        """Its arm.
+        """The arm.
 
         Raises:
-            RequestRefused: It has none.
+            RequestRefused: The robot has none.
         """
         if self._arm is None:
-            raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"{self.name} is a robot without an arm")
+            raise feature_unsupported(f"{self.name} has no arm")
         return self._arm
 
     @property
     def is_idle(self) -> bool:
-        """Whether no part of it has to do anything in every tick."""
+        """Whether no part needs every tick."""
         base, arm = self._mobile, self._arm
         if any(drive.is_busy for drive in self._drives.values()):
             return False
         return not self.faults.goals and (base is None or base.is_idle) and (arm is None or arm.is_idle)
 
     @property
-    def sensors(self) -> Mapping[str, Feed[Any]]:
-        """The ways of its sensors' samples, by the sensors' names."""
+    def sensors(self) -> Mapping[str, SensorPipeline[Any]]:
+        """Pipelines of its sensors by name."""
         return self._mobile.sensors if self._mobile is not None else {}
 
-    def touch(self, tick: int) -> None:
-        """Let its bumper feel what touches it now, before the tick with that number."""
+    def update_bumper(self, tick: int) -> None:
+        """Update its bumper with the present contacts, before a tick."""
         bumper = self.sensors["bumper"].sensor if "bumper" in self.sensors else None
         if isinstance(bumper, Bumper):
-            bumper.touch(self._engine.touch_points(self.name), tick)
+            bumper.touch(self._engine.contact_points(self.name), tick)
 
     @property
     def held(self) -> str | None:
-        """What its gripper holds, if it has one."""
+        """Entity held by its gripper, if any."""
         return None if self._arm is None else self._arm.gripper.held
 
     def motion(self, tick: int) -> Sample:
-        """How it moves now."""
+        """Return the present motion."""
         base = self._engine.body_state(self.name)
         if self._arm is None:
             return Sample(tick, base)
         states = self._arm.states()
         return Sample(tick, base, tuple(states.positions.tolist()), tuple(states.velocities.tolist()))
 
-    def told_motion(self, now: Sample) -> Sample:
-        """How it would move if nothing hindered its wheels, given how it moves now."""
+    def commanded_motion(self, now: Sample) -> Sample:
+        """Return the motion as commanded, as if nothing blocked the wheels."""
         if self._mobile is None:
             return now
-        linear, angular = self._mobile.told_velocity()
+        linear, angular = self._mobile.commanded_velocity()
         yaw = now.base.planar.yaw
         ahead = (linear * math.cos(yaw), linear * math.sin(yaw), 0.0)
         return replace(now, base=replace(now.base, linear=ahead, angular=(0.0, 0.0, angular)))
 
     @property
     def truth_frame(self) -> str:
-        """Name of the frame in which the robot really is."""
+        """Name of the frame of the true pose."""
         return f"{self.name}_base_link_gt"
 
     @property
     def goals(self) -> tuple[str, ...]:
-        """The ids of the goals that it is working on, for somebody."""
+        """Ids of active goals that a client waits for."""
         goal = self._mobile.goal if self._mobile is not None else None
-        driving = () if goal in (None, NOBODY) else (goal,)
+        driving = () if goal in (None, NO_CLIENT) else (goal,)
         moving = () if self._arm is None else self._arm.goals
         return (*driving, *moving, *self.faults.goals)
 
-    def tick(self, tick: int) -> Iterator[Ended]:
-        """Do what is due in a tick; gives the goals that ended."""
+    def tick(self, tick: int) -> Iterator[GoalResult]:
+        """Update with a tick; yields the results of goals that ended."""
         if self._mobile is not None:
             ended = self._mobile.tick(tick)
             if ended is not None:
@@ -170,11 +181,11 @@ class Robot(Stateful):
         if self._arm is not None:
             yield from self._arm.tick(tick)
         for drive in self._drives.values():
-            drive.pass_tick(tick)
+            drive.update(tick)
         yield from self.faults.tick(tick)
 
-    def cancel(self, goal: str) -> Iterator[Ended]:
-        """Stop what works on a goal, by its id; gives the goals that ended with that."""
+    def cancel(self, goal: str) -> Iterator[GoalResult]:
+        """Cancel a goal by id; yields the results."""
         if goal in self.faults.goals:
             yield from self.faults.cancel(goal)
         elif self._arm is not None and goal in self._arm.goals:
@@ -182,21 +193,21 @@ class Robot(Stateful):
         elif goal in self.goals:
             yield from self._stop_base()
 
-    def disown(self, goals: Container[str]) -> None:
-        """Go on with all goals, but with these for nobody: their ends are not told, and any command ends them."""
+    def detach_goals(self, goals: Container[str]) -> None:
+        """Continue some goals without their client: results are not reported, and any command replaces them."""
         if self._mobile is not None:
-            self._mobile.disown(goals)
+            self._mobile.detach_goals(goals)
         if self._arm is not None:
-            self._arm.disown(goals)
-        self.faults.disown(goals)
+            self._arm.detach_goals(goals)
+        self.faults.detach_goals(goals)
 
-    def stop(self) -> Iterator[Ended]:
-        """Make every part stand still; gives the goals that ended with that."""
+    def stop(self) -> Iterator[GoalResult]:
+        """Stop every part; yields the results of cancelled goals."""
         yield from self._stop_base()
         if self._arm is not None:
             yield from self._arm.stop()
 
-    def _stop_base(self) -> Iterator[Ended]:
+    def _stop_base(self) -> Iterator[GoalResult]:
         goal = self._mobile.stop() if self._mobile is not None else None
         if goal is not None:
-            yield Ended(goal, Outcome.CANCELED)
+            yield GoalResult(goal, Outcome.CANCELED)

@@ -1,17 +1,17 @@
-"""Driving by given velocities: for a while, or as commands come.
+"""Driving with given velocities: for a duration, or by a stream of commands.
 
 A goal holds its velocity for a number of ticks. A command holds until the next one, and for `COMMAND_TIMEOUT` at
-most, as the Create 3 does it, so that a robot whose commander has died stands still. Wheels speed up and slow
-down within the limits of the robot; at the end they are told to stand still at once.
+most, as on the Create 3, so that a robot stops when its commander dies. Wheels accelerate within the limits of the
+robot; at the end they stop at once.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seoro.bridges.wire import Outcome, Result
-from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.goals import Ended
+from seoro.bridges.wire import Outcome
+from sim_nodes.goals import GoalResult
+from sim_nodes.refusals import operation_failed
 from sim_nodes.robots.declaration import DriveDeclaration
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
 from sim_nodes.stateful import Stateful
@@ -21,8 +21,8 @@ COMMAND_TIMEOUT = 0.5  # [s]
 
 
 @dataclass(frozen=True)
-class Order:
-    """A velocity to drive with, through a tick; `goal` is the id to report its end by, None for a command."""
+class VelocityCommand:
+    """A velocity to drive with until a tick; `goal` is the id of the goal, None for a command."""
 
     velocity: Velocity
     last: int  # tick
@@ -30,57 +30,56 @@ class Order:
 
 
 class Steering(Stateful):
-    """What a base has been told to drive, if anything.
+    """The velocity command of a base, if any.
 
     Args:
-        drive: Its limits.
+        drive: Declaration with the limits.
     """
 
-    STATE = ("_velocity", "order")
+    STATE = ("_velocity", "command")
 
     def __init__(self, drive: DriveDeclaration) -> None:
         self._drive = drive
         self._velocity = AT_REST
-        self.order: Order | None = None
+        self.command: VelocityCommand | None = None
 
     @property
     def goal(self) -> str | None:
-        """The id of the goal that it is driven for."""
-        return self.order.goal if self.order is not None else None
+        """Id of the active goal."""
+        return self.command.goal if self.command is not None else None
 
     def check(self, robot: str, velocity: Velocity) -> None:
-        """Refuse velocities that the robot cannot have."""
+        """Refuse velocities beyond the limits of the robot."""
         linear, angular = self._drive.max_speed, self._drive.max_turn_rate
         if abs(velocity.linear) > linear or abs(velocity.angular) > angular:
-            raise RequestRefused(
-                Result.OPERATION_FAILED,
-                f"{robot} drives with up to {linear:g} m/s and turns with up to {angular:g} rad/s, "
-                f"not with {velocity.linear:g} m/s and {velocity.angular:g} rad/s",
+            raise operation_failed(
+                f"invalid velocity for {robot}; expected up to {linear:g} m/s and {angular:g} rad/s, "
+                f"found {velocity.linear:g} m/s and {velocity.angular:g} rad/s"
             )
 
-    def follow(self, order: Order) -> None:
-        """Take up an order, from the velocity that there is."""
-        self.order = order
+    def follow(self, command: VelocityCommand) -> None:
+        """Start a command, from the present velocity."""
+        self.command = command
 
-    def drop(self) -> None:
-        """Forget the order; the wheels have to be stopped by whoever calls."""
-        self.order, self._velocity = None, AT_REST
+    def clear(self) -> None:
+        """Drop the command; the caller must stop the wheels."""
+        self.command, self._velocity = None, AT_REST
 
-    def control(self, tick: int) -> tuple[Velocity, Ended | None]:
-        """The velocity from this tick on, and the end of the goal if it ends. Only with an order."""
-        order = self.order
-        assert order is not None
-        if tick >= order.last:
-            self.drop()
-            return AT_REST, Ended(order.goal, Outcome.SUCCEEDED) if order.goal is not None else None
+    def control(self, tick: int) -> tuple[Velocity, GoalResult | None]:
+        """Return the velocity from this tick on, and the result of the goal if it ends; requires a command."""
+        command = self.command
+        assert command is not None
+        if tick >= command.last:
+            self.clear()
+            return AT_REST, GoalResult(command.goal, Outcome.SUCCEEDED) if command.goal is not None else None
         drive = self._drive
         self._velocity = Velocity(
-            _towards(self._velocity.linear, order.velocity.linear, drive.max_acceleration * TICK),
-            _towards(self._velocity.angular, order.velocity.angular, drive.max_turn_acceleration * TICK),
+            _towards(self._velocity.linear, command.velocity.linear, drive.max_acceleration * TICK),
+            _towards(self._velocity.angular, command.velocity.angular, drive.max_turn_acceleration * TICK),
         )
         return self._velocity, None
 
 
 def _towards(present: float, wanted: float, by: float) -> float:
-    """The value that is nearest to a wanted one, and no more than `by` from the present."""
+    """Return the value nearest to `wanted` that differs from `present` by at most `by`."""
     return min(max(wanted, present - by), present + by)

@@ -1,1 +1,1 @@
-"""What robots sense, and the noise in it."""
+"""Sensors of robots, with their noise and faults."""

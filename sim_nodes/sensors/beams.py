@@ -1,4 +1,4 @@
-"""Which beams of a sensor see nothing because of faults."""
+"""Beams without a return because of faults."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BeamFault = BeamLoss | DeadSector | DeadBeams
 
 
 def blind_beams(fault: BeamFault, bearings: Array, random: np.random.Generator) -> Beams:
-    """Indices of the beams that a fault makes blind in a scan; `random` is that of the scan."""
+    """Return the indices of the beams that a fault makes blind in a scan; `random` belongs to the scan."""
     match fault:
         case BeamLoss(share=share):
             return random.choice(len(bearings), lost_beams(share, len(bearings)), replace=False)
@@ -27,16 +27,16 @@ def blind_beams(fault: BeamFault, bearings: Array, random: np.random.Generator) 
 
 
 def lost_beams(share: float, count: int) -> int:
-    """How many of `count` beams a share is; 0.29 of 100 are 29, whatever the product of the two is as a float."""
+    """Return the number of beams for a share; 0.29 of 100 are 29, despite the rounding of floats."""
     return int(share * count + 1e-9)
 
 
 def dead_beams(fault: DeadSector | DeadBeams, bearings: Array) -> Beams:
-    """Indices of the beams that a fault makes blind in every scan."""
+    """Return the indices of the beams that a fault makes blind in every scan."""
     match fault:
         case DeadSector(start=start, end=end):
             turn = 2.0 * math.pi
-            width = (end - start) % turn or turn  # a sector that ends where it starts is all of it
+            width = (end - start) % turn or turn  # a sector that ends where it starts is the full circle
             return np.flatnonzero((bearings - start) % turn <= width)
         case DeadBeams(beams=beams):
             return np.array(beams, dtype=np.intp)

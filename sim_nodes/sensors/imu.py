@@ -22,11 +22,11 @@ FREE_FALL = np.array([0.0, 0.0, -9.81])  # [m/s^2]
 
 @dataclass(frozen=True)
 class Inertial:
-    """What an IMU says, in the frame of the base.
+    """Data of an IMU, in the frame of the base.
 
     Attributes:
-        acceleration: Acceleration against free fall, at rest that of gravity upwards [m/s^2], shape (3,).
-        angular_rate: Rates of turning about the axes [rad/s], shape (3,).
+        acceleration: Proper acceleration: upwards at rest, by gravity [m/s^2], shape (3,).
+        angular_rate: Angular velocity [rad/s], shape (3,).
     """
 
     acceleration: Array
@@ -34,12 +34,12 @@ class Inertial:
 
 
 class Imu(Stateful):
-    """The IMU of a robot; a `Sensor`. The acceleration is the mean over the time since the last sample.
+    """A `Sensor`: the IMU of a robot. The acceleration is the mean since the last sample.
 
     Args:
-        declaration: What is declared of it.
-        noise: Source of its random numbers.
-        bias: Source of its biases, which do not change.
+        declaration: Declaration of the IMU.
+        noise: Source of random numbers.
+        bias: Source of the constant biases.
         state: Reads the state of the base.
     """
 
@@ -57,11 +57,11 @@ class Imu(Stateful):
         self._state = state
         draws = bias.at(0).standard_normal((2, 3))
         self._biases = (declaration.accelerometer_bias * draws[0], declaration.gyroscope_bias * draws[1])
-        self._last: tuple[int, Vector] | None = None  # the last sample: tick, and velocity [m/s]
+        self._last: tuple[int, Vector] | None = None  # tick and velocity [m/s] of the last sample
         self.period = max(1, round(1.0 / declaration.rate / TICK))
 
     def read(self, tick: int) -> Inertial:
-        """A sample with the noise of a tick."""
+        """Return a sample with the noise of a tick."""
         declaration, state = self._declaration, self._state()
         to_base = rotation_matrix(state.orientation).T
         acceleration = to_base @ (self._change(tick, state.linear) - FREE_FALL)
@@ -72,7 +72,7 @@ class Imu(Stateful):
         )
 
     def _change(self, tick: int, velocity: Vector) -> Array:
-        """The change of the velocity since the last sample, per second; none when that is long ago [m/s^2]."""
+        """Return the mean acceleration since the last sample; zero if that is long ago [m/s^2]."""
         last, self._last = self._last, (tick, velocity)
         if last is None or tick - last[0] > self.period:
             return np.zeros(3)
@@ -80,9 +80,9 @@ class Imu(Stateful):
         return change
 
     def values(self, data: Inertial) -> Values:
-        """Both vectors."""
+        """Return both vectors."""
         return {Quantity.ACCELERATION: data.acceleration, Quantity.ANGULAR_RATE: data.angular_rate}
 
     def with_values(self, data: Inertial, values: Values) -> Inertial:
-        """Other vectors."""
+        """Return data with other vectors."""
         return Inertial(values[Quantity.ACCELERATION], values[Quantity.ANGULAR_RATE])

@@ -1,4 +1,4 @@
-"""A planar lidar: one scan of ranges, as `sensor_msgs/LaserScan` has it."""
+"""Planar lidar: scans of ranges as in `sensor_msgs/LaserScan`."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
 CastRays = Callable[[Array, float], Array]
-"""Ranges along directions in the lidar's frame up to a limit, as `Engine.cast_rays` gives them for a robot."""
+"""Returns ranges along directions in the lidar's frame up to a limit, as `Engine.cast_rays` for one robot."""
 
 
 @dataclass(frozen=True)
 class Scan:
     """One turn of a lidar.
 
-    Ranges and ends are infinite where nothing was hit.
+    Ranges and end points are infinite without a return.
     """
 
     ranges: Array  # [m], shape (n,)
-    angles: Array  # of the beams about the lidar, in the base's frame [rad], shape (n,)
+    angles: Array  # of the beams around the lidar, in the base's frame [rad], shape (n,)
     mount: Pose2  # of the lidar in the base's frame
-    x: Array  # of the ends of the beams, in the base's frame [m], shape (n,)
+    x: Array  # end points of the beams in the base's frame [m], shape (n,)
     y: Array
 
     @property
     def hit(self) -> NDArray[np.bool_]:
-        """Which beams hit something, shape (n,)."""
+        """Whether each beam has a return, shape (n,)."""
         hit: NDArray[np.bool_] = np.isfinite(self.ranges)
         return hit
 
 
 class Lidar(Stateful):
-    """The lidar of a robot; a `Sensor`.
+    """A `Sensor`: the lidar of a robot.
 
     Args:
-        declaration: What is declared of it.
-        noise: Source of its random numbers.
-        cast: Finds what its beams hit.
+        declaration: Declaration of the lidar.
+        noise: Source of random numbers.
+        cast: Casts its beams.
     """
 
     quantities = (Quantity.LENGTH,)
@@ -66,7 +66,7 @@ class Lidar(Stateful):
         self.bearings = self._angles
 
     def read(self, tick: int) -> Scan:
-        """A scan with the noise of a tick."""
+        """Return a scan with the noise of a tick."""
         declaration, random = self._declaration, self._noise.at(tick)
         ranges = self._cast(self._directions, declaration.max_range)
         ranges = ranges + random.normal(0.0, declaration.noise, len(ranges))
@@ -77,18 +77,18 @@ class Lidar(Stateful):
         return self._scan(ranges)
 
     def values(self, data: Scan) -> Values:
-        """The ranges."""
+        """Return the ranges."""
         return {Quantity.LENGTH: data.ranges}
 
     def with_values(self, data: Scan, values: Values) -> Scan:
-        """The scan of other ranges."""
+        """Return the scan with other ranges."""
         return self._scan(values[Quantity.LENGTH])
 
     def _scan(self, ranges: Array) -> Scan:
-        """The scan of ranges; what is nearer than the least or farther than the longest range is not seen."""
+        """Return the scan of ranges; ranges out of bounds are without a return."""
         low, high = self.limits
         ranges = np.where((ranges < low) | (ranges > high), np.inf, ranges)
-        # Beams without a hit end nowhere, also along the axes, where inf * 0 would be no number.
+        # Beams without a return have infinite end points, also along the axes, where inf * 0 is NaN.
         hit = np.isfinite(ranges)
         finite = np.where(hit, ranges, 0.0)
         x = np.where(hit, self._mount.x + finite * self._cos, np.inf)

@@ -1,4 +1,4 @@
-"""Wheel odometry: where a robot believes to be by what its wheels have turned, with errors that add up."""
+"""Wheel odometry: dead reckoning from the encoders, with accumulating errors."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from sim_nodes.sensors.sensor import Values
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
-STILL = 1e-5  # [m], [rad]; less motion than this in a tick is rest, and rest has no errors
+STILL = 1e-5  # [m], [rad]; less motion in a tick is rest, without errors
 
 ReadWheels = Callable[[], tuple[float, float]]
-"""Angles that the left and right wheel have turned [rad]."""
+"""Returns the angles that the left and right wheel have turned [rad]."""
 
 
 @dataclass(frozen=True)
 class Odometer:
-    """What odometry says; it starts at the origin of the frame `odom`.
+    """Odometry data; the initial pose is the origin of the frame `odom`.
 
     Attributes:
         pose: Pose of the base in `odom`.
-        travelled: Length of the path so far [m].
-        velocity: Velocity of the base since the last reading by the wheels alone, without the errors of slip.
+        travelled: Length of the path [m].
+        velocity: Velocity of the base since the last reading, by the encoders, without accumulated errors.
     """
 
     pose: Pose2
@@ -42,12 +42,12 @@ AT_START = Odometer(Pose2(0.0, 0.0, 0.0), 0.0, AT_REST)
 
 
 class Odometry(Stateful):
-    """The odometry of a differential drive; a `Sensor`.
+    """A `Sensor`: the odometry of a differential drive.
 
     Args:
-        drive: The drive.
-        declaration: Its errors.
-        noise: Source of its random numbers.
+        drive: Declaration of the drive.
+        declaration: Errors.
+        noise: Source of random numbers.
         wheels: Reads the encoders of the wheels.
     """
 
@@ -67,10 +67,10 @@ class Odometry(Stateful):
         self._wheels = wheels
         self._angles: tuple[float, float] | None = None
         self._now = AT_START
-        self._tick: int | None = None  # of the last reading: a robot that is idle is read now and then only
+        self._tick: int | None = None  # of the last reading; idle robots are read less often
 
     def read(self, tick: int) -> Odometer:
-        """Take in what the wheels have turned since the last reading."""
+        """Update with the motion of the wheels since the last reading."""
         angles = self._wheels()
         last, self._angles = self._angles or angles, angles
         distance, turn = base_motion(self._drive, angles[0] - last[0], angles[1] - last[1])
@@ -86,11 +86,11 @@ class Odometry(Stateful):
         return self._now
 
     def values(self, data: Odometer) -> Values:
-        """The place, and the heading."""
+        """Return position and heading."""
         return {Quantity.LENGTH: np.array(data.pose[:2]), Quantity.ANGLE: np.array(data.pose[2:])}
 
     def with_values(self, data: Odometer, values: Values) -> Odometer:
-        """The same at another place, with another heading."""
+        """Return the data with another position and heading."""
         (x, y), (yaw,) = values[Quantity.LENGTH].tolist(), values[Quantity.ANGLE].tolist()
         return Odometer(Pose2(x, y, wrap(yaw)), data.travelled, data.velocity)
 

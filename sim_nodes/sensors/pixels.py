@@ -1,7 +1,7 @@
-"""What faults do to the pixels of a picture.
+"""Effects of faults on the pixels of an image.
 
-Brightness is counted in levels, of which a picture has 256; faults are declared in shares of the brightest. A
-value that is off or noisy is rounded to a level, and is the darkest or the brightest where it would be beyond.
+Brightness has 256 levels; faults are declared as shares of the brightest. Values with errors are rounded to a
+level, and clipped.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from sim_nodes.views import Picture
 BRIGHTEST = 255
 
 Mask = NDArray[np.bool_]
-"""Which pixels are meant, shape (height, width)."""
+"""Pixels of an image, shape (height, width)."""
 
 
 def brightness_faults(faults: Mapping[str, CameraFault]) -> tuple[float, float]:
-    """The standard deviation of the errors of a camera's values, and their offset [levels]."""
+    """Return the standard deviation and the offset of the errors of a camera's values [levels]."""
     noise, bias = faults.get("gaussian_noise"), faults.get("bias")
     deviation = noise.deviation.get(Quantity.BRIGHTNESS, 0.0) if isinstance(noise, GaussianNoise) else 0.0
     offset = bias.offset.get(Quantity.BRIGHTNESS, 0.0) if isinstance(bias, Bias) else 0.0
@@ -31,7 +31,7 @@ def brightness_faults(faults: Mapping[str, CameraFault]) -> tuple[float, float]:
 
 
 def with_errors(picture: Picture, deviation: float, offset: float, random: np.random.Generator) -> Picture:
-    """A picture whose values have an offset and normally distributed errors [levels]."""
+    """Return an image with an offset and normally distributed errors [levels]."""
     values = picture.astype(np.float32) + np.float32(offset)
     if deviation > 0.0:
         values += random.standard_normal(picture.shape, dtype=np.float32) * np.float32(deviation)
@@ -40,14 +40,14 @@ def with_errors(picture: Picture, deviation: float, offset: float, random: np.ra
 
 
 def dead_pixels(fault: DeadPixels | DeadArea, height: int, width: int, random: np.random.Generator) -> Mask:
-    """The pixels that a fault makes black; `random` is the same for all pictures of a camera."""
+    """Return the pixels that a fault makes black; `random` is the same for all images of a camera."""
     match fault:
         case DeadPixels(share=share):
             mask = np.zeros(height * width, dtype=np.bool_)
             mask[random.choice(len(mask), lost_beams(share, len(mask)), replace=False)] = True
             return mask.reshape(height, width)
         case DeadArea(left=left, top=top, right=right, bottom=bottom):
-            # A pixel belongs to an area if its middle does.
+            # A pixel belongs to an area by its centre.
             across, down = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
             rows, columns = (down >= top) & (down <= bottom), (across >= left) & (across <= right)
             return rows[:, None] & columns[None, :]

@@ -1,4 +1,4 @@
-"""What all sensors have in common."""
+"""The contract of sensors."""
 
 from __future__ import annotations
 
@@ -15,44 +15,37 @@ Values = Mapping[Quantity, Array]
 
 
 class Sensor(Protocol[T]):
-    """A sensor. Its data are of one type; the numbers in them can be taken out and put back by quantity."""
+    """A sensor with data of type T; the numbers in the data can be read and replaced by quantity."""
 
     @property
     def period(self) -> int:
         """Ticks between two samples."""
-        ...
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """The quantities of `values`, in order."""
-        ...
+        """Quantities of `values`, in order."""
 
     @property
     def bearings(self) -> Array:
-        """Directions of its beams, from straight ahead to the left [rad], shape (n,); empty if it has no beams."""
-        ...
+        """Directions of its beams, counterclockwise from straight ahead [rad], shape (n,); empty without beams."""
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Lowest and highest number that it gives; what is beyond is infinite in its data."""
-        ...
+        """Minimum and maximum of its numbers; values beyond are infinite in its data."""
 
     def read(self, tick: int) -> T:
-        """The data of now, with what errors of a tick a sound sensor has."""
-        ...
+        """Return the present data, with the errors of a sound sensor in a tick."""
 
     def values(self, data: T) -> Values:
-        """The numbers in data; of beams there is one for each, infinite if it has seen nothing."""
-        ...
+        """Return the numbers in data; one for each beam, infinite without a return."""
 
     def with_values(self, data: T, values: Values) -> T:
-        """The data with other numbers."""
-        ...
+        """Return the data with other numbers."""
 
 
 @dataclass(frozen=True)
 class Sample(Generic[T]):
-    """What a sensor says, and the tick that it says it of."""
+    """Data of a sensor and their tick."""
 
     tick: int
     data: T

@@ -1,4 +1,4 @@
-"""Watches on what arrives from sensors; see `sim_nodes.watches`."""
+"""Watches on delivered sensor samples; see `sim_nodes.watches`."""
 
 from __future__ import annotations
 
@@ -22,34 +22,34 @@ class SensorWatch(Watch):
     robot: str
     sensor: str
 
-    def carried_over(self, before: Watched, now: Watched) -> SensorWatch:
-        """The same; the sensor is in use by it."""
-        now.feed(self.robot, self.sensor).in_use = True
+    def rebased(self, before: Watched, now: Watched) -> SensorWatch:
+        """Return the same watch; marks the sensor as in use."""
+        now.pipeline(self.robot, self.sensor).in_use = True
         return self
 
 
 @dataclass(frozen=True)
 class SampleWatch(SensorWatch):
-    """True when a sample of a sensor has arrived after a tick."""
+    """True after a sample of a sensor has arrived since a tick."""
 
     robot: str
     sensor: str
     since: int
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
-        arrival = world.feed(self.robot, self.sensor).arrival
+        """Whether the condition is true."""
+        arrival = world.pipeline(self.robot, self.sensor).arrival
         return arrival is not None and arrival > self.since
 
-    def carried_over(self, before: Watched, now: Watched) -> SampleWatch:
-        """For a sample after the present tick."""
-        super().carried_over(before, now)
+    def rebased(self, before: Watched, now: Watched) -> SampleWatch:
+        """Return a watch for samples after the present tick."""
+        super().rebased(before, now)
         return replace(self, since=now.tick)
 
 
 @dataclass(frozen=True)
 class BumperWatch(SensorWatch):
-    """True when a zone of a bumper is pressed by an entity; empty names are any."""
+    """True when a zone of a bumper is pressed by an entity; empty names match all."""
 
     robot: str
     sensor: str
@@ -57,8 +57,8 @@ class BumperWatch(SensorWatch):
     entity: str
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
-        latest = world.feed(self.robot, self.sensor).latest
+        """Whether the condition is true."""
+        latest = world.pipeline(self.robot, self.sensor).latest
         if latest is None:
             return False
         assert isinstance(latest.data, Bumps)
@@ -67,7 +67,7 @@ class BumperWatch(SensorWatch):
 
 @dataclass(frozen=True)
 class RangeWatch(SensorWatch):
-    """True when a lidar sees something nearer than a distance [m] from one bearing to another [rad]."""
+    """True when a lidar has a range below a distance [m] between two bearings [rad]."""
 
     robot: str
     sensor: str
@@ -76,45 +76,45 @@ class RangeWatch(SensorWatch):
     end: float
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is true now."""
-        feed = world.feed(self.robot, self.sensor)
-        if feed.latest is None:
+        """Whether the condition is true."""
+        pipeline = world.pipeline(self.robot, self.sensor)
+        if pipeline.latest is None:
             return False
-        assert isinstance(feed.latest.data, Scan)
-        beams = dead_beams(DeadSector(start=self.start, end=self.end), feed.sensor.bearings)
-        return bool(np.min(feed.latest.data.ranges[beams], initial=np.inf) < self.distance)
+        assert isinstance(pipeline.latest.data, Scan)
+        beams = dead_beams(DeadSector(start=self.start, end=self.end), pipeline.sensor.bearings)
+        return bool(np.min(pipeline.latest.data.ranges[beams], initial=np.inf) < self.distance)
 
 
 @dataclass(frozen=True)
 class RateWatch(SensorWatch):
-    """True when a time is over; then the rate of the samples that have arrived in it is in bounds [1/s] or not."""
+    """True at the end of a period; the result is whether the rate of samples [1/s] was in bounds."""
 
     robot: str
     sensor: str
-    count: int  # at its beginning
+    count: int  # at the start
     begin: int  # [ticks]
     end: int
     lowest: float
     highest: float
 
     def holds(self, world: Watched) -> bool:
-        """Whether it is over."""
+        """Whether the period is over."""
         return world.tick >= self.end
 
-    def carried_over(self, before: Watched, now: Watched) -> RateWatch:
-        """Counted anew, for as long."""
-        super().carried_over(before, now)
-        count = now.feed(self.robot, self.sensor).count
+    def rebased(self, before: Watched, now: Watched) -> RateWatch:
+        """Return a watch that counts anew, for the same duration."""
+        super().rebased(before, now)
+        count = now.pipeline(self.robot, self.sensor).count
         return replace(self, count=count, begin=now.tick, end=now.tick + self.end - self.begin)
 
     def result(self, world: Watched) -> tuple[Outcome, str]:
-        """Whether the rate was in bounds, and which it was."""
-        count = world.feed(self.robot, self.sensor).count - self.count
+        """Return whether the rate was in bounds, and a text with the rate."""
+        count = world.pipeline(self.robot, self.sensor).count - self.count
         duration = (self.end - self.begin) * TICK
         rate = count / duration
         fits = self.lowest - ROUNDING <= rate <= self.highest + ROUNDING
         message = (
             f"{count} samples of {self.robot}/{self.sensor} have arrived in {duration:g} s, {rate:.4g} a second; "
-            f"{self.lowest:g} to {self.highest:g} were expected"
+            f"expected {self.lowest:g} to {self.highest:g}"
         )
         return (Outcome.SUCCEEDED if fits else Outcome.ABORTED), message

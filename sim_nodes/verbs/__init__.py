@@ -1,6 +1,6 @@
-"""The verbs of `seoro.bridges.wire`, each as a function of a simulator and a request.
+"""Handlers of the verbs of `seoro.bridges.wire`: functions of a simulator and a request, named like their verbs.
 
-A module has those of one part; `PARTS` lists them.
+Each module of `PARTS` handles the verbs of one topic. A handler returns its reply; None stands for an empty one.
 """
 
 from __future__ import annotations
@@ -11,85 +11,50 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bridges.wire.refusal import RequestRefused, check_id, name_list, read_request
 from sim_nodes.physics import UnstablePhysics
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs import (
-    arms,
-    artifacts,
-    cameras,
-    description,
-    driving,
-    entities,
-    faults,
-    listing,
-    localisation,
-    mobile,
-    recording,
-    sensors,
-    snapshots,
-    spawnables,
-    streams,
-    whole,
-)
-from sim_nodes.verbs.handling import Handler
+from sim_nodes.verbs import arms, cameras, entities, mobile, queries, sensors, simulation
 
-PARTS = (
-    whole,
-    entities,
-    mobile,
-    driving,
-    arms,
-    cameras,
-    recording,
-    faults,
-    localisation,
-    sensors,
-    snapshots,
-    streams,
-    listing,
-    description,
-    spawnables,
-    artifacts,
-)
-VERBS: MappingProxyType[str, tuple[wire.Verb[Any, Any], Handler]] = MappingProxyType(
-    {verb.name: (verb, handler) for part in PARTS for verb, handler in part.HANDLERS}
+PARTS = (simulation, entities, mobile, arms, cameras, sensors, queries)
+
+Handler = Callable[[Simulator, Any], wire.Message | None]
+HANDLERS: MappingProxyType[str, Handler] = MappingProxyType(
+    {verb.name: vars(part)[verb.name] for part in PARTS for verb in wire.VERBS if verb.name in vars(part)}
 )
 
-Permit = Callable[[str, wire.Message], wire.Message]
+Permit = Callable[[wire.Verb[Any, Any], wire.Message], wire.Message]
 
 
-def _permit(_verb: str, request: wire.Message) -> wire.Message:
-    """Anything."""
+def _permit(_verb: wire.Verb[Any, Any], request: wire.Message) -> wire.Message:
+    """Permit every request."""
     return request
 
 
-def handle(simulator: Simulator, verb: str, payload: bytes, permit: Permit = _permit) -> bytes:
-    """Carry out a request.
+def handle(simulator: Simulator, name: str, payload: bytes, permit: Permit = _permit) -> bytes:
+    """Handle a request.
 
     Args:
-        simulator: Who carries it out.
-        verb: Name of the verb.
-        payload: The encoded request.
-        permit: Refuses what may not be asked for, and gives the request as it is to be carried out.
+        simulator: The simulator.
+        name: Name of the verb.
+        payload: Encoded request.
+        permit: Refuses requests without permission, and completes others.
 
     Returns:
-        The encoded answer.
+        Encoded reply.
 
     Raises:
-        RequestRefused: It cannot be carried out.
+        RequestRefused: The request is invalid or cannot be carried out.
     """
-    if verb not in VERBS:
-        raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"there is no verb {verb!r}: known are {listed(VERBS)}")
-    known, handler = VERBS[verb]
+    if name not in HANDLERS:
+        raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"unknown verb {name!r}; verbs: {name_list(HANDLERS)}")
+    verb = wire.NODE_VERBS[name]
+    request = permit(verb, read_request(verb, payload))
+    if isinstance(request, wire.TrackedRequest):
+        check_id(request.id)
+    if verb is not wire.REWIND:
+        simulator.discard_checkpoint()
     try:
-        request = known.read(payload)
-    except wire.WireError as error:
-        raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-    request = permit(verb, request)
-    if verb != wire.REWIND.name:
-        simulator.stay()
-    try:
-        return wire.encode(handler(simulator, request))
+        return wire.encode(HANDLERS[name](simulator, request) or wire.Empty())
     except UnstablePhysics as error:
         raise RequestRefused(wire.LabResult.FAULT, str(error)) from error

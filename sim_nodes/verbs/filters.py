@@ -1,4 +1,4 @@
-"""What requests choose entities and named poses by."""
+"""Filters of entities and named poses in requests."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from sim_nodes.physics import BodyState
 from sim_nodes.worlds.schema import MAX_TAGS, TAG
 
 
-def chosen(entities: Entities, request: wire.EntityFilter) -> dict[str, BodyState]:
-    """The entities that pass a filter, by name, sorted, with their states.
+def filter_entities(entities: Entities, request: wire.EntityFilter) -> dict[str, BodyState]:
+    """Return the states of the entities that pass a filter, by name, sorted.
 
     Raises:
-        RequestRefused: The filter makes no sense.
+        RequestRefused: The filter is invalid.
     """
     check_categories(request.categories)
     check_tags_filter(request.tags)
@@ -35,7 +35,7 @@ def chosen(entities: Entities, request: wire.EntityFilter) -> dict[str, BodyStat
 
 
 def has_tags(tags: Sequence[str], wanted: wire.TagsFilter) -> bool:
-    """Whether something with some tags passes a filter."""
+    """Whether an object with some tags passes a filter."""
     if not wanted.tags:
         return True
     found = (tag in tags for tag in wanted.tags)
@@ -49,30 +49,30 @@ def _is_in(bounds: wire.Bounds, state: BodyState) -> bool:
 
 
 def check_categories(categories: Sequence[int]) -> None:
-    """Refuse numbers that are no category."""
+    """Refuse unknown categories."""
     unknown = [number for number in categories if number not in list(Category)]
     if unknown:
         known = ", ".join(f"{each.value} ({each.name.lower()})" for each in Category)
-        raise RequestRefused(Result.OPERATION_FAILED, f"there is no category {unknown[0]}: known are {known}")
+        raise RequestRefused(Result.OPERATION_FAILED, f"unknown category {unknown[0]}; categories: {known}")
 
 
 def check_tags(tags: Sequence[str]) -> None:
-    """Refuse tags that nothing can have."""
+    """Refuse invalid tags."""
     if len(tags) > MAX_TAGS:
-        raise RequestRefused(Result.OPERATION_FAILED, f"{len(tags)} tags were given: give {MAX_TAGS} at most")
+        raise RequestRefused(Result.OPERATION_FAILED, f"found {len(tags)} tags; expected at most {MAX_TAGS}")
     wrong = [tag for tag in tags if not re.fullmatch(TAG, tag)]
     if wrong:
         raise RequestRefused(
             Result.OPERATION_FAILED,
-            f"{wrong[0]!r} is no tag: a tag has 1 to 64 characters, none of them a space or a comma",
+            f"invalid tag {wrong[0]!r}; expected 1 to 64 characters without spaces and commas",
         )
 
 
 def check_tags_filter(wanted: wire.TagsFilter) -> None:
-    """Refuse filters by what is no tag, or of an unknown mode."""
+    """Refuse filters with an invalid tag or an unknown mode."""
     check_tags(wanted.tags)
     if wanted.filter_mode not in list(FilterMode):
         raise RequestRefused(
             Result.OPERATION_FAILED,
-            f"there is no filter mode {wanted.filter_mode}: known are 0 (any of the tags) and 1 (all of them)",
+            f"unknown filter mode {wanted.filter_mode}; expected 0 (any of the tags) or 1 (all of them)",
         )

@@ -1,54 +1,49 @@
-"""Verbs about robots that drive, and about frames."""
+"""Verbs about wheeled robots: goals, velocities, localisation and frames."""
 
 from __future__ import annotations
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Empty, Result
-from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_id, check_positive
+from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused, check_drive_duration, check_finite, check_positive
 from sim_nodes.geometry import Pose2
 from sim_nodes.messages import flat_pose, planar
 from sim_nodes.navigation.navigator import Goal
+from sim_nodes.robots.diff_drive import Velocity
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs.handling import Handling
-from sim_nodes.watches import DistanceWatch, ProximityWatch
+from sim_nodes.watches import DistanceWatch, LocalisationWatch, ProximityWatch
 
 MAX_POSES = 100
 MAX_PERIOD = 3600.0  # [s]
 
 
-def _set_initial_pose(simulator: Simulator, request: wire.SetInitialPose) -> Empty:
+def set_initial_pose(simulator: Simulator, request: wire.SetInitialPose) -> None:
     simulator.simulation.set_initial_pose(request.robot, planar(request.pose))
-    return Empty()
 
 
-def _navigate_through_poses(simulator: Simulator, request: wire.NavigateThroughPoses) -> Empty:
-    check_id(request.id)
+def navigate_through_poses(simulator: Simulator, request: wire.NavigateThroughPoses) -> None:
     if not 1 <= len(request.poses) <= MAX_POSES:
         raise RequestRefused(
-            Result.OPERATION_FAILED, f"{len(request.poses)} poses were given: give 1 to {MAX_POSES}"
+            Result.OPERATION_FAILED, f"found {len(request.poses)} poses; expected 1 to {MAX_POSES}"
         )
     poses = tuple(planar(pose) for pose in request.poses)
     if not 0.0 <= request.feedback_period <= MAX_PERIOD:
         raise RequestRefused(
             Result.OPERATION_FAILED,
-            f"the period of feedback is {request.feedback_period} s: give 0 for none, {MAX_PERIOD:g} s at most",
+            f"invalid feedback period {request.feedback_period} s; expected 0 (none) to {MAX_PERIOD:g} s",
         )
     goal = Goal(request.id, poses, request.stop_at_each, request.feedback_period)
     simulator.simulation.navigate(request.robot, goal)
-    return Empty()
 
 
-def _get_navigation_feedback(simulator: Simulator, request: wire.FeedbackRequest) -> wire.NavigationFeedback:
+def get_navigation_feedback(simulator: Simulator, request: wire.RobotName) -> wire.NavigationFeedback:
     return simulator.simulation.feedback(request.robot)
 
 
-def _stop_robot(simulator: Simulator, request: wire.StopRobot) -> Empty:
+def stop_robot(simulator: Simulator, request: wire.StopRobot) -> None:
     simulator.simulation.stop_robot(request.robot)
-    return Empty()
 
 
-def _watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> Empty:
-    check_id(request.id)
+def watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> None:
     point = (request.point.x, request.point.y)
     check_finite("point", *point)
     check_positive("threshold", request.threshold, "m")
@@ -56,19 +51,16 @@ def _watch_proximity(simulator: Simulator, request: wire.WatchProximity) -> Empt
     frame, parent = (simulation.frames.own(name, request.robot) for name in (request.frame, request.parent_frame))
     watch = ProximityWatch(frame, parent, *point, request.threshold)
     simulation.watch(request.id, watch)
-    return Empty()
 
 
-def _watch_distance(simulator: Simulator, request: wire.WatchDistance) -> Empty:
-    check_id(request.id)
+def watch_distance(simulator: Simulator, request: wire.WatchDistance) -> None:
     check_positive("distance", request.distance, "m")
     simulation = simulator.simulation
     target = simulation.travelled(request.robot) + request.distance
     simulation.watch(request.id, DistanceWatch(request.robot, target))
-    return Empty()
 
 
-def _get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire.Pose:
+def get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire.FramePose:
     check_finite("distance", request.distance)
     poses = []
     for name in (request.frame, request.parent_frame):
@@ -76,19 +68,54 @@ def _get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire
         pose = simulator.simulation.pose(name)
         if pose is None:
             raise RequestRefused(
-                Result.INCORRECT_STATE, f"the frame {name!r} has no pose yet: set the robot's initial pose first"
+                Result.INCORRECT_STATE,
+                f"the frame {name!r} has no pose yet; set the robot's initial pose first",
             )
         poses.append(pose)
     frame, parent = poses
-    return flat_pose(parent.inverse().compose(frame).compose(Pose2(request.distance, 0.0, 0.0)))
+    relative = flat_pose(parent.inverse().compose(frame).compose(Pose2(request.distance, 0.0, 0.0)))
+    return wire.FramePose(position=relative.position, orientation=relative.orientation)
 
 
-HANDLERS: tuple[Handling, ...] = (
-    (wire.SET_INITIAL_POSE, _set_initial_pose),
-    (wire.NAVIGATE_THROUGH_POSES, _navigate_through_poses),
-    (wire.GET_NAVIGATION_FEEDBACK, _get_navigation_feedback),
-    (wire.STOP_ROBOT, _stop_robot),
-    (wire.WATCH_PROXIMITY, _watch_proximity),
-    (wire.WATCH_DISTANCE, _watch_distance),
-    (wire.GET_RELATIVE_POSE, _get_relative_pose),
-)
+def drive(simulator: Simulator, request: wire.Drive) -> None:
+    velocity = Velocity(request.linear, request.angular)
+    check_finite("velocity", *velocity)
+    check_drive_duration(request.duration)
+    simulator.simulation.drive(request.robot, request.id, velocity, request.duration)
+
+
+def cmd_vel(simulator: Simulator, request: wire.CmdVel) -> None:
+    linear, angular = request.twist.linear, request.twist.angular
+    check_finite("twist", linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+    if any((linear.y, linear.z, angular.x, angular.y)):
+        raise RequestRefused(
+            Result.OPERATION_FAILED,
+            "unsupported twist of a differential drive; expected only linear x and angular z",
+        )
+    simulator.simulation.command_velocity(request.robot, Velocity(linear.x, angular.z))
+
+
+def reinitialize_global_localization(simulator: Simulator, request: wire.RobotName) -> None:
+    simulator.simulation.search_pose(request.robot)
+
+
+def watch_localization(simulator: Simulator, request: wire.WatchLocalization) -> None:
+    simulation = simulator.simulation
+    simulation.watch(request.id, LocalisationWatch(simulation.robot(request.robot).mobile.name))
+
+
+def get_localization(simulator: Simulator, request: wire.RobotName) -> wire.Localization:
+    simulation = simulator.simulation
+    base = simulation.robot(request.robot).mobile
+    pose, estimate = base.localised_pose(), base.localisation.estimate
+    if pose is None or estimate is None:
+        return wire.Localization(
+            pose=None, covariance=None, particles=len(base.localisation.particles), error=None
+        )
+    truth = simulation.true_pose(request.robot)
+    return wire.Localization(
+        pose=flat_pose(pose),
+        covariance=tuple(estimate.covariance.ravel().tolist()),
+        particles=len(base.localisation.particles),
+        error=pose.distance(truth.x, truth.y),
+    )

@@ -1,9 +1,9 @@
-"""Which files a world consists of: its own, and all that it names.
+"""Lists the files of a world: its own file, and all files that it names.
 
     python -m sim_nodes.worlds.files WORLD.yaml
 
-prints their paths as a JSON list, for those who send a world elsewhere. The world is loaded, as a node would do
-it, so that what is wrong with it is said here.
+prints their paths as a JSON list, to copy a world to another machine. As in a node, the world is loaded first,
+so that errors in it are reported here.
 """
 
 from __future__ import annotations
@@ -13,54 +13,54 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from sim_nodes.files import read_text, read_yaml
+from seoro.files.yaml_lines import read_text, read_yaml
 from sim_nodes.worlds.loader import WorldError, load_world, read_world_file
 
 
 def files_of_world(path: Path) -> Iterator[Path]:
-    """The files of a world, the world file first.
+    """Yield the files of a world, the world file first.
 
     Raises:
-        WorldError: One of them is not there, or is wrong, or is named in a way that holds on this machine only.
+        WorldError: A file is missing or invalid, or its path is only valid on this machine.
     """
     load_world(str(path))
     yield path
     file, _ = read_world_file(read_text(path), str(path))
     if isinstance(file.floor_plan, str):
-        plan = _beside(path, file.floor_plan)
+        plan = _relative_file(path, file.floor_plan)
         yield plan
-        yield _beside(plan, _named(plan, "image"))
+        yield _relative_file(plan, _named(plan, "image"))
     elif file.floor_plan is not None:
-        yield _beside(path, file.floor_plan.image)
+        yield _relative_file(path, file.floor_plan.image)
     for robot in file.robots:
         if robot.robot.endswith(".yaml"):
-            declaration = _beside(path, robot.robot)
+            declaration = _relative_file(path, robot.robot)
             yield declaration
-            yield _beside(declaration, _named(declaration, "urdf"))
+            yield _relative_file(declaration, _named(declaration, "urdf"))
     for prop in file.props:
         if prop.model is not None:
-            yield _beside(path, prop.model)
+            yield _relative_file(path, prop.model)
 
 
-def _beside(path: Path, name: str) -> Path:
-    """A file that another names. On another machine, nodes look for it there: nothing finds an absolute path."""
+def _relative_file(path: Path, name: str) -> Path:
+    """Return a file that another names. An absolute path is refused: it does not exist on other machines."""
     if Path(name).is_absolute():
         raise WorldError(
-            f"{path} names {name} by an absolute path, which is not there on another machine: name it relative to "
+            f"absolute path {name} in {path}, which does not exist on other machines; expected a path relative to "
             f"{path.name}"
         )
     return path.parent / name
 
 
 def _named(path: Path, key: str) -> str:
-    """The file that another names, which was checked when the world was loaded."""
+    """Return the file that another names; it was checked when the world was loaded."""
     content = read_yaml(read_text(path), str(path))
     assert isinstance(content, dict)
     return str(content[key])
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Print the files of a world."""
+    """Print the files of a world; returns the exit status."""
     [path] = arguments
     try:
         found = [str(file) for file in files_of_world(Path(path))]

@@ -1,7 +1,7 @@
-"""Walls from a picture: a floor plan as the map server of ROS has it.
+"""Walls from an image: a floor plan in the format of the ROS map server.
 
-Each pixel is a square of floor; dark ones are wall. They are merged into boxes, so that what physics collides with
-and what robots know as their map are the same walls.
+Each pixel is a square of floor; dark pixels are wall. They are merged into boxes: physics and the robots' maps
+have the same walls.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
-from pydantic import ValidationError
 
-from seoro.input_files import Kind, open_input
-from sim_nodes.files import FileError, Lines, problems, read_text, read_yaml
+from seoro.files.inputs import Kind, open_input
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
+from sim_nodes.files import validate
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.schema import FloorPlanFile, check_extent
@@ -24,25 +24,25 @@ MAX_BOXES = 2000
 OPAQUE_16_BIT = 65535.0
 
 Mask = NDArray[np.bool_]
-Box = tuple[int, int, int, int]  # first column, first row, and those behind the last
+Box = tuple[int, int, int, int]  # first column, first row, and those after the last
 Extent = tuple[float, float, float, float]
 
 
 def load_floor_plan(
     plan: FloorPlanFile | str, folder: Path, height: float
 ) -> tuple[tuple[Wall, ...], Extent, tuple[str, ...]]:
-    """The walls of a floor plan, and what it covers.
+    """Return the walls of a floor plan, its extent, and warnings.
 
     Args:
-        plan: The floor plan, or the name of a file of the map server that has it.
-        folder: The folder from which files are named.
-        height: Of the walls [m].
+        plan: The floor plan, or the name of a map file (.yaml) that describes it.
+        folder: Folder that relative file names start from.
+        height: Height of the walls [m].
 
     Returns:
-        The walls; lower x, lower y, upper x, upper y of the picture [m]; and warnings.
+        The walls; lower x, lower y, upper x, upper y of the image [m]; and warnings.
 
     Raises:
-        FileError: There is no such file, or walls cannot be made of it.
+        FileError: The file is missing or invalid, or gives too many walls.
     """
     ignored: tuple[str, ...] = ()
     try:
@@ -55,19 +55,15 @@ def load_floor_plan(
 
 
 def _described(path: Path) -> tuple[FloorPlanFile, tuple[str, ...]]:
-    """Read a map file; keys that it does not know are ignored with a warning, as the map server does."""
+    """Read a map file; unknown keys are ignored with a warning, as by the map server."""
     text = read_text(path)
-    content = read_yaml(text, str(path))
+    content, lines = read_yaml(text, str(path)), Lines(text, str(path))
     ignored: tuple[str, ...] = ()
     if isinstance(content, dict):
         unknown = [key for key in content if key not in FloorPlanFile.model_fields]
-        lines = Lines(text, str(path))
-        ignored = tuple(f"{lines.at([key])}: unknown key `{key}` of a map is ignored" for key in unknown)
+        ignored = tuple(f"{lines.at([key])}: ignored unknown key `{key}` of a map" for key in unknown)
         content = {key: value for key, value in content.items() if key not in unknown}
-    try:
-        return FloorPlanFile.model_validate(content), ignored
-    except ValidationError as error:
-        raise FileError(problems(error, Lines(text, str(path)), FloorPlanFile)) from error
+    return validate(FloorPlanFile, content, lines), ignored
 
 
 def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:
@@ -76,8 +72,8 @@ def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall
     boxes = merged(mask)
     if len(boxes) > MAX_BOXES:
         raise FileError(
-            f"{plan.image}: its walls make {len(boxes)} boxes, more than {MAX_BOXES}: clean it of stray pixels, "
-            "or make it coarser"
+            f"{plan.image}: its walls need {len(boxes)} boxes; expected at most {MAX_BOXES}: remove stray pixels, "
+            "or reduce the resolution"
         )
     extent = _extent(plan, mask)
     try:
@@ -88,19 +84,19 @@ def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall
 
 
 def _read(path: Path) -> NDArray[np.float64]:
-    """How dark the pixels of a picture are, 0 white to 1 black, shape (rows, columns), the top row first."""
+    """Read the darkness of the pixels, 0 white to 1 black, shape (rows, columns), the top row first."""
     try:
         with open_input(path, Kind.FLOOR_PLAN) as file, Image.open(file, formats=("PNG", "PPM")) as image:
             if image.width * image.height > MAX_PIXELS:
                 raise FileError(
-                    f"{path} has {image.width} by {image.height} pixels, more than {MAX_PIXELS} altogether"
+                    f"{path} has {image.width} by {image.height} pixels; expected at most {MAX_PIXELS} altogether"
                 )
             return _darkness(image)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise FileError(f"{path} has more than {MAX_PIXELS} pixels") from error
+        raise FileError(f"{path} has too many pixels; expected at most {MAX_PIXELS}") from error
     except UnidentifiedImageError as error:
-        raise FileError(f"{path} is neither PNG nor PGM") from error
-    except (OSError, ValueError, SyntaxError) as error:  # what Pillow raises for broken files
+        raise FileError(f"unsupported image format: {path}; expected PNG or PGM") from error
+    except (OSError, ValueError, SyntaxError) as error:  # exceptions of Pillow for broken files
         raise FileError(f"cannot read the floor plan {path}: {error}") from error
 
 
@@ -108,23 +104,23 @@ def _darkness(image: Image.Image) -> NDArray[np.float64]:
     if image.mode.startswith("I"):
         return 1.0 - np.asarray(image, dtype=np.float64) / OPAQUE_16_BIT
     pixels = np.asarray(image.convert("RGBA"), dtype=np.float64) / 255.0
-    # What shows through where a picture is transparent is white paper.
+    # Transparent pixels show white paper.
     darkness: NDArray[np.float64] = (1.0 - pixels[:, :, :3].mean(axis=2)) * pixels[:, :, 3]
     return darkness
 
 
 def merged(mask: Mask) -> list[Box]:
-    """Boxes that cover what is true in a mask, each pixel once, by rows or by columns, whichever takes fewer."""
+    """Cover the true pixels of a mask by disjoint boxes: the smaller number of merged rows or merged columns."""
     by_rows = _by_rows(mask)
     by_columns = [(top, left, bottom, right) for left, top, right, bottom in _by_rows(mask.T)]
     return min(by_rows, by_columns, key=len)
 
 
 def _by_rows(mask: Mask) -> list[Box]:
-    """Runs of each row; the same run in rows below each other is one box."""
+    """Merge the runs of each row with equal runs in the rows below."""
     boxes: list[Box] = []
     begun: dict[tuple[int, int], int] = {}  # runs of the row above, and the first row that they are in
-    steps = np.diff(np.pad(mask.astype(np.int8), ((0, 1), (1, 1))), axis=1)  # with an empty row, which ends all
+    steps = np.diff(np.pad(mask.astype(np.int8), ((0, 1), (1, 1))), axis=1)  # an empty last row ends all runs
     for row, step in enumerate(steps):
         runs = zip(np.flatnonzero(step == 1).tolist(), np.flatnonzero(step == -1).tolist(), strict=True)
         goes_on = {run: begun.get(run, row) for run in runs}
@@ -146,5 +142,5 @@ def _extent(plan: FloorPlanFile, mask: Mask) -> Extent:
     width, height = mask.shape[1] * plan.resolution, mask.shape[0] * plan.resolution
     corners = [origin.compose(Pose2(x, y, 0.0)) for x in (0.0, width) for y in (0.0, height)]
     xs, ys = [corner.x for corner in corners], [corner.y for corner in corners]
-    # Rounding must not make a plan of 6 m one of 6 m and a cell.
+    # Rounding must not add a cell to a plan of 6 m.
     return tuple(round(value, 6) for value in (min(xs), min(ys), max(xs), max(ys)))  # type: ignore[return-value]

@@ -1,4 +1,4 @@
-"""Worlds by name or path: read, validated, and turned into the scene that an engine builds."""
+"""Loads worlds by name or path: reads and validates them, and makes the scene for an engine."""
 
 from __future__ import annotations
 
@@ -9,28 +9,26 @@ from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.input_files import Kind, read_input_text
+from seoro.files.inputs import Kind, read_input_text
+from seoro.files.yaml_lines import FileError, Lines, read_yaml
 from sim_nodes.extents import lowest_of, outline
-from sim_nodes.files import FileError, Lines, problems, read_yaml
-from sim_nodes.geometry import Array, Pose2, quaternion
-from sim_nodes.physics import PlacedRobot, Scene, Wall
-from sim_nodes.robots.checking import check_urdf, line_of
+from sim_nodes.files import bundled_names, validate
+from sim_nodes.geometry import Array, Pose2, Vector, quaternion
+from sim_nodes.physics import BodyState, PlacedRobot, Scene, Wall
 from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
+from sim_nodes.robots.urdf_check import check_urdf, line_of
 from sim_nodes.views import Lens, View, looking_at
-from sim_nodes.worlds.places import check_places
-from sim_nodes.worlds.poses import NamedPose, read_pose
+from sim_nodes.worlds.placement import check_placement
 from sim_nodes.worlds.props import Prop, read_prop
-from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
+from sim_nodes.worlds.schema import CameraFile, NamedPoseFile, PropFile, RobotFile, WallFile, WorldFile
 
 SUFFIXES = frozenset({".yaml", ".yml"})  # of world files
-OVERHEAD = 0.5  # [m] above the floor; what begins higher is in no robot's way, and above what its lidar sees
+OVERHEAD = 0.5  # [m] above the floor; anything that starts higher is above robots and lidar beams
 
 
 class WorldError(Exception):
-    """A world that does not exist or whose file is wrong; `missing` tells the two apart."""
+    """An unknown world, or an invalid world file; `missing` distinguishes the two."""
 
     def __init__(self, message: str, *, missing: bool = False) -> None:
         super().__init__(message)
@@ -38,18 +36,51 @@ class WorldError(Exception):
 
 
 @dataclass(frozen=True)
+class NamedPose:
+    """A named pose, and the free space around it: lower and upper corner of a box along its axes [m]."""
+
+    name: str
+    description: str
+    tags: tuple[str, ...]
+    place: BodyState
+    room: tuple[Vector, Vector] | None
+
+
+def read_pose(pose: NamedPoseFile, index: int, extent: tuple[float, float, float, float]) -> NamedPose:
+    """Read a named pose of a world file.
+
+    Args:
+        pose: Entry of the file.
+        index: Index of the entry, from 0.
+        extent: Extent of the map: lower x, y, upper x, y [m].
+
+    Raises:
+        FileError: The pose is outside of the world.
+    """
+    at, (left, bottom, right, top) = pose.pose, extent
+    if not (left <= at.x <= right and bottom <= at.y <= top):
+        raise FileError(
+            f"poses.{index}.pose: {pose.name!r} at ({at.x:g}, {at.y:g}) is outside of the world; "
+            f"expected a position from ({left:g}, {bottom:g}) to ({right:g}, {top:g})"
+        )
+    place = BodyState((at.x, at.y, at.z or 0.0), quaternion(at.roll, at.pitch, at.yaw))
+    room = None if pose.bounds is None else (pose.bounds.lower, pose.bounds.upper)
+    return NamedPose(pose.name, pose.description, pose.tags, place, room)
+
+
+@dataclass(frozen=True)
 class World:
     """A world: its scene, and the extent of its map (lower x, lower y, upper x, upper y) [m].
 
-    `description` and `tags` are what its file says of it; `entity_tags` are those of entities, by their names;
-    `warnings` are about what its files say and what is ignored.
+    `description` and `tags` are those of its file, `entity_tags` those of entities by name, and `warnings` are
+    about ignored parts of its files.
     """
 
     name: str
     extent: tuple[float, float, float, float]
     walls: tuple[Wall, ...]
     robots: tuple[PlacedRobot, ...]
-    cameras: Mapping[str, View] = field(default_factory=dict)  # free ones, by name
+    cameras: Mapping[str, View] = field(default_factory=dict)  # free cameras by name
     props: tuple[Prop, ...] = ()
     poses: tuple[NamedPose, ...] = ()
     entity_tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -59,37 +90,36 @@ class World:
 
     @property
     def scene(self) -> Scene:
-        """What an engine builds."""
+        """Scene for an engine."""
         return Scene(self.walls, self.robots, self.extent)
 
     @property
     def outlines(self) -> tuple[Array, ...]:
-        """What the map has besides walls: parts of static props, but those above all that drives."""
+        """Outlines in the map besides walls: parts of static props, except those above all wheeled robots."""
         static = [(part, prop.state) for prop in self.props if prop.model.static for part in prop.model.parts]
         return tuple(outline(part, state) for part, state in static if lowest_of(part, state) < OVERHEAD)
 
 
 def available_worlds() -> tuple[str, ...]:
-    """Names of the worlds that come with the node."""
-    files = resources.files(__package__).iterdir()
-    return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
+    """Return the names of the worlds that come with the node."""
+    return bundled_names(__package__)
 
 
 def load_world(world: str) -> World:
-    """The world of a name, or in a file.
+    """Load a world by name or file.
 
     Args:
         world: One of `available_worlds()`, or the path of a `.yaml` file.
 
     Raises:
-        WorldError: There is no such world, or its file is wrong.
+        WorldError: The world is unknown, or its file is invalid.
     """
     if world in available_worlds():
         text = resources.files(__package__).joinpath(f"{world}.yaml").read_text(encoding="utf-8")
         return parse_world(text, f"{world}.yaml", Path(__file__).parent)
     path = Path(world)
     if path.suffix not in SUFFIXES:
-        raise _no_world_file(world, path)
+        raise _unknown_world(world, path)
     try:
         text = read_input_text(path, Kind.WORLD)
     except (OSError, UnicodeDecodeError) as error:
@@ -97,20 +127,18 @@ def load_world(world: str) -> World:
     return parse_world(text, world, path.parent)
 
 
-def _no_world_file(world: str, path: Path) -> WorldError:
+def _unknown_world(world: str, path: Path) -> WorldError:
     known = ", ".join(available_worlds())
     if path.is_file():
         return WorldError(
-            f"{world} is no world file of seoro (.yaml), in which `props` name models in SDF, URDF and MJCF by "
-            "`model`, and `floor_plan` names pictures by `image`; worlds in SDF or MJCF are unsupported"
+            f"unsupported world format: {world}; expected a world file (.yaml), "
+            "whose `props` name models in SDF, URDF and MJCF by `model`, and `floor_plan` names images by `image`"
         )
-    return WorldError(
-        f"there is no world {world!r}: known are {known}, or give the path of a .yaml file", missing=True
-    )
+    return WorldError(f"unknown world {world!r} (worlds: {known}, or the path of a .yaml file)", missing=True)
 
 
 def _check_no_map(content: object, source: str) -> None:
-    """Refuse a map of the map server in the place of a world, and say how a world names it."""
+    """Refuse a map of the map server as a world; the message shows a world file that names it."""
     if isinstance(content, dict) and {"image", "resolution"} <= content.keys() and "name" not in content:
         name = Path(source).name
         raise WorldError(
@@ -120,15 +148,15 @@ def _check_no_map(content: object, source: str) -> None:
 
 
 def parse_world(text: str, source: str, folder: Path = Path()) -> World:
-    """The world that the text of a world file describes.
+    """Parse the text of a world file.
 
     Args:
-        text: The text.
-        source: What messages call the file.
-        folder: The folder from which it names others.
+        text: Text of the file.
+        source: Name of the file in messages.
+        folder: Folder that relative file names start from.
 
     Raises:
-        WorldError: The file is wrong; the message lists everything that is.
+        WorldError: The file is invalid; the message lists all errors.
     """
     file, lines = read_world_file(text, source)
     try:
@@ -138,20 +166,18 @@ def parse_world(text: str, source: str, folder: Path = Path()) -> World:
 
 
 def read_world_file(text: str, source: str) -> tuple[WorldFile, Lines]:
-    """What the text of a world file says, by itself, and where.
+    """Parse and validate the text of a world file by itself; returns it with its line numbers.
 
     Raises:
-        WorldError: The text is wrong.
+        WorldError: The text is invalid.
     """
     try:
         content = read_yaml(text, source)
         _check_no_map(content, source)
         lines = Lines(text, source)
-        return WorldFile.model_validate(content), lines
+        return validate(WorldFile, content, lines), lines
     except FileError as error:
         raise WorldError(str(error)) from error
-    except ValidationError as error:
-        raise WorldError(problems(error, lines, WorldFile)) from error
 
 
 def _world(file: WorldFile, folder: Path) -> World:
@@ -163,9 +189,9 @@ def _world(file: WorldFile, folder: Path) -> World:
 
         planned, covered, warnings = load_floor_plan(file.floor_plan, folder, file.wall_height)
         walls, extent = (*planned, *walls), extent or covered
-    assert extent is not None, "the schema asks for one or the other"
+    assert extent is not None, "the schema requires one of the two"
     robots = _robots(file, folder)
-    check_places(robots, extent)
+    check_placement(robots, extent)
     cameras = {camera.name: _camera(camera) for camera in file.cameras}
     props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
     poses = tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses))
@@ -185,7 +211,7 @@ def _world(file: WorldFile, folder: Path) -> World:
 
 
 def _entity_tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
-    """The tags of entities; walls of one name have those of all of them."""
+    """Return the tags by entity; walls of one name have the tags of all of them."""
     tags: dict[str, dict[str, None]] = {}
     entities: tuple[WallFile | RobotFile | PropFile | CameraFile, ...]
     entities = (*file.walls, *file.robots, *file.props, *file.cameras)
@@ -200,10 +226,12 @@ def _robots(file: WorldFile, folder: Path) -> tuple[PlacedRobot, ...]:
         declaration = _declaration(robot.robot, f"robots.{index}.robot", folder)
         pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
         if robot.pose.z and not declaration.fixed:
-            raise FileError(f"robots.{index}.pose.z: a {robot.robot} stands on the floor, leave z out")
+            raise FileError(f"robots.{index}.pose.z: unexpected z: a {robot.robot} stands on the floor; remove it")
         if robot.battery is not None:
             if declaration.mobile is None:
-                raise FileError(f"robots.{index}.battery: a {robot.robot} does not drive, leave it out")
+                raise FileError(
+                    f"robots.{index}.battery: unexpected battery: a {robot.robot} does not drive; remove it"
+                )
             mobile = declaration.mobile.model_copy(update={"battery": robot.battery})
             declaration = declaration.model_copy(update={"mobile": mobile})
         placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
@@ -216,7 +244,7 @@ def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
     if robot not in available_robots():
         known = ", ".join(available_robots())
         raise FileError(
-            f"{place}: unknown kind {robot!r}, known are {known}, or give the path of a declaration (.yaml)"
+            f"{place}: unknown kind of robot {robot!r} (kinds: {known}, or the path of a declaration, .yaml)"
         )
     return load_robot(robot)
 
@@ -243,7 +271,7 @@ def _camera(camera: CameraFile) -> View:
 
 
 def _standing(wall: WallFile, file: WorldFile) -> list[Wall]:
-    """The boxes of a wall; segments are prolonged by half the thickness, so that corners are closed."""
+    """Return the boxes of a wall; segments are extended by half the thickness, which closes the corners."""
     height = wall.height or file.wall_height
     if wall.center is not None and wall.size is not None:
         return [Wall(wall.name, *wall.center, wall.yaw, *wall.size, height)]

@@ -1,4 +1,4 @@
-"""Props of a world: bodies that stand or lie in it from the start, and belong to it."""
+"""Props of a world: bodies that belong to it from the start."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.files.yaml_lines import FileError, read_text
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
-from sim_nodes.files import FileError, read_text
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Shape, Sphere
@@ -16,7 +16,7 @@ from sim_nodes.worlds.schema import PropFile
 
 @dataclass(frozen=True)
 class Prop:
-    """A body that belongs to a world, and where it starts."""
+    """A body of a world, and its initial state."""
 
     name: str
     model: BodyModel
@@ -24,15 +24,15 @@ class Prop:
 
 
 def read_prop(prop: PropFile, index: int, folder: Path) -> Prop:
-    """A prop of a world file.
+    """Read a prop of a world file.
 
     Args:
-        prop: What the file says.
-        index: Which of the props it is, from 0.
-        folder: The folder from which models are named.
+        prop: Entry of the file.
+        index: Index of the entry, from 0.
+        folder: Folder that relative file names start from.
 
     Raises:
-        FileError: Its model cannot be read, or is wrong, or it would stand in the floor.
+        FileError: Its model is unreadable or invalid, or the prop would be below the floor.
     """
     model = _model(prop, index, folder)
     pose = prop.pose
@@ -41,8 +41,8 @@ def read_prop(prop: PropFile, index: int, folder: Path) -> Prop:
     z = needed if pose.z is None else pose.z
     if z < needed - FLOOR_TOLERANCE:
         raise FileError(
-            f"props.{index}.pose.z: {prop.name!r} would be {needed - z:.3f} m inside the floor: "
-            f"z has to be {needed:.3f} m or more, or left out"
+            f"props.{index}.pose.z: {prop.name!r} would be {needed - z:.3f} m below the floor; "
+            f"expected z of {needed:.3f} m or more, or none"
         )
     return Prop(prop.name, model, replace(state, position=(pose.x, pose.y, z)))
 
@@ -69,5 +69,5 @@ def _shape(prop: PropFile) -> Shape:
         return Box((prop.cube, prop.cube, prop.cube))
     if prop.cylinder is not None:
         return Cylinder(prop.cylinder.radius, prop.cylinder.length)
-    assert prop.sphere is not None, "props have one form"
+    assert prop.sphere is not None, "the schema requires one form"
     return Sphere(prop.sphere)

@@ -1,4 +1,4 @@
-"""What a world file may say. Unknown keys are errors."""
+"""Schema of world files. Unknown keys are errors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from sim_nodes.files import NAME
-from sim_nodes.models.reading import FRICTIONS, MASSES, SIZES
+from sim_nodes.models.xml_reading import FRICTIONS, MASSES, SIZES
 from sim_nodes.robots.declaration import BatteryDeclaration
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
 
@@ -38,14 +38,14 @@ class _Part(BaseModel):
 
 
 class WallFile(_Part):
-    """A wall: along `points`, or a box with `center`, `size` and `yaw`.
+    """A wall: either along `points`, or a box with `center`, `size` and `yaw`.
 
     Walls belong to the entity `walls` unless they have a name of their own.
     """
 
     name: Name = "walls"
     points: Annotated[tuple[Point, ...], Field(min_length=2, max_length=200)] | None = None
-    thickness: Annotated[float, Field(ge=0.02, le=2.0)] | None = None  # of a wall along points
+    thickness: Annotated[float, Field(ge=0.02, le=2.0)] | None = None  # of a wall along `points`
     center: Point | None = None
     size: tuple[Length, Length] | None = None
     yaw: float = 0.0
@@ -55,20 +55,20 @@ class WallFile(_Part):
     @model_validator(mode="after")
     def _one_form(self) -> Self:
         if (self.points is None) == (self.center is None):
-            raise ValueError("a wall has either `points` or `center` and `size`")
+            raise ValueError("expected either `points`, or `center` and `size` of a wall")
         if (self.center is None) != (self.size is None):
-            raise ValueError("`center` and `size` belong together")
+            raise ValueError("expected both `center` and `size`")
         if self.center is not None and self.thickness is not None:
-            raise ValueError("`thickness` belongs to a wall along `points`")
+            raise ValueError("unexpected `thickness`: only walls along `points` have it")
         if self.points is not None and self.yaw:
-            raise ValueError("`yaw` belongs to a wall with `center` and `size`")
+            raise ValueError("unexpected `yaw`: only walls with `center` and `size` have it")
         if self.points is not None and any(math.dist(a, b) < 1e-3 for a, b in pairwise(self.points)):
-            raise ValueError("two neighbouring `points` are the same")
+            raise ValueError("two neighbouring `points` are equal")
         return self
 
 
 class PoseFile(_Part):
-    """Where a robot starts [m, rad]; `z` is the height of one that is fixed."""
+    """Initial pose of a robot [m, rad]; `z` is the height of a fixed one."""
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
@@ -76,8 +76,8 @@ class PoseFile(_Part):
     yaw: float = 0.0
 
 
-class PlaceFile(_Part):
-    """Where something is [m, rad]; without z it stands or lies on the floor."""
+class BodyPoseFile(_Part):
+    """Pose of a body [m, rad]; without `z` it is on the floor."""
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
@@ -88,55 +88,57 @@ class PlaceFile(_Part):
 
 
 class CylinderFile(_Part):
-    """A cylinder along z [m]."""
+    """A cylinder along its z axis [m]."""
 
     radius: Edge
     length: Edge
 
 
 class PropFile(_Part):
-    """A body that belongs to the world: of one shape, or of a model in a file.
+    """A body of the world: a shape, or a model in a file.
 
-    Without a mass a shape stands fixed, and robots have it in their maps.
+    Without `mass`, a shape is static and in the maps of robots.
     """
 
     name: Name
     box: tuple[Edge, Edge, Edge] | None = None
-    cube: Edge | None = None  # its edge
+    cube: Edge | None = None  # edge length
     cylinder: CylinderFile | None = None
-    sphere: Edge | None = None  # its radius
-    model: str | None = None  # an SDF, URDF or MJCF file, named from the folder of the world
-    mass: Annotated[float, Field(ge=MASSES[0], le=MASSES[1])] | None = None  # [kg], of a shape
-    static: bool = False  # a model stands fixed, whatever its file says
+    sphere: Edge | None = None  # radius
+    model: str | None = None  # an SDF, URDF or MJCF file, relative to the folder of the world
+    mass: Annotated[float, Field(ge=MASSES[0], le=MASSES[1])] | None = None  # [kg] of a shape
+    static: bool = False  # overrides the file of a model
     friction: Annotated[float, Field(ge=FRICTIONS[0], le=FRICTIONS[1])] = 1.0  # of a shape
     colour: tuple[Share, Share, Share] | None = None  # red, green, blue, from 0 to 1
-    pose: PlaceFile = PlaceFile()
+    pose: BodyPoseFile = BodyPoseFile()
     tags: Tags = ()
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
         forms = [form for form in PROP_FORMS if getattr(self, form) is not None]
         if len(forms) != 1:
-            raise ValueError(f"a prop has one of {', '.join(PROP_FORMS)}, not {' and '.join(forms) or 'none'}")
+            raise ValueError(
+                f"expected one of {', '.join(PROP_FORMS)} in a prop, found {' and '.join(forms) or 'none'}"
+            )
         if forms == ["model"]:
             if self.mass is not None or "friction" in self.model_fields_set:
-                raise ValueError("`mass` and `friction` of a model are in its file")
+                raise ValueError("unexpected `mass` or `friction`: a model has them in its file")
         elif "static" in self.model_fields_set:
-            raise ValueError("a shape without `mass` is static, `static` is for models")
+            raise ValueError("unexpected `static`: only models have it; a shape without `mass` is static")
         return self
 
 
 class FloorPlanFile(_Part):
-    """A floor plan, in the terms of the map server of ROS.
+    """A floor plan, in the format of the ROS map server.
 
-    What is darker than `occupied_thresh` (0 white, 1 black) is wall, anything else is floor, also what a map
-    server would take for unknown.
+    Pixels darker than `occupied_thresh` (0 white, 1 black) are wall. Other pixels are floor, also the
+    unknown pixels of a map server.
     """
 
-    image: str  # PNG or PGM, named from the folder of the file
-    resolution: Annotated[float, Field(ge=0.005, le=1.0)]  # [m] that a pixel is wide
-    origin: tuple[Coordinate, Coordinate, float]  # of the lower left pixel's corner: x, y [m], yaw [rad]
-    negate: bool = False  # light pixels are wall
+    image: str  # PNG or PGM, relative to the folder of the file
+    resolution: Annotated[float, Field(ge=0.005, le=1.0)]  # [m] per pixel
+    origin: tuple[Coordinate, Coordinate, float]  # corner of the lower left pixel: x, y [m], yaw [rad]
+    negate: bool = False  # whether light pixels are wall
     occupied_thresh: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.65
     free_thresh: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.25
     mode: Literal["trinary"] = "trinary"
@@ -144,22 +146,22 @@ class FloorPlanFile(_Part):
     @model_validator(mode="after")
     def _thresholds(self) -> Self:
         if self.free_thresh >= self.occupied_thresh:
-            raise ValueError("`free_thresh` has to be less than `occupied_thresh`")
+            raise ValueError("expected `free_thresh` below `occupied_thresh`")
         return self
 
 
 class RobotFile(_Part):
-    """A robot of the world: a kind that comes with the node, or the path of a declaration (.yaml)."""
+    """A robot: a kind that comes with the node, or the path of a declaration (.yaml)."""
 
     name: Name
     robot: str
     pose: PoseFile = PoseFile()
-    battery: BatteryDeclaration | None = None  # in the place of the one that is declared
+    battery: BatteryDeclaration | None = None  # replaces that of the declaration
     tags: Tags = ()
 
 
 class CameraFile(_Part):
-    """A free camera: where it is, and what it looks at, a point [m] or its orientation [rad]."""
+    """A free camera: its position, and a point to look at [m] or an orientation [rad]."""
 
     name: Name
     position: tuple[Coordinate, Coordinate, Coordinate]
@@ -175,14 +177,14 @@ class CameraFile(_Part):
     @model_validator(mode="after")
     def _one_way_to_look(self) -> Self:
         if self.look_at is not None and (self.roll or self.pitch or self.yaw):
-            raise ValueError("a camera has either `look_at` or `roll`, `pitch` and `yaw`")
+            raise ValueError("expected either `look_at`, or `roll`, `pitch` and `yaw` of a camera")
         if self.look_at == self.position:
-            raise ValueError("a camera cannot look at the point where it is")
+            raise ValueError("`look_at` of a camera is its own position; expected another point")
         return self
 
 
 class BoundsFile(_Part):
-    """A box along the axes of a pose, by two of its corners [m]."""
+    """A box along the axes of a pose, by two corners [m]."""
 
     lower: tuple[Coordinate, Coordinate, Coordinate]
     upper: tuple[Coordinate, Coordinate, Coordinate]
@@ -190,16 +192,16 @@ class BoundsFile(_Part):
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError("`lower` has to be less than `upper` in x, y and z")
+            raise ValueError("expected `lower` below `upper` in x, y and z")
         return self
 
 
 class NamedPoseFile(_Part):
-    """A pose with a name, on the floor without z; tags say what it is for, `bounds` how much room there is."""
+    """A named pose, on the floor without `z`; `tags` give its purpose, `bounds` the free space around it."""
 
     name: Name
     description: Annotated[str, Field(max_length=MAX_DESCRIPTION)] = ""
-    pose: PlaceFile
+    pose: BodyPoseFile
     bounds: BoundsFile | None = None
     tags: Tags = ()
 
@@ -211,7 +213,7 @@ class WorldFile(_Part):
     description: Annotated[str, Field(max_length=MAX_DESCRIPTION)] = ""
     tags: Tags = ()
     extent: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None  # lower x, y, upper x, y
-    floor_plan: FloorPlanFile | str | None = None  # or the name of a file of the map server
+    floor_plan: FloorPlanFile | str | None = None  # or the name of a map file of the map server
     wall_height: Length = 0.5
     wall_thickness: Annotated[float, Field(ge=0.02, le=2.0)] = 0.1
     walls: Annotated[tuple[WallFile, ...], Field(max_length=MAX_WALLS)] = ()
@@ -223,33 +225,33 @@ class WorldFile(_Part):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.extent is None and self.floor_plan is None:
-            raise ValueError("a world has an `extent`, or a `floor_plan` that says it")
+            raise ValueError("expected either `extent` or `floor_plan` of a world")
         if self.extent is not None:
             check_extent(self.extent)
         names = [robot.name for robot in self.robots]
         if len(set(names)) < len(names):
-            raise ValueError("two robots have the same name")
+            raise ValueError("duplicate name of robots")
         taken = {wall.name for wall in self.walls} | {"walls", "floor"}
         if taken & set(names):
-            raise ValueError(f"robot and wall have the same name: {', '.join(sorted(taken & set(names)))}")
+            raise ValueError(f"duplicate name of a robot and a wall: {', '.join(sorted(taken & set(names)))}")
         for kind, others in (("prop", self.props), ("camera", self.cameras)):
             for other in others:
                 if other.name in taken | set(names):
-                    raise ValueError(f"the name of {kind} {other.name!r} is taken")
+                    raise ValueError(f"duplicate name {other.name!r} of a {kind}")
                 names.append(other.name)
         if len({pose.name for pose in self.poses}) < len(self.poses):
-            raise ValueError("two of the `poses` have the same name")
+            raise ValueError("duplicate name in `poses`")
         return self
 
 
 def check_extent(extent: tuple[float, float, float, float]) -> None:
-    """Refuse an extent that is none, or too large.
+    """Check the extent of a world.
 
     Raises:
-        ValueError: The message says what is wrong.
+        ValueError: The extent is invalid or too large.
     """
     left, bottom, right, top = extent
     if right - left < 1.0 or top - bottom < 1.0:
-        raise ValueError("`extent` is [lower x, lower y, upper x, upper y] and at least 1 m wide")
+        raise ValueError("invalid `extent`; expected [lower x, lower y, upper x, upper y], at least 1 m wide")
     if (right - left) * (top - bottom) > 10_000.0:
-        raise ValueError("`extent` covers more than 10000 m^2")
+        raise ValueError("`extent` is too large; expected at most 10000 m^2")

@@ -5,7 +5,7 @@ from pathlib import Path
 from tests.runtime.conftest import RunText
 
 
-async def test_paths_are_taken_apart_and_made_absolute(run_text: RunText) -> None:
+async def test_paths_are_split_and_made_absolute(run_text: RunText) -> None:
     ran = await run_text(
         """
 import osc.os

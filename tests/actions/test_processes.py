@@ -34,7 +34,7 @@ def children() -> set[int]:
 
 
 def open_files() -> int:
-    """How many files this process has open."""
+    """Return the number of open files of this process."""
     return len(list(Path("/proc/self/fd").iterdir()))
 
 
@@ -80,14 +80,14 @@ async def test_quotes_make_words_and_nothing_is_expanded(run_text: RunText) -> N
     [
         ("sh -c 'echo one; echo; echo two >&2; exit 3'", "`sh` ended with exit status 3\n  one\n  two"),
         ("sh -c 'kill -SEGV $$'", "`sh` was killed by SIGSEGV"),
-        ("no-such-program -x", "there is no program `no-such-program`: it is in none of the folders of `PATH`"),
-        ("./no/such/file", "there is no program `./no/such/file`: no such file"),
-        ("/", "the program `/` cannot be started: Permission denied"),
-        ("", "`` is no command"),
-        ("echo 'a", "the command `echo 'a` cannot be split into words: No closing quotation"),
+        ("no-such-program -x", "unknown program `no-such-program`: not found in the folders of `PATH`"),
+        ("./no/such/file", "unknown program `./no/such/file`: no such file"),
+        ("/", "cannot start the program `/`: Permission denied"),
+        ("", "invalid command ``; expected a program and its arguments"),
+        ("echo 'a", "cannot split the command `echo 'a` into words: No closing quotation"),
     ],
 )
-async def test_a_failure_says_what_happened(command: str, reason: str, run_text: RunText) -> None:
+async def test_a_failed_process_is_reported_with_its_reason(command: str, reason: str, run_text: RunText) -> None:
     ran = await run_text(f'scenario main:\n    do run_process("{command}")\n')
     assert ran.verdict.status is RunStatus.FAILED
     assert ran.verdict.reason == f"`run_process` failed: {reason}"
@@ -98,7 +98,7 @@ async def test_the_label_is_the_name_of_the_process(run_text: RunText) -> None:
     assert ran.verdict.reason == "`run_process` failed: `build` ended with exit status 1"
 
 
-async def test_virtual_time_waits_for_a_process_but_not_for_one_that_is_left_running(run_text: RunText) -> None:
+async def test_virtual_time_waits_for_a_process_but_not_in_the_background(run_text: RunText) -> None:
     ran = await run_text("""
 scenario main:
     do parallel:
@@ -126,7 +126,7 @@ wait
 
 
 @pytest.mark.parametrize("wait", ["true", "false"])
-async def test_what_a_process_has_started_is_gone_at_the_end(
+async def test_child_processes_end_with_their_process(
     wait: str, prepare_text: Prepare, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -148,9 +148,7 @@ scenario main:
     assert not any(each.overran for each in verdict.cancelled)
 
 
-async def test_what_a_process_leaves_behind_lives_until_the_end_of_the_run(
-    prepare_text: Prepare, tmp_path: Path
-) -> None:
+async def test_background_processes_live_until_the_end_of_the_run(prepare_text: Prepare, tmp_path: Path) -> None:
     written = tmp_path / "pids"
     text = f"""
 scenario main:
@@ -187,7 +185,7 @@ scenario main:
     assert not cancelled.overran
 
 
-async def test_what_is_left_behind_by_a_process_that_ends_is_asked_to_end_too(prepare_text: Prepare) -> None:
+async def test_remaining_children_of_an_ended_process_are_signalled(prepare_text: Prepare) -> None:
     text = """
 scenario main:
     do serial:
@@ -201,7 +199,7 @@ scenario main:
     assert cancelled.clean_up < 5.0  # it would be killed after 10 s
 
 
-async def test_what_becomes_another_program_after_it_was_asked_is_asked_again(
+async def test_a_process_that_becomes_another_program_is_signalled_again(
     prepare_text: Prepare, tmp_path: Path
 ) -> None:
     script = tmp_path / "leaves.sh"
@@ -222,7 +220,7 @@ scenario main:
     assert cancelled.clean_up < 5.0  # it would be killed after 10 s
 
 
-async def test_the_signal_is_the_one_that_was_asked_for(prepare_text: Prepare) -> None:
+async def test_a_process_receives_the_requested_signal(prepare_text: Prepare) -> None:
     text = """
 scenario main:
     do serial:
@@ -235,7 +233,7 @@ scenario main:
     assert logs == ["on", "stopped"]
 
 
-async def test_a_process_that_ends_badly_in_the_background_is_a_warning(run_text: RunText) -> None:
+async def test_a_failed_background_process_is_a_warning(run_text: RunText) -> None:
     ran = await run_text("""
 scenario main:
     do serial:
@@ -261,7 +259,7 @@ async def test_a_log_check_waits_for_its_process(is_swapped: bool, run_text: Run
 
 
 @pytest.mark.parametrize("is_swapped", [False, True])
-async def test_a_log_check_in_a_repetition_means_the_process_of_this_one(
+async def test_a_log_check_in_a_repetition_uses_its_own_process(
     is_swapped: bool, run_text: RunText, tmp_path: Path
 ) -> None:
     program = f"sh -c 'test -e {tmp_path}/flag || echo ready; touch {tmp_path}/flag'"
@@ -275,7 +273,7 @@ async def test_a_log_check_in_a_repetition_means_the_process_of_this_one(
 
 
 @pytest.mark.parametrize(("from_start", "status"), [("true", "passed"), ("false", "failed")])
-async def test_a_log_check_looks_at_what_came_before_if_asked_to(
+async def test_a_log_check_includes_earlier_output_on_request(
     from_start: str, status: str, run_text: RunText
 ) -> None:
     ran = await run_text(f"""
@@ -287,17 +285,17 @@ scenario main:
     assert ran.verdict.status.value == status
 
 
-async def test_a_log_check_of_nothing_that_runs_says_what_there_is(run_text: RunText) -> None:
+async def test_a_log_check_of_an_unknown_process_lists_the_running_ones(run_text: RunText) -> None:
     ran = await run_text("""
 scenario main:
     do parallel:
         server: run_process("true")
         process_log_check("sever", ["x"])
 """)
-    assert "no program has the label `sever`; there is server" in ran.verdict.reason
+    assert "unknown process `sever` (labels of programs: server)" in ran.verdict.reason
 
 
-async def test_output_is_bounded(run_text: RunText, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_kept_output_of_a_process_is_bounded(run_text: RunText, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(processes, "MAX_LOGGED", 10)
     monkeypatch.setattr(processes, "MAX_KEPT", 1_000)
     monkeypatch.setattr(processes, "MAX_LINE", 100)
@@ -310,10 +308,10 @@ scenario main:
     assert ran.verdict.passed, ran.verdict.reason
     logs = [line for _, line in ran.logs]
     assert logs[:10] == [str(number) for number in range(1, 11)]
-    assert logs[10:] == ["`many` has written 10 lines; the rest is not logged"]
+    assert logs[10:] == ["`many` has written 10 lines; further lines are not logged"]
 
 
-async def test_a_cancelled_task_leaves_nothing(prepare_text: Prepare, tmp_path: Path) -> None:
+async def test_a_cancelled_task_leaves_no_processes(prepare_text: Prepare, tmp_path: Path) -> None:
     written = tmp_path / "pids"
     text = f"scenario main:\n    do run_process(\"sh -c 'echo $$ > {written}; sleep 1000'\")\n"
 
@@ -329,26 +327,26 @@ async def test_a_cancelled_task_leaves_nothing(prepare_text: Prepare, tmp_path: 
     assert not is_alive(pid)
 
 
-async def test_a_killed_keeper_takes_its_process_along(prepare_text: Prepare, tmp_path: Path) -> None:
+async def test_a_killed_supervisor_takes_its_process_along(prepare_text: Prepare, tmp_path: Path) -> None:
     written = tmp_path / "pids"
     text = f"scenario main:\n    do run_process(\"sh -c 'echo $$ > {written}; sleep 1000'\")\n"
     before = children()
     async with prepare_text(text, REAL) as run, run.running():
         [pid] = await anyio.to_thread.run_sync(pids, written, 1)
-        [keeper] = children() - before
-        os.kill(keeper, signal.SIGKILL)
+        [supervisor] = children() - before
+        os.kill(supervisor, signal.SIGKILL)
         verdict = await run.result()
     assert verdict.reason == "`run_process` failed: `sh` was killed by SIGKILL"
     assert wait_until(lambda: not is_alive(pid), 2)
 
 
-async def test_a_process_that_has_ended_is_out_of_the_way(run_text: RunText) -> None:
+async def test_an_ended_process_is_not_cancelled_at_the_end(run_text: RunText) -> None:
     ran = await run_text("scenario main:\n    do run_process('true') with:\n        repeat(5)\n")
     assert ran.verdict.passed
     assert ran.verdict.cancelled == ()
 
 
-async def test_a_process_may_close_its_output_and_go_on(run_text: RunText) -> None:
+async def test_a_process_may_close_its_output_and_continue(run_text: RunText) -> None:
     ran = await run_text("""
 scenario main:
     do serial:

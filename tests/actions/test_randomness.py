@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from seoro import InvalidUse
+from seoro import UsageError
 from seoro.actions import randomness
-from seoro.runtime.method_context import MethodContext
+from seoro.runtime.values.method_context import MethodContext
 from tests.runtime.conftest import Prepare, RunText
 
 SCENARIO = """
@@ -22,14 +22,14 @@ scenario main:
 """
 
 
-async def test_what_is_drawn_comes_from_the_seed(run_text: RunText) -> None:
+async def test_random_values_come_from_the_seed(run_text: RunText) -> None:
     first, again, other = [(await run_text(SCENARIO, seed)).logs for seed in (7, 7, 8)]
     assert first == again != other
     assert 2.0 <= float(first[0][1]) <= 3.0
     assert first[1][1] != first[3][1]
 
 
-async def test_what_is_drawn_for_a_parameter_stays_while_others_are_chosen(prepare_text: Prepare) -> None:
+async def test_a_value_drawn_for_a_parameter_does_not_change_with_others(prepare_text: Prepare) -> None:
     text = """
 scenario main:
     r: random
@@ -72,9 +72,9 @@ async def test_fields_of_two_scenarios_draw_from_one_stream(run_text: RunText) -
         ("get_random_string(['a'].filter(it == 'b'))", "`elements_list` is empty"),
     ],
 )
-async def test_what_nothing_can_be_drawn_from_is_said(call: str, message: str, prepare_text: Prepare) -> None:
+async def test_draws_from_empty_sets_are_reported(call: str, message: str, prepare_text: Prepare) -> None:
     kind = {"get_int": "int", "get_float": "float"}.get(call.partition("(")[0], "string")
-    with pytest.raises(InvalidUse, match=message):
+    with pytest.raises(UsageError, match=message):
         async with prepare_text(f"scenario main:\n    r: random\n    x: {kind} = r.{call}\n"):
             pass
 
@@ -90,7 +90,7 @@ def test_a_seed_of_the_scenario_is_independent_of_that_of_the_run() -> None:
     assert drawn[0] == drawn[1]
 
 
-async def test_what_coverage_draws_changes_nothing_else(run_text: RunText) -> None:
+async def test_draws_of_coverage_do_not_change_other_values(run_text: RunText) -> None:
     text = "scenario main:\n    r: random\n{}    do serial:\n        log(r.get_int(1, 1000))\n"
     cover = "    cover(drawn, expression: r.get_int(1, 1000), event: start)\n"
     assert (await run_text(text.format(cover))).logs == (await run_text(text.format(""))).logs

@@ -1,4 +1,4 @@
-"""Comparing what messages say with what is expected."""
+"""Comparison of values in messages with expected values."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ from seoro.errors import ActionFailed
         ("b", Operator.ge, "c", False),
     ],
 )
-def test_what_compares(actual: Any, operator: Operator, expected: Any, outcome: bool) -> None:
+def test_values_are_compared_by_operators(actual: Any, operator: Operator, expected: Any, outcome: bool) -> None:
     assert compares(actual, operator, expected, "it") is outcome
 
 
@@ -37,13 +37,15 @@ def test_what_compares(actual: Any, operator: Operator, expected: Any, outcome: 
 @pytest.mark.parametrize(
     ("actual", "expected", "reason"),
     [
-        ({"a": {"b": 1}}, {"a": {"c": 1}}, "it: there is no `a.c`; there are b"),
-        ([{"a": 1}], [{"a": "x"}], "it: `0.a` is a number, and never equals a text, `x`"),
-        (1, True, "it: it is a number, and never equals a truth value, `true`"),
-        ("3", 3, "it: it is a text, and never equals a number, `3`; with `eval_expected_value: false`"),
+        ({"a": {"b": 1}}, {"a": {"c": 1}}, "it: unknown member `a.c`"),
+        ([{"a": 1}], [{"a": "x"}], "it: `0.a` is a number and never equals a string, `x`"),
+        (1, True, "it: it is a number and never equals a boolean, `true`"),
+        ("3", 3, "it: it is a string and never equals a number, `3`; with `eval_expected_value: false`"),
     ],
 )
-def test_what_can_never_be_equal_is_said(actual: Any, operator: Operator, expected: Any, reason: str) -> None:
+def test_values_that_can_never_be_equal_are_reported(
+    actual: Any, operator: Operator, expected: Any, reason: str
+) -> None:
     with pytest.raises(ActionFailed, match=reason):
         compares(actual, operator, expected, "it")
 
@@ -62,11 +64,11 @@ def test_differences_are_shown_by_their_paths() -> None:
     ("text", "expected"),
     [("", ""), ("[1, 2]", [1, 2]), ("{a: x}", {"a": "x"}), ("True", True), ("hello", "hello")],
 )
-def test_what_is_expected_is_read_as_yaml(text: str, expected: Any) -> None:
+def test_expected_values_are_read_as_yaml(text: str, expected: Any) -> None:
     assert read_expected(text, is_text=False) == expected
     assert read_expected(text, is_text=True) == text
 
 
-def test_what_cannot_be_read_is_said() -> None:
-    with pytest.raises(ActionFailed, match="`expected_value`: the message cannot be read"):
+def test_what_cannot_be_read_is_reported() -> None:
+    with pytest.raises(ActionFailed, match="`expected_value`: cannot read the message"):
         read_expected("[1", is_text=False)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from seoro import InvalidUse
+from seoro import UsageError
 from tests.runtime.conftest import Prepare, RunText
 
 SCENARIO = "import osc.ros\nscenario main:\n    a: ament\n    x: string = a.get_package_share_directory('{}')\n"
@@ -21,25 +21,25 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-async def test_a_package_is_found_in_any_place(run_text: RunText, workspace: Path) -> None:
+async def test_a_package_is_found_in_all_folders(run_text: RunText, workspace: Path) -> None:
     ran = await run_text(SCENARIO.format("turtle") + "    do log(x)\n")
     assert ran.logs == [(0.0, str(workspace / "second/share/turtle"))]
 
 
 @pytest.mark.parametrize(
     ("package", "message"),
-    [("hare", "there is no ROS 2 package 'hare' in .*first"), ("../turtle", "is no name of a package")],
+    [("hare", "unknown ROS 2 package 'hare'; searched in .*first"), ("../turtle", "invalid package name")],
 )
-async def test_a_package_that_is_not_there_is_said(
+async def test_a_missing_package_is_reported(
     package: str, message: str, prepare_text: Prepare, workspace: Path
 ) -> None:
-    with pytest.raises(InvalidUse, match=message):
+    with pytest.raises(UsageError, match=message):
         async with prepare_text(SCENARIO.format(package)):
             pass
 
 
-async def test_a_missing_environment_is_said(prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_missing_environment_is_reported(prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
-    with pytest.raises(InvalidUse, match="there is no ROS 2 here: `AMENT_PREFIX_PATH` is not set"):
+    with pytest.raises(UsageError, match="ROS 2 not found: `AMENT_PREFIX_PATH` is not set"):
         async with prepare_text(SCENARIO.format("turtle")):
             pass

@@ -1,4 +1,4 @@
-"""Actions of `osc.ros` that run programs of ROS 2: here its command line says what it was told."""
+"""Actions of `osc.ros` that run programs of ROS 2; here `ros2` prints its arguments."""
 
 import os
 from pathlib import Path
@@ -15,7 +15,7 @@ HEADER = "import osc.ros\n"
 def ros2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = tmp_path / "bin" / "ros2"
     program.parent.mkdir()
-    program.write_text('#!/bin/sh\necho "told: $*"\ncase "$3" in *endless*) exec sleep 60;; esac\n')
+    program.write_text('#!/bin/sh\necho "args: $*"\ncase "$3" in *endless*) exec sleep 60;; esac\n')
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}{os.environ['PATH']}")
 
@@ -35,22 +35,22 @@ scenario main:
     )
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
     assert [text for _, text in ran.logs] == [
-        "told: run demo_nodes talker",
-        "told: launch nav2_bringup bringup.py use_sim_time:=true map:=a b",
-        "told: launch nav2_bringup endless.py",
+        "args: run demo_nodes talker",
+        "args: launch nav2_bringup bringup.py use_sim_time:=true map:=a b",
+        "args: launch nav2_bringup endless.py",
     ]
 
 
 @pytest.mark.parametrize(
     ("invocation", "reason"),
     [
-        ('ros_run("demo", "")', "is no command"),
-        ('ros_run("demo", "--help")', "is no command"),
-        ('ros_launch("demo", "a.py", [key_value("a:=b")])', "`a:=b` is no name of an argument"),
-        ('ros_run("demo", "talker")', "there is no ROS 2 here: `ros2` is in none of the folders of `PATH`"),
+        ('ros_run("demo", "")', "invalid command"),
+        ('ros_run("demo", "--help")', "invalid command"),
+        ('ros_launch("demo", "a.py", [key_value("a:=b")])', "invalid name of a launch argument: `a:=b`"),
+        ('ros_run("demo", "talker")', "ROS 2 not found: `ros2` is not in the folders of `PATH`"),
     ],
 )
-async def test_what_cannot_be_run_is_said(
+async def test_commands_that_cannot_run_are_reported(
     invocation: str, reason: str, run_text: RunText, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", "/nowhere")

@@ -60,7 +60,7 @@ def test_the_folder_belongs_to_the_scenario_file(tmp_path: Path, monkeypatch: py
     other.parent.mkdir()
     other.write_text(MAIN)
     monkeypatch.chdir(tmp_path / "a")
-    with pytest.raises(seoro.InvalidScenario, match=r"no library `osc\.hello`"):
+    with pytest.raises(seoro.InvalidScenario, match=r"library `osc\.hello` not found"):
         seoro.load(other)
 
 
@@ -75,8 +75,7 @@ def test_a_name_of_seoros_own_is_refused(check_files: Check) -> None:
     files = {"main.osc": "import osc.ros\n", "seoro.libraries/ros.osc": "struct mine\n"}
     [found] = check_files(files).checked.diagnostics
     assert found.code == "E0204"
-    assert "which `" in found.message
-    assert found.message.endswith("seoro.libraries/ros.osc` cannot replace")
+    assert found.message.endswith("seoro.libraries/ros.osc` cannot replace `osc.ros`, a library of seoro")
 
 
 def test_a_library_of_declarations_alone_needs_no_python(check_files: Check) -> None:

@@ -14,7 +14,7 @@ async def patiently(ctx: ModifierContext, child: Child, duration: float) -> Outc
 """
 
 
-def test_what_fits_is_no_message(check_garden: CheckGarden) -> None:
+def test_matching_functions_give_no_diagnostics(check_garden: CheckGarden) -> None:
     assert check_garden(GOOD) == []
 
 
@@ -40,31 +40,31 @@ def test_what_fits_is_no_message(check_garden: CheckGarden) -> None:
             "litres: float) -> None",
             "litres: int) -> None",
             "E0604",
-            "the type of `litres` does not fit the declaration: it is `int`, not `float`",
+            "the type of `litres` does not match the declaration: expected `float`, found `int`",
         ),
         ("litres: float) -> None", "litres) -> None", "E0604", "`litres` has no annotation"),
-        ("plant: str", "plant: 'Unheard'", "E0604", "its annotations cannot be evaluated: NameError"),
+        ("plant: str", "plant: 'Unheard'", "E0604", "cannot evaluate its annotations: NameError"),
         ("plant: str", "plant: object", "", ""),
         ("litres: float", "litres: float | None", "", ""),
         ("async def water", "def water", "E0610", '`@action("gardener.water", thread=True)`'),
-        ('@action("gardener.water")', '@action("gardener.water", thread=True)', "E0611", "and is `async`"),
+        ('@action("gardener.water")', '@action("gardener.water", thread=True)', "E0611", "but is `async`"),
         (
             '@action("gardener.water")\nasync def',
             '@action("gardener.water", thread=True)\ndef',
             "",
             "",
         ),
-        ("async def patiently", "def patiently", "E0604", "it is no `async` function"),
+        ("async def patiently", "def patiently", "E0604", "it is not an `async` function"),
         ("gardener.water", "gardener.watr", "E0603", "did you mean `gardener.water`?"),
-        ("gardener.water", "tools.sharpen", "E0603", "take `@action` away"),
+        ("gardener.water", "tools.sharpen", "E0603", "remove `@action`"),
         ("'patiently'", "'patently'", "", ""),
         ('"patiently"', '"patently"', "E0603", "did you mean `patiently`?"),
-        ("child: Child, ", "", "E0604", "`garden.patiently` cannot carry out the modifier `patiently`"),
+        ("child: Child, ", "", "E0604", "`garden.patiently` does not match the modifier `patiently`"),
         ("duration: float", "duration: str", "E0604", "child: Child, duration: float)`"),
         ("-> Outcome", "-> bool", "E0604", "it returns `bool`, not `Outcome`"),
     ],
 )
-def test_what_does_not_fit_is_a_message(
+def test_mismatches_are_reported(
     good: str, wrong: str, code: str, message: str, check_garden: CheckGarden
 ) -> None:
     found = check_garden(GOOD.replace(good, wrong))
@@ -72,7 +72,7 @@ def test_what_does_not_fit_is_a_message(
     assert all(message in text for _, text in found)
 
 
-def test_the_message_is_at_the_declaration_and_shows_what_fits(check_files: Check) -> None:
+def test_a_mismatch_is_reported_at_the_declaration_with_the_expected_signature(check_files: Check) -> None:
     files = {
         "main.osc": MAIN,
         "seoro.libraries/garden.osc": GARDEN,
@@ -82,11 +82,11 @@ def test_the_message_is_at_the_declaration_and_shows_what_fits(check_files: Chec
     assert found.primary.span.text == "gardener.water"
     assert found.primary.span.file.name.endswith("seoro.libraries/garden.osc")
     expected = "async def water(ctx: ActionContext, actor: Actor, plant: str, litres: float)"
-    assert found.help == f"what fits is `{expected}`"
+    assert found.help == f"expected `{expected}`"
 
 
-def test_arguments_are_what_the_function_of_the_modifier_takes(check_files: Check) -> None:
-    """`note` is an action and a modifier: each takes what its own function says."""
+def test_modifiers_get_the_arguments_of_their_own_function(check_files: Check) -> None:
+    """`note` is an action and a modifier; each gets the arguments of its own function."""
     files = {
         "main.osc": """import osc.notes
 scenario main:
@@ -120,9 +120,7 @@ async def counted(ctx: ModifierContext, child: Child, how_often: Variable[float]
 def test_a_module_that_raises_is_one_message_with_the_line(check_garden: CheckGarden) -> None:
     [(code, text)] = check_garden("def f():\n    raise KeyError('a')\nf()")
     assert code == "E0601"
-    assert (
-        "the Python module `garden` of `osc.garden` cannot be imported: KeyError: 'a' (garden.py, line 4)" in text
-    )
+    assert "cannot import the Python module `garden` of `osc.garden`: KeyError: 'a' (garden.py, line 4)" in text
 
 
 @pytest.mark.parametrize(
@@ -131,7 +129,7 @@ def test_a_module_that_raises_is_one_message_with_the_line(check_garden: CheckGa
         ("def f(:", "SyntaxError: invalid syntax (garden.py, line 3)"),
         ("import sys; sys.exit('enough')", "SystemExit: enough (garden.py, line 3)"),
         ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
-        ("import garden", "a module beside it is imported with a dot: `from .garden import ...`"),
+        ("import garden", "use a relative import: `from .garden import ...`"),
     ],
 )
 def test_a_module_that_cannot_be_imported_is_one_message(
@@ -145,14 +143,14 @@ def test_a_module_that_cannot_be_imported_is_one_message(
 def test_declared_actions_need_a_module(check_garden: CheckGarden) -> None:
     [(code, text)] = check_garden(None)
     assert code == "E0602"
-    assert "`osc.garden` declares `gardener.water`, and has no Python module" in text
+    assert "`osc.garden` declares `gardener.water`, but has no Python module" in text
     assert "seoro.libraries/garden.py" in text
 
 
 def test_two_functions_for_one_action_are_refused(check_garden: CheckGarden) -> None:
     [(code, text)] = check_garden(GOOD + GOOD.partition("@modifier")[0].replace("def water", "def water_too"))
     assert code == "E0605"
-    assert "both `garden.water` and `garden.water_too` carry out the action `gardener.water`" in text
+    assert "both `garden.water` and `garden.water_too` implement the action `gardener.water`" in text
 
 
 def test_an_action_with_a_do_has_no_function(check_files: Check) -> None:
@@ -162,10 +160,10 @@ def test_an_action_with_a_do_has_no_function(check_files: Check) -> None:
         "seoro.libraries/garden.py": "from seoro import *\n@action('rest')\nasync def f(ctx: ActionContext): ...",
     }
     [found] = check_files(files).checked.diagnostics
-    assert found.message.endswith("the declaration has a `do`, which carries it out")
+    assert found.message.endswith("the declaration has a `do`, and so needs no function")
 
 
-def test_errors_elsewhere_do_not_hide_those_of_a_library(check_files: Check) -> None:
+def test_errors_of_the_scenario_do_not_hide_mismatches_of_a_library(check_files: Check) -> None:
     files = {
         "main.osc": MAIN + "\nstruct a:\n    x: nothing\n",
         "seoro.libraries/garden.osc": GARDEN,

@@ -9,7 +9,7 @@ import pytest
 from seoro.embed import check_file
 from seoro.lang.diagnostic import Severity
 from seoro.lsp.analysis import analyse
-from seoro.lsp.memory import Memory
+from seoro.lsp.check_cache import CheckCache
 
 SPAWN = """import osc.gazebo
 import osc.sim
@@ -23,7 +23,7 @@ MODEL = "barrel.spawn(spawn_pose: pose_3d(), model: {model})"
 
 
 def missing(folder: Path, action: str) -> list[tuple[str, Severity]]:
-    """The texts of which a check says that they name missing files, with the severity."""
+    """Check a file; return the names of missing files in the diagnostics, with the severity."""
     file = folder / "main.osc"
     file.write_text(SPAWN.format(action=action), encoding="utf-8")
     found = check_file(file).checked.diagnostics
@@ -61,7 +61,7 @@ def test_a_missing_file_is_a_warning(action: str, text: str, tmp_path: Path) -> 
         "spawn_entity('barrel.sdf', 'there.sdf')",  # the name of the entity
     ],
 )
-def test_other_arguments_are_left_alone(action: str, tmp_path: Path) -> None:
+def test_other_arguments_are_not_changed(action: str, tmp_path: Path) -> None:
     (tmp_path / "there.sdf").touch()
     assert missing(tmp_path, action) == []
 
@@ -76,7 +76,7 @@ def test_the_working_directory_counts(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_editors_show_the_warning_until_the_file_exists(tmp_path: Path) -> None:
     path = tmp_path.resolve() / "main.osc"
-    memory = Memory()
+    memory = CheckCache()
 
     def codes() -> list[str]:
         texts = {path: SPAWN.format(action=MODEL.format(model="'barrel.sdf'"))}

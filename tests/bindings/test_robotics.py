@@ -10,7 +10,7 @@ from seoro.embed import check_file
 from seoro.lang.format.formatter import format_text
 from seoro.lang.frontend import lower
 from seoro.lang.source import SourceFile
-from seoro.runtime.instantiate import entry_parameters
+from seoro.runtime.parameters.parameters import entry_parameters
 
 FOLDER = Path(__file__).parents[1] / "data" / "robotics"
 FILES = sorted(path.name for path in FOLDER.glob("*.osc"))

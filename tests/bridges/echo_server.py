@@ -1,6 +1,6 @@
 """A process that serves one key, for tests of sessions: `python echo_server.py ENDPOINT`.
 
-It echoes payloads, but refuses `refuse`, keeps `hold` without an answer, and ends by force at `die`.
+It echoes payloads, but refuses `refuse`, never answers `hold`, and kills itself at `die`.
 """
 
 import os

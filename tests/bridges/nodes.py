@@ -16,12 +16,12 @@ CELL = SimulatorOptions("arm_cell", 3, ModelPath())
 
 
 Connect = Callable[[SimulatorOptions], Make]
-"""What connects to a node, which loads a world for that."""
+"""Connector to a node, which loads a world."""
 
 
 @contextmanager
 def node(engine: str, folder: Path) -> Iterator[Connect]:
-    """A node with a socket in a folder, and what connects to it."""
+    """Yield a function that connects to a node with a socket in a folder."""
     endpoint = f"unixsock-stream/{folder}/hub"
     with process("-m", "sim_nodes", engine, "--listen", endpoint, "--world", "empty", says=None):
         yield lambda options: lambda: connect_simulator(endpoint, options)
@@ -29,6 +29,6 @@ def node(engine: str, folder: Path) -> Iterator[Connect]:
 
 @contextmanager
 def running(engine: str, folder: Path, options: SimulatorOptions = OPTIONS) -> Iterator[Make]:
-    """A node with a socket in a folder, and what connects to it with some options."""
+    """Yield a function that connects to a node with a socket in a folder by some options."""
     with node(engine, folder) as connect:
         yield connect(options)

@@ -1,6 +1,6 @@
-"""A simulator node in a process of its own, with nothing of seoro: `python odd_node.py ENDPOINT FAULT`.
+"""A simulator node in its own process, without code of seoro: `python odd_node.py ENDPOINT FAULT`.
 
-It has a clock, and one robot that can be stopped. `FAULT` is what it does wrong.
+It has a clock, and one robot that can be stopped. `FAULT` names its violation of the protocol.
 """
 
 import json
@@ -100,7 +100,7 @@ def main() -> None:
                 request = msgpack.unpackb(query.payload.to_bytes()) if query.payload else {}
                 query.reply(key, msgpack.packb(node.carry_out(verb, request)))
             else:
-                query.reply_err(msgpack.packb({"code": 0, "message": f"there is no verb {verb!r}"}))
+                query.reply_err(msgpack.packb({"code": 0, "message": f"unknown verb {verb!r}"}))
 
     queryable = session.declare_queryable(f"seoro/{MAJOR}/default/node/odd/cmd/*", answer)
     token = session.liveliness().declare_token(f"seoro/{MAJOR}/default/alive/node/odd/b1")

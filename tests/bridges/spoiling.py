@@ -1,17 +1,15 @@
-"""Backends with a fault: methods of a simulator node are replaced, so that it breaks a rule."""
+"""Simulator nodes with replaced methods that break a rule."""
 
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
-from typing import ParamSpec
 
 import pytest
 
-from seoro.bridges.conformance import Make, SimulatedBackend, check_rule
+from seoro.bridges.conformance import ArmFacts, Make, Rule, SimulatedBackend, check_rule
 from seoro.bridges.sim.node import SimulatorNode
 
-P = ParamSpec("P")
 Spoil = Callable[[SimulatorNode], None]
 
 
@@ -21,11 +19,11 @@ def replace_method(node: SimulatorNode, **methods: Callable[..., Awaitable[objec
 
 
 async def do_nothing(*arguments: object) -> None:
-    """Do nothing, and say nothing of it."""
+    """Do nothing."""
 
 
 def spoiled(make: Make, spoil: Spoil) -> Make:
-    """What opens a backend, and spoils it."""
+    """Return a function that opens a backend, and spoils it."""
 
     @asynccontextmanager
     async def opened() -> AsyncIterator[SimulatedBackend]:
@@ -37,10 +35,10 @@ def spoiled(make: Make, spoil: Spoil) -> Make:
     return opened
 
 
-async def expect_broken(rule: Callable[P, Awaitable[None]], words: str, *of: P.args, **named: P.kwargs) -> None:
-    """Expect a rule to be broken, and the message to say so, with some words."""
+async def expect_broken(rule: Rule, words: str, make: Make, facts: ArmFacts | None = None) -> None:
+    """Expect a broken rule, and a message with the rule and some words."""
     with pytest.raises(AssertionError) as broken:
-        await check_rule(rule, *of, **named)
+        await check_rule(rule, make, facts)
     message = str(broken.value)
     assert message.startswith(str(rule.__doc__).partition("\n")[0])
     assert words in message

@@ -1,4 +1,4 @@
-"""Answers in parts that somebody changes on the way: real keys and real sessions."""
+"""Replies in parts that an attacker changes: real keys and real sessions."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from seoro.background import background
 from seoro.bridges.executor import messages
 from seoro.bridges.executor.asking import Executor, ExecutorLost, Unavailable
 from seoro.bridges.executor.messages import RECORDS, AskRecords, NewRecords, Records, RunInfo, State
 from seoro.bridges.session import Answer, Bound, Mailbox, Request, open_session
 from seoro.bridges.wire import CHALLENGE, Challenge, Proof, decode, encode
 from seoro.bridges.wire.keys import executor_command
-from seoro.keys.answers import Answers
-from seoro.keys.folder import Keys, read_keys
-from seoro.keys.sealing import prove
-from seoro.keys.signing import certificate_der
+from seoro.concurrency.background import background
+from seoro.security.keys.folder import Keys, read_keys
+from seoro.security.signing.answers import AnswerSigner
+from seoro.security.signing.commands import prove
+from seoro.security.signing.statements import certificate_der
 from tests.labs import NAME, KeyedLab, make_lab
 from tests.relays import Relay, relaying
 
@@ -34,8 +34,8 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> KeyedLab:
     return make_lab(tmp_path_factory.mktemp("lab"))
 
 
-def answer(request: Request, keys: Keys, answers: Answers) -> None:
-    """Answer as an executor does."""
+def answer(request: Request, keys: Keys, answers: AnswerSigner) -> None:
+    """Reply like an executor."""
     if request.key.endswith(CHALLENGE.name):
         nonce = decode(Challenge, request.payload).nonce
         signature = prove(keys, NAME, nonce, BOOT, 0, answers.exchange)
@@ -48,17 +48,17 @@ def answer(request: Request, keys: Keys, answers: Answers) -> None:
     request.reply(encode(Records(lines=b"", at=2 * PARTS, is_complete=True, info=INFO)))
 
 
-async def serve(requests: Mailbox[Request], keys: Keys, answers: Answers) -> None:
+async def serve(requests: Mailbox[Request], keys: Keys, answers: AnswerSigner) -> None:
     async for request in requests:
         answer(request, keys, answers)
 
 
 @asynccontextmanager
 async def reached(lab: KeyedLab, folder: Path) -> AsyncIterator[tuple[Relay, Executor]]:
-    """An executor behind somebody who changes its answers."""
+    """Yield an executor behind an attacker who changes its replies."""
     behind, before = (f"unixsock-stream/{folder / name}.sock" for name in ("behind", "before"))
     keys = read_keys(lab.keys(NAME))
-    answers = Answers(keys, BOOT)
+    answers = AnswerSigner(keys, BOOT)
     async with (
         open_session(listen=behind) as hub,
         hub.answering(KEY, Bound(100), b"busy", attestor=answers) as requests,
@@ -72,13 +72,13 @@ async def reached(lab: KeyedLab, folder: Path) -> AsyncIterator[tuple[Relay, Exe
 
 
 async def told(executor: Executor) -> list[bytes]:
-    """What the executor says, part after part."""
+    """Return the parts of the executor's reply."""
     request = AskRecords(run=RUN, in_parts=True)
     return [each.lines async for each in executor.ask_in_parts(RECORDS, NewRecords, request)]
 
 
 def at(*numbers: int) -> Callable[[str, list[Answer]], list[Answer]]:
-    """Pass on these of four answers."""
+    """Return a change that keeps the given ones of four answers."""
 
     def change(verb: str, answers: list[Answer]) -> list[Answer]:
         return answers if verb == CHALLENGE.name else [answers[number] for number in numbers]
@@ -89,18 +89,18 @@ def at(*numbers: int) -> Callable[[str, list[Answer]], list[Answer]]:
 @pytest.mark.parametrize(
     ("numbers", "error", "words"),
     [
-        ((0, 0, 1, 2, 3), ExecutorLost, "to `records` is not authentic: it came before"),
-        ((0, 1, 0, 2, 3), ExecutorLost, "to `records` is not authentic: it came before"),
+        ((0, 0, 1, 2, 3), ExecutorLost, "to `records` is not authentic: it was received before"),
+        ((0, 1, 0, 2, 3), ExecutorLost, "to `records` is not authentic: it was received before"),
         ((1, 0, 2, 3), Unavailable, "a part of the answer .* to `records` was lost"),
         ((0, 2, 3), Unavailable, "a part of the answer .* to `records` was lost"),
         ((3,), Unavailable, "a part of the answer .* to `records` was lost"),
-        ((0, 1, 2), Unavailable, "nobody serves"),
+        ((0, 1, 2), Unavailable, "no server at"),
     ],
 )
-async def test_parts_are_taken_once_in_order_and_all(
+async def test_parts_of_an_answer_must_arrive_once_in_order_and_completely(
     lab: KeyedLab, tmp_path: Path, numbers: tuple[int, ...], error: type[Exception], words: str
 ) -> None:
-    """Who hears that one was lost asks again."""
+    """A client repeats the request after a lost part."""
     async with reached(lab, tmp_path) as (relay, executor):
         assert await told(executor) == [b"0\n", b"1\n", b"2\n", b""]
         relay.change = at(*numbers)
@@ -108,8 +108,8 @@ async def test_parts_are_taken_once_in_order_and_all(
             await told(executor)
 
 
-async def test_a_part_that_was_changed_is_refused(lab: KeyedLab, tmp_path: Path) -> None:
+async def test_a_changed_part_of_an_answer_is_refused(lab: KeyedLab, tmp_path: Path) -> None:
     async with reached(lab, tmp_path) as (relay, executor):
         relay.replace(b"1\n", b"2\n", RECORDS.name)
-        with pytest.raises(ExecutorLost, match="to `records` is not authentic: the signature is wrong"):
+        with pytest.raises(ExecutorLost, match="to `records` is not authentic: invalid signature"):
             await told(executor)

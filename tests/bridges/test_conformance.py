@@ -1,4 +1,4 @@
-"""Simulator nodes keep the contracts of backends, and the rules find those that break them."""
+"""Conformance of simulator nodes, and of backends that break a rule."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ from seoro.bridges.conformance import (
     check_backend,
     check_loss,
     entities,
-    passing,
     robots,
     snapshots,
 )
+from seoro.bridges.conformance import advance as passing
 from seoro.bridges.conformance.bench import Make
 from seoro.bridges.launch import start_simulator
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import REQUEST_TIMEOUT
 from seoro.errors import BackendRefused
-from seoro.runtime.contracts import Lost, Pose3D, Report, Reporter
+from seoro.robotics.geometry import Pose3D
+from seoro.runtime.contracts.backends import LossHandler, Report, Reporter
 from tests.bridges.nodes import OPTIONS, Connect, running
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 from tests.integration.conftest import children
@@ -44,24 +45,24 @@ def make(mujoco: Connect) -> Make:
 
 
 @pytest.mark.slow
-async def test_mujoco_keeps_the_contracts(make: Make) -> None:
+async def test_mujoco_fulfils_the_contracts(make: Make) -> None:
     await check_backend(make)
 
 
 @pytest.mark.slow
-async def test_pybullet_keeps_the_contracts(tmp_path: Path) -> None:
+async def test_pybullet_fulfils_the_contracts(tmp_path: Path) -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     with running("pybullet", tmp_path) as making:
         await check_backend(making)
 
 
-async def test_a_world_without_an_arm_is_told(make: Make) -> None:
+async def test_a_world_without_an_arm_fails_the_arm_check(make: Make) -> None:
     with pytest.raises(AssertionError, match="has no robot for an actor of type arm"):
         await check_arm(make, ArmFacts(("joint",), ((0.0,), (1.0,)), 0.1))
 
 
 @pytest.mark.engine("mujoco")
-async def test_the_end_of_a_node_is_told() -> None:
+async def test_the_death_of_a_node_is_reported() -> None:
     others = children(os.getpid())
 
     def kill() -> None:
@@ -72,13 +73,13 @@ async def test_the_end_of_a_node_is_told() -> None:
     await check_loss(lambda: start_simulator("mujoco", OPTIONS), kill)
 
 
-async def test_an_end_that_is_not_told_is_found(monkeypatch: pytest.MonkeyPatch, make: Make) -> None:
+async def test_an_unreported_end_of_a_node_is_detected(monkeypatch: pytest.MonkeyPatch, make: Make) -> None:
     monkeypatch.setattr(conformance, "LOSS_TIME", 0.05)
-    with pytest.raises(AssertionError, match=r"is told once, in a sentence, but was told as \[\]"):
+    with pytest.raises(AssertionError, match=r"must be reported once, in a sentence, but was reported as \[\]"):
         await check_loss(make, lambda: None)
 
 
-def test_each_rule_says_what_has_to_hold() -> None:
+def test_each_rule_has_a_sentence() -> None:
     for rule in (*(rule for _, rules in RULES for rule in rules), *ARM_RULES):
         assert str(rule.__doc__).partition("\n")[0].endswith("."), rule
 
@@ -89,7 +90,7 @@ DRAWS = count(1)
 
 
 def deaf(node: SimulatorNode) -> None:
-    """It reports nothing."""
+    """Report nothing."""
     advance = node.advance
 
     async def spoiled(until: float) -> float:
@@ -100,7 +101,7 @@ def deaf(node: SimulatorNode) -> None:
 
 
 def stuttering(node: SimulatorNode) -> None:
-    """It reports everything twice."""
+    """Report everything twice."""
 
     class Twice(dict[str, Reporter]):
         def __setitem__(self, key: str, report: Reporter) -> None:
@@ -114,7 +115,7 @@ def stuttering(node: SimulatorNode) -> None:
 
 
 def late(node: SimulatorNode) -> None:
-    """It reports when the grant is over."""
+    """Report after the grant."""
 
     class Late(dict[str, Reporter]):
         def __setitem__(self, key: str, report: Reporter) -> None:
@@ -127,7 +128,7 @@ def late(node: SimulatorNode) -> None:
 
 
 def hasty(node: SimulatorNode) -> None:
-    """It simulates further than it was granted."""
+    """Simulate beyond the grant."""
     advance = node.advance
     replace_method(node, advance=lambda until: advance(until + 0.1))
 
@@ -155,7 +156,7 @@ def restless(node: SimulatorNode) -> None:
 
 
 def prescient(node: SimulatorNode) -> None:
-    """It stays where it has gone ahead to."""
+    """Keep the simulation ahead of the grant."""
     ask = node.ask
 
     async def spoiled(verb: Any, request: Any, timeout: float = REQUEST_TIMEOUT) -> Any:
@@ -177,26 +178,26 @@ def noisy(node: SimulatorNode) -> None:
 
 
 def stubborn(node: SimulatorNode) -> None:
-    """It cancels no goals."""
+    """Ignore cancellations of goals."""
     replace_method(node, cancel_goal=do_nothing)
 
 
 def touchy(node: SimulatorNode) -> None:
-    """It refuses to cancel what has ended."""
+    """Refuse cancellations of ended watches."""
 
     async def spoiled(watch: str) -> None:
-        raise BackendRefused(f"there is no watch {watch}", 2)
+        raise BackendRefused(f"unknown watch {watch}", 2)
 
     replace_method(node, cancel_watch=spoiled)
 
 
 def persistent(node: SimulatorNode) -> None:
-    """It goes on watching."""
+    """Ignore cancellations of watches."""
     replace_method(node, cancel_watch=do_nothing)
 
 
 def credulous(node: SimulatorNode) -> None:
-    """It takes every goal, and says later that it cannot."""
+    """Accept every goal, and abort it later."""
     navigate = node.navigate
 
     async def spoiled(robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
@@ -209,7 +210,7 @@ def credulous(node: SimulatorNode) -> None:
 
 
 def curt(node: SimulatorNode) -> None:
-    """It says no, and nothing more."""
+    """Refuse with one word."""
     delete = node.delete_entity
 
     async def spoiled(name: str) -> None:
@@ -222,12 +223,12 @@ def curt(node: SimulatorNode) -> None:
 
 
 def hoarding(node: SimulatorNode) -> None:
-    """It deletes nothing."""
+    """Delete nothing."""
     replace_method(node, delete_entity=do_nothing)
 
 
 def accommodating(node: SimulatorNode) -> None:
-    """It renames without being asked."""
+    """Rename without permission."""
     spawn = node.spawn_entity
 
     async def spoiled(name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
@@ -247,17 +248,17 @@ def unattended(node: SimulatorNode) -> None:
 
 
 def discreet(node: SimulatorNode) -> None:
-    """It tells of no contacts."""
+    """Report no contacts."""
     start = node.start_run
 
-    async def spoiled(happened: Callable[[str, Mapping[str, Any]], None], lost: Lost) -> None:
-        await start(lambda name, arguments: None, lost)
+    async def spoiled(on_event: Callable[[str, Mapping[str, Any]], None], on_lost: LossHandler) -> None:
+        await start(lambda name, arguments: None, on_lost)
 
     replace_method(node, start_run=spoiled)
 
 
 def amnesic(node: SimulatorNode) -> None:
-    """It restores nothing."""
+    """Restore nothing."""
     replace_method(node, restore_snapshot=do_nothing)
 
 
@@ -265,29 +266,29 @@ def amnesic(node: SimulatorNode) -> None:
     ("spoil", "rule", "words"),
     [
         pytest.param(deaf, robots.goals_end_once, "reported as nothing", marks=pytest.mark.slow),
-        (deaf, passing.grants_end_when_something_is_to_be_told, "been told 0 times"),
-        (stuttering, robots.robots_drive_as_long_as_they_are_told, "succeeded, succeeded"),
-        (late, passing.grants_end_when_something_is_to_be_told, "been told 0 times"),
-        (hasty, passing.time_passes_in_grants, "a grant from 0.0 s to 0.02 s came to 0.12"),
-        (forgetful, passing.time_never_goes_back, "at 1.0 s, a grant to 0.5 s came to 0.5 s"),
-        (restless, passing.time_stands_still_without_grants, "while no time was granted"),
-        (prescient, passing.requests_find_the_time_of_the_run, "after small grants"),
-        pytest.param(noisy, passing.equal_runs_are_equal_to_the_bit, "in a second run", marks=pytest.mark.slow),
+        (deaf, passing.grants_end_at_events, "its fired watch had 0 reports"),
+        (stuttering, robots.drives_have_their_speed_and_duration, "succeeded, succeeded"),
+        (late, passing.grants_end_at_events, "its fired watch had 0 reports"),
+        (hasty, passing.time_passes_in_grants, "a grant from 0.0 s to 0.02 s reached 0.12"),
+        (forgetful, passing.time_never_goes_back, "at 1.0 s, a grant to 0.5 s reached 0.5 s"),
+        (restless, passing.time_stands_still_without_grants, "without a grant"),
+        (prescient, passing.requests_apply_at_the_time_of_the_run, "after small grants"),
+        pytest.param(noisy, passing.equal_runs_are_reproducible, "in a second run", marks=pytest.mark.slow),
         pytest.param(
             stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved", marks=pytest.mark.slow
         ),
-        (touchy, robots.watches_fire_once, "a request is refused: there is no watch"),
+        (touchy, robots.watches_fire_once, "a request is refused: unknown watch"),
         (persistent, robots.cancelled_watches_are_silent, "reported as succeeded"),
         (credulous, robots.impossible_goals_are_refused, "without an initial pose is not refused"),
-        (curt, entities.what_cannot_be_spawned_is_refused, "'no', which is no sentence"),
-        (hoarding, entities.what_is_spawned_is_there_until_it_is_deleted, "still listed"),
-        (accommodating, entities.names_are_unique, "a second entity of a name is not refused"),
+        (curt, entities.invalid_spawns_are_refused, "'no', which is not a sentence"),
+        (hoarding, entities.spawned_entities_are_listed_until_deleted, "still listed"),
+        (accommodating, entities.names_are_unique, "a second entity with the same name is not refused"),
         pytest.param(
-            sticky, entities.a_reset_puts_the_world_back, "after a reset the robot is at", marks=pytest.mark.slow
+            sticky, entities.resets_restore_the_world, "after a reset the robot is at", marks=pytest.mark.slow
         ),
-        (unattended, robots.robots_stand_still_after_a_run, "its robot moves"),
-        (discreet, entities.contacts_are_told, "no contact was told"),
-        (amnesic, snapshots.what_was_saved_goes_on_as_it_did, "restored, the robot is at"),
+        (unattended, robots.robots_stand_still_after_a_run, "a robot whose run ended 1 s ago moved"),
+        (discreet, entities.contacts_are_reported, "no contact was reported"),
+        (amnesic, snapshots.restored_runs_repeat_the_original, "a restored robot is at"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )

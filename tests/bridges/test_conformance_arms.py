@@ -1,4 +1,4 @@
-"""The rules for arms: nodes with an arm keep them, and they find those that do not."""
+"""Conformance of nodes with an arm, and of backends that break a rule."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from seoro.bridges.conformance import ArmFacts, ArmRule, Make, arms, check_arm
+from seoro.bridges.conformance import ArmFacts, Make, Rule, arms, check_arm
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendRefused
-from seoro.runtime.capabilities import Manner
-from seoro.runtime.contracts import GoalStatus, Pose3D, Report, Reporter
+from seoro.robotics.geometry import Pose3D
+from seoro.runtime.contracts.arms import MotionOptions
+from seoro.runtime.contracts.backends import GoalStatus, Report, Reporter
 from tests.bridges.nodes import CELL, Connect, running
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 
@@ -36,12 +37,12 @@ def make(mujoco: Connect) -> Make:
     return mujoco(CELL)
 
 
-async def test_an_arm_in_mujoco_keeps_the_contract(make: Make) -> None:
+async def test_an_arm_in_mujoco_fulfils_the_contract(make: Make) -> None:
     await check_arm(make, UR10E)
 
 
 @pytest.mark.slow
-async def test_an_arm_in_pybullet_keeps_the_contract(tmp_path: Path) -> None:
+async def test_an_arm_in_pybullet_fulfils_the_contract(tmp_path: Path) -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     with running("pybullet", tmp_path, CELL) as making:
         await check_arm(making, UR10E)
@@ -51,47 +52,47 @@ async def test_an_arm_in_pybullet_keeps_the_contract(tmp_path: Path) -> None:
 
 
 def short(node: SimulatorNode) -> None:
-    """It comes nine tenths of the way."""
+    """Move nine tenths of the way."""
     move = node.move_joints
 
     async def spoiled(
-        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+        robot: str, positions: Sequence[float], names: Sequence[str], options: MotionOptions, report: Reporter
     ) -> str:
-        return await move(robot, [0.9 * position for position in positions], names, manner, report)
+        return await move(robot, [0.9 * position for position in positions], names, options, report)
 
     replace_method(node, move_joints=spoiled)
 
 
 def repetitive(node: SimulatorNode) -> None:
-    """It says twice that a motion has ended."""
+    """Report the end of a motion twice."""
     move = node.move_joints
 
     async def spoiled(
-        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+        robot: str, positions: Sequence[float], names: Sequence[str], options: MotionOptions, report: Reporter
     ) -> str:
         def twice(told: Report) -> None:
             report(told)
             report(told)
 
-        return await move(robot, positions, names, manner, twice)
+        return await move(robot, positions, names, options, twice)
 
     replace_method(node, move_joints=spoiled)
 
 
 def stubborn(node: SimulatorNode) -> None:
-    """It cancels no motions."""
+    """Ignore cancellations of motions."""
     replace_method(node, cancel_goal=do_nothing)
 
 
 def credulous(node: SimulatorNode) -> None:
-    """It takes every pose, and says later that it cannot."""
+    """Accept every pose, and abort the motion later."""
     move = node.move_tool
 
     async def spoiled(
-        robot: str, pose: Pose3D, frame: str, manner: Manner, report: Reporter, *, straight: bool
+        robot: str, pose: Pose3D, frame: str, options: MotionOptions, report: Reporter, *, straight: bool
     ) -> str:
         try:
-            return await move(robot, pose, frame, manner, report, straight=straight)
+            return await move(robot, pose, frame, options, report, straight=straight)
         except BackendRefused:
             return "taken"
 
@@ -99,36 +100,38 @@ def credulous(node: SimulatorNode) -> None:
 
 
 def fickle(node: SimulatorNode) -> None:
-    """It takes up another motion while it moves."""
+    """Accept another motion during a motion."""
     move, taken = node.move_joints, list[str]()
 
     async def spoiled(
-        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+        robot: str, positions: Sequence[float], names: Sequence[str], options: MotionOptions, report: Reporter
     ) -> str:
         for goal in taken:
             await node.cancel_goal(goal)
-        taken.append(await move(robot, positions, names, manner, report))
+        taken.append(await move(robot, positions, names, options, report))
         return taken[-1]
 
     replace_method(node, move_joints=spoiled)
 
 
 def eager(node: SimulatorNode) -> None:
-    """It moves where it is to plan only."""
+    """Move instead of planning only."""
     move = node.move_joints
 
     async def spoiled(
-        robot: str, positions: Sequence[float], names: Sequence[str], manner: Manner, report: Reporter
+        robot: str, positions: Sequence[float], names: Sequence[str], options: MotionOptions, report: Reporter
     ) -> str:
-        return await move(robot, positions, names, replace(manner, plan_only=False), report)
+        return await move(robot, positions, names, replace(options, plan_only=False), report)
 
     replace_method(node, move_joints=spoiled)
 
 
 def limp(node: SimulatorNode) -> None:
-    """Its gripper does nothing, and says that it did."""
+    """Report success without moving the gripper."""
 
-    async def spoiled(robot: str, opening: float, force: float | None, manner: Manner, report: Reporter) -> str:
+    async def spoiled(
+        robot: str, opening: float, force: float | None, options: MotionOptions, report: Reporter
+    ) -> str:
         asyncio.get_running_loop().call_soon(report, Report(GoalStatus.SUCCEEDED))
         return "done"
 
@@ -148,16 +151,16 @@ def nervous(node: SimulatorNode) -> None:
 @pytest.mark.parametrize(
     ("spoil", "rule", "words"),
     [
-        (short, arms.arms_come_to_their_goals, "is not near -1.5708 rad, which it was sent to"),
-        (repetitive, arms.arms_come_to_their_goals, "reported as succeeded, succeeded"),
+        (short, arms.arms_reach_their_goals, "is not near -1.5708 rad, its goal"),
+        (repetitive, arms.arms_reach_their_goals, "reported as succeeded, succeeded"),
         (stubborn, arms.cancelled_motions_end_and_arms_stop, "whose motion was cancelled 1 s ago moved"),
         (credulous, arms.impossible_motions_are_refused, "a pose 100 m away is not refused"),
-        (fickle, arms.a_moving_arm_is_busy, "a second motion of an arm that moves is not refused"),
-        (eager, arms.what_is_only_planned_moves_nothing, "an arm that was to plan only moved its tool"),
-        (limp, arms.grippers_open_and_close, "how far it is open [m] is 0.085 instead of 0"),
-        (nervous, arms.joints_are_watched, "has fired far from there"),
+        (fickle, arms.a_moving_arm_is_busy, "a second motion of a moving arm is not refused"),
+        (eager, arms.plans_move_nothing, "an arm with `plan_only` moved its tool"),
+        (limp, arms.grippers_open_and_close, "the opening of the gripper [m] is 0.085 instead of 0"),
+        (nervous, arms.joints_are_watched, "fired far from there"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
-async def test_arms_with_a_fault_break_a_rule(make: Make, spoil: Spoil, rule: ArmRule, words: str) -> None:
+async def test_arms_with_a_fault_break_a_rule(make: Make, spoil: Spoil, rule: Rule, words: str) -> None:
     await expect_broken(rule, words, spoiled(make, spoil), UR10E)

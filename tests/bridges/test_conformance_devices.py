@@ -1,4 +1,4 @@
-"""The rules for cameras and for faults of sensors and motors find backends that break them."""
+"""Rules for cameras and for faults of sensors and motors, with backends that break them."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from seoro.bridges.conformance import Make, Rule, cameras, check_rule, faults
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.wire import Result
 from seoro.errors import BackendRefused
-from seoro.runtime.capabilities import Image
-from seoro.runtime.contracts import Pose3D, Report, Reporter
-from seoro.runtime.device_faults import Fault, PowerLoss
+from seoro.robotics.faults import Fault, PowerLoss
+from seoro.robotics.geometry import Pose3D
+from seoro.runtime.contracts.backends import Report, Reporter
+from seoro.runtime.contracts.cameras import Image
 from tests.bridges.nodes import OPTIONS, Connect
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 from tests.sim_nodes.engines import needs_pictures
@@ -55,12 +56,12 @@ def heavy(node: SimulatorNode) -> None:
 
 
 def hoarding(node: SimulatorNode) -> None:
-    """It deletes no cameras."""
+    """Delete no cameras."""
     replace_method(node, delete_camera=do_nothing)
 
 
 def doubling(node: SimulatorNode) -> None:
-    """It takes a second camera of a name for the first."""
+    """Accept a second camera with the same name."""
     spawn = node.spawn_camera
 
     async def spoiled(name: str, pose: Pose3D, fov: float, width: int, height: int) -> str:
@@ -72,21 +73,21 @@ def doubling(node: SimulatorNode) -> None:
 
 
 def imaginative(node: SimulatorNode) -> None:
-    """It aims cameras that there are not."""
+    """Accept the aiming of unknown cameras."""
     replace_method(node, aim_camera=do_nothing)
 
 
 def blind(node: SimulatorNode) -> None:
-    """It refuses every picture as if it had gone wrong."""
+    """Refuse every picture with a wrong code."""
 
     async def spoiled(name: str) -> Image:
-        raise BackendRefused("there is no light today", Result.OPERATION_FAILED)
+        raise BackendRefused("the light is off", Result.OPERATION_FAILED)
 
     replace_method(node, take_picture=spoiled)
 
 
 def tough(node: SimulatorNode) -> None:
-    """Its faults have no effect, and it says that they have."""
+    """Report effects of faults without any."""
 
     async def spoiled(robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
         def confirm(told: Report) -> None:
@@ -98,7 +99,7 @@ def tough(node: SimulatorNode) -> None:
 
 
 def wordless(node: SimulatorNode) -> None:
-    """It does not say what it has measured."""
+    """Report effects without a message."""
     inject = node.inject_fault
 
     async def spoiled(robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
@@ -116,12 +117,12 @@ def scarred(node: SimulatorNode) -> None:
 
 
 def stubborn(node: SimulatorNode) -> None:
-    """It cancels no faults."""
+    """Ignore cancellations of faults."""
     replace_method(node, cancel_fault=do_nothing)
 
 
 def overzealous(node: SimulatorNode) -> None:
-    """It clears all faults where a measurement is cancelled, whether that has ended or not."""
+    """Clear faults at each cancellation of a measurement."""
 
     async def spoiled(measurement: str) -> None:
         await node.clear_faults("turtlebot4", "")
@@ -130,7 +131,7 @@ def overzealous(node: SimulatorNode) -> None:
 
 
 def patient(node: SimulatorNode) -> None:
-    """It measures for as long as it takes."""
+    """Measure without a time limit."""
     inject = node.inject_fault
 
     async def spoiled(robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
@@ -140,7 +141,7 @@ def patient(node: SimulatorNode) -> None:
 
 
 def coasting(node: SimulatorNode) -> None:
-    """Motors without power drive on, since it is another fault that they get."""
+    """Motors without power drive on, since they have another fault."""
     inject = node.inject_fault
 
     async def spoiled(robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
@@ -152,22 +153,22 @@ def coasting(node: SimulatorNode) -> None:
 @pytest.mark.parametrize(
     ("spoil", "rule", "words"),
     [
-        (small, cameras.pictures_have_the_size_that_was_asked_for, "(96, 64) pixels is said to have (48, 64)"),
-        (raw, cameras.pictures_have_the_size_that_was_asked_for, "is no PNG"),
-        (stale, cameras.pictures_have_the_size_that_was_asked_for, "s says"),
-        (blind, cameras.pictures_have_the_size_that_was_asked_for, "is refused with code 4: there is no light"),
-        (grainy, cameras.what_stays_as_it_is_looks_the_same, "although nothing has happened"),
-        (frozen, cameras.cameras_see_what_changes, "sees the same when a box was spawned before it as first"),
-        (heavy, cameras.cameras_see_what_changes, "sees the same where it was put as when a box was spawned"),
-        (hoarding, cameras.cameras_are_there_until_they_are_deleted, "a camera that was deleted is still listed"),
-        (doubling, cameras.cameras_are_there_until_they_are_deleted, "a second camera of a name is not refused"),
-        (imaginative, cameras.unknown_cameras_are_refused, "to aim an unknown camera is not refused"),
-        (tough, faults.faults_take_effect_until_they_are_cleared, "has no power, and sends samples"),
-        (wordless, faults.faults_take_effect_until_they_are_cleared, "reported as '', which is no sentence"),
-        (scarred, faults.faults_take_effect_until_they_are_cleared, "were cleared, and it sends nothing"),
-        (patient, faults.faults_that_cannot_be_found_are_given_up, "not once as aborted"),
-        (stubborn, faults.cancelled_faults_are_cleared, "was cancelled, and is still there"),
-        (overzealous, faults.cancelled_faults_are_cleared, "a fault is gone, since"),
+        (small, cameras.pictures_have_the_requested_size, "(96, 64) pixels is reported with (48, 64)"),
+        (raw, cameras.pictures_have_the_requested_size, "an invalid PNG"),
+        (stale, cameras.pictures_have_the_requested_size, "s has the time"),
+        (blind, cameras.pictures_have_the_requested_size, "is refused with code 4: the light is off"),
+        (grainy, cameras.pictures_are_reproducible, "although nothing has changed"),
+        (frozen, cameras.cameras_see_changes, "has the same picture after a spawn in its view as first"),
+        (heavy, cameras.cameras_see_changes, "has the same picture after a move as after a spawn"),
+        (hoarding, cameras.cameras_are_listed_until_deleted, "a deleted camera is still listed"),
+        (doubling, cameras.cameras_are_listed_until_deleted, "a second camera with the same name is not refused"),
+        (imaginative, cameras.unknown_cameras_are_refused, "the aiming of an unknown camera is not refused"),
+        (tough, faults.faults_take_effect_until_they_are_cleared, "has no power, but sends samples"),
+        (wordless, faults.faults_take_effect_until_they_are_cleared, "reported as '', which is not a sentence"),
+        (scarred, faults.faults_take_effect_until_they_are_cleared, "were cleared, but it sends nothing"),
+        (patient, faults.faults_without_effect_are_aborted, "not once as aborted"),
+        (stubborn, faults.cancelled_faults_are_cleared, "a cancelled fault of"),
+        (overzealous, faults.cancelled_faults_are_cleared, "a fault was cleared by a cancellation"),
         (tough, faults.impossible_faults_are_refused, "a fault of an unknown device is not refused"),
         (coasting, faults.motors_without_power_do_not_drive, "a robot without power that is driven"),
     ],
@@ -177,10 +178,10 @@ async def test_backends_with_a_fault_break_a_rule(make: Make, spoil: Spoil, rule
     await expect_broken(rule, words, spoiled(make, spoil))
 
 
-async def test_a_backend_that_cannot_draw_keeps_the_rules_of_pictures(make: Make) -> None:
+async def test_a_backend_without_pictures_fulfils_the_rules_of_pictures(make: Make) -> None:
     async def undrawn(name: str) -> Image:
-        raise BackendRefused("no picture can be taken: there is no screen", Result.FEATURE_UNSUPPORTED)
+        raise BackendRefused("cannot take a picture: missing screen", Result.FEATURE_UNSUPPORTED)
 
     cannot_draw = spoiled(make, lambda node: replace_method(node, take_picture=undrawn))
-    await check_rule(cameras.pictures_have_the_size_that_was_asked_for, cannot_draw)
-    await check_rule(cameras.cameras_see_what_changes, cannot_draw)
+    await check_rule(cameras.pictures_have_the_requested_size, cannot_draw)
+    await check_rule(cameras.cameras_see_changes, cannot_draw)

@@ -1,4 +1,4 @@
-"""What is declared for as long as a block lasts."""
+"""Declarations while a block lasts."""
 
 import asyncio
 import threading
@@ -9,7 +9,7 @@ from seoro.bridges.session.declaring import declared
 
 
 @pytest.mark.parametrize("moment", ["make", "undo"])
-async def test_what_is_declared_is_undone_by_a_task_that_is_cancelled_meanwhile(moment: str) -> None:
+async def test_a_declaration_is_undone_if_its_task_is_cancelled_meanwhile(moment: str) -> None:
     begun, go_on = asyncio.Event(), threading.Event()
     loop = asyncio.get_running_loop()
     happened: list[str] = []

@@ -1,4 +1,4 @@
-"""Limits of messages: what exceeds them is refused before anything is made of it."""
+"""Limits of messages, checked before decoding."""
 
 import struct
 import tracemalloc
@@ -11,18 +11,16 @@ from hypothesis import strategies as st
 
 from seoro.bridges import wire
 from seoro.bridges.executor import messages
-from seoro.bridges.executor.sight import LOOK
+from seoro.bridges.executor.verbs import EXECUTOR_VERBS
 from seoro.bridges.wire.limits import MAX_REQUEST, SMALL, LimitExceeded, Limits, check_limits
 from sim_nodes.codec import CodecError, pack, unpack
 
 MEBIBYTE = 1 << 20
-VERBS: tuple[wire.Verb[Any, Any], ...] = (
-    *wire.VERBS, *wire.BRIDGE_VERBS, *wire.LAB_VERBS, *messages.EXECUTOR_VERBS, LOOK
-)  # fmt: skip
+VERBS: tuple[wire.Verb[Any, Any], ...] = (*wire.NODE_VERBS.values(), *EXECUTOR_VERBS.values())
 
 
 def bomb(size: int) -> bytes:
-    """One array of empty maps: each byte becomes an object of 64 bytes."""
+    """Return an array of empty maps: each byte becomes an object of 64 bytes."""
     return b"\xdd" + struct.pack(">I", size) + b"\x80" * size
 
 
@@ -50,7 +48,7 @@ VALUES = st.recursive(
 
 
 @given(VALUES)
-def test_elements_are_counted_as_they_are(value: Any) -> None:
+def test_the_element_count_of_a_payload_is_exact(value: Any) -> None:
     payload, count = msgpack.packb(value), elements(value)
     assert check_limits(payload, Limits(len(payload), count)) == count
     if count > 1:
@@ -59,29 +57,30 @@ def test_elements_are_counted_as_they_are(value: Any) -> None:
 
 
 @given(st.binary(max_size=200))
-def test_any_bytes_are_counted_or_left_to_the_decoder(payload: bytes) -> None:
+def test_arbitrary_bytes_stay_within_the_limits_or_are_refused(payload: bytes) -> None:
     try:
-        check_limits(payload, SMALL)
+        count = check_limits(payload, SMALL)
     except LimitExceeded:
         return
+    assert 0 <= count <= SMALL.items
 
 
-def test_depth_is_counted() -> None:
+def test_the_nesting_depth_of_a_payload_is_limited() -> None:
     assert check_limits(b"\x91" * 15 + b"\x90", SMALL) == 16
-    with pytest.raises(LimitExceeded, match="16 arrays and maps within one another"):
+    with pytest.raises(LimitExceeded, match="16 nested arrays and maps"):
         check_limits(b"\x91" * 16 + b"\x90", SMALL)
 
 
 @pytest.mark.parametrize("payload", [b"\xdd\xff\xff\xff\xff", b"\xdf\x7f\xff\xff\xff", b"\xdc\xff\xff" * 1000])
-def test_claims_of_headers_count_whether_or_not_the_elements_are_there(payload: bytes) -> None:
+def test_elements_announced_by_a_header_count_even_if_missing(payload: bytes) -> None:
     with pytest.raises(LimitExceeded, match="elements"):
         check_limits(payload, SMALL)
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
-def test_no_request_becomes_more_memory_than_its_limits_say(verb: wire.Verb[Any, Any]) -> None:
+def test_refusing_a_large_request_takes_little_memory(verb: wire.Verb[Any, Any]) -> None:
     payload = bomb(min(verb.limits.size, 20 * MEBIBYTE) - 5)
-    inside = b"\x81\xa7unknown" + payload[: -len(b"\x81\xa7unknown")]  # which may be more than is known
+    inside = b"\x81\xa7unknown" + payload[: -len(b"\x81\xa7unknown")]  # an unknown field
     tracemalloc.start()
     try:
         for each in (payload, inside):
@@ -93,7 +92,7 @@ def test_no_request_becomes_more_memory_than_its_limits_say(verb: wire.Verb[Any,
     assert peak < MEBIBYTE
 
 
-def test_limits_are_small_unless_a_verb_says_why_not() -> None:
+def test_only_listed_verbs_have_large_limits() -> None:
     larger = {verb.name for verb in VERBS if verb.limits.size > SMALL.size or verb.limits.items > SMALL.items}
     assert larger == {
         "dry_run", "follow_joint_trajectory", "missing_blobs", "put_blob", "restore_state", "revoke",
@@ -103,7 +102,7 @@ def test_limits_are_small_unless_a_verb_says_why_not() -> None:
     assert max(verb.limits.size for verb in VERBS) == MAX_REQUEST
 
 
-def test_a_refusal_does_not_repeat_what_was_sent() -> None:
+def test_a_refusal_does_not_repeat_the_payload() -> None:
     payload = msgpack.packb({"run": "x" * 50_000, "at": ["y" * 1000] * 10, "wait": "soon"})
     with pytest.raises(wire.WireError) as caught:
         messages.RECORDS.read(payload)
@@ -113,7 +112,7 @@ def test_a_refusal_does_not_repeat_what_was_sent() -> None:
     assert "wait: Input should be a valid number" in str(caught.value)
 
 
-def test_a_bundle_of_as_many_files_as_may_be_is_taken() -> None:
+def test_a_bundle_with_the_maximum_number_of_files_is_accepted() -> None:
     file = {"path": "a" * 200, "hash": "0" * 64, "size": 1}
     options = {"grace": 1.0, "overrides": {f"name{number}": "1" for number in range(1000)}}
     files = [{**file, "path": f"{number}/{'a' * 200}"} for number in range(messages.MAX_FILES)]
@@ -122,22 +121,22 @@ def test_a_bundle_of_as_many_files_as_may_be_is_taken() -> None:
     assert len(messages.DRY_RUN.read(msgpack.packb(asked)).manifest.files) == messages.MAX_FILES
 
 
-def test_a_part_of_a_blob_is_taken() -> None:
+def test_a_blob_part_of_maximum_size_is_accepted() -> None:
     part = messages.PutBlob(hash="0" * 64, size=messages.MAX_FILE, offset=0, data=b"x" * messages.CHUNK)
     assert messages.PUT_BLOB.read(wire.encode(part)) == part
 
 
-def test_a_large_snapshot_is_taken() -> None:
+def test_a_large_snapshot_is_accepted() -> None:
     snapshot = wire.Snapshot(
         format=3, version="", engine="", engine_version="", world="", seed=0, time=0.0, digest="",
         state=b"x" * (wire.RESTORE_STATE.limits.size - 1000),
     )  # fmt: skip
-    assert wire.SAVE_STATE.read_answer(wire.encode(snapshot)) == snapshot
+    assert wire.SAVE_STATE.read_reply(wire.encode(snapshot)) == snapshot
     restore = wire.RestoreState(snapshot=snapshot)
     assert wire.RESTORE_STATE.read(wire.encode(restore)) == restore
 
 
-def test_a_state_has_limits_too() -> None:
+def test_the_state_of_a_snapshot_has_limits() -> None:
     nested = msgpack.ExtType(1, msgpack.packb([msgpack.ExtType(1, bomb(6_000_000))] * 2))
     with pytest.raises(CodecError, match="elements"):
         unpack(msgpack.packb(nested))

@@ -1,4 +1,4 @@
-"""Outages of connections: which waits may have missed something."""
+"""Outages of connections, and the waits that they affect."""
 
 import time
 from typing import Any, cast
@@ -10,7 +10,7 @@ from seoro.bridges.robot import holding
 from seoro.bridges.robot.holding import HoldingRequests
 from seoro.bridges.session import NoServer, Outages
 from seoro.bridges.sim.requests import NodeAddress
-from seoro.bridges.wire.holding import HOLD_DEADLINE
+from seoro.bridges.wire.holds import HOLD_DEADLINE
 
 
 class Times:
@@ -30,7 +30,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Times:
     return times
 
 
-def test_an_outage_counts_for_waits_that_began_before_its_end(clock: Times) -> None:
+def test_an_outage_affects_waits_that_began_before_its_end(clock: Times) -> None:
     outages = Outages(is_connected=True)
     assert not outages.since(0.0)
     outages.change(False)
@@ -49,9 +49,9 @@ def test_one_of_two_connections_is_enough(clock: Times) -> None:
 
 
 class Node:
-    """A node that answers signs of life after times that a test gives; None is no answer."""
+    """A node that replies to heartbeats after given delays; None for a missing reply."""
 
-    called, node, sender, session = "robot", "rails", "", None
+    display_name, node, sender, session = "robot", "rails", "", None
 
     def __init__(self, clock: Times, gaps: list[float | None]) -> None:
         self._clock = clock
@@ -64,7 +64,7 @@ class Node:
         if gap is None:
             raise NoServer("nobody")
         self._clock.now += gap
-        return wire.encode(wire.Happenings(number=0, happenings=()))
+        return wire.encode(wire.LoggedEvents(number=0, events=()))
 
 
 class EndOfTest(Exception):
@@ -72,11 +72,11 @@ class EndOfTest(Exception):
 
 
 async def held(clock: Times, *gaps: float | None) -> HoldingRequests:
-    """Robots whose node answered after each of some times [s]."""
+    """Return robots whose node replies after given times [s]."""
     address = cast("NodeAddress", cast("Any", Node(clock, list(gaps))))
     robots = HoldingRequests(address, wire.Holder(holder="me"), 0)
     with pytest.raises(EndOfTest):
-        await robots.hold()
+        await robots.send_heartbeats()
     return robots
 
 
@@ -85,18 +85,16 @@ async def test_a_short_outage_of_a_held_robot_misses_nothing(clock: Times) -> No
     assert robots.loss_since(0.0) == ""
 
 
-async def test_robots_that_stood_still_count_for_waits_that_began_before(
+async def test_a_standstill_affects_waits_that_began_before_it(
     clock: Times, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(holding, "RETRY", 0.0)
     robots = await held(clock, 0.05, None, 1.0, 0.05)
-    assert robots.loss_since(100.5) == "robot 'rails' was not reached meanwhile, and its robots stood still"
+    assert robots.loss_since(100.5) == "robot 'rails' was unreachable meanwhile, and its robots stood still"
     assert robots.loss_since(clock.now) == ""
 
 
-async def test_a_node_that_does_not_answer_now_counts_for_all_waits(
-    clock: Times, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_an_unreachable_node_affects_all_waits(clock: Times, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(holding, "RETRY", 0.0)
     robots = await held(clock, 0.05, None)
     assert robots.loss_since(clock.now) == "robot 'rails' does not answer"

@@ -29,7 +29,7 @@ KEY = "seoro/test/topic"
 
 @asynccontextmanager
 async def connected(folder: Path) -> AsyncIterator[tuple[AsyncSession, AsyncSession]]:
-    """Two sessions at a hub."""
+    """Yield two sessions at a router."""
     endpoint = f"unixsock-stream/{folder}/hub.sock"
     async with (
         open_session(listen=endpoint),
@@ -41,7 +41,7 @@ async def connected(folder: Path) -> AsyncIterator[tuple[AsyncSession, AsyncSess
 
 @asynccontextmanager
 async def reading(session: AsyncSession, key: str, history: int = 0) -> AsyncIterator[Mailbox[Sample]]:
-    """What is published on a key."""
+    """Yield the publications on a key."""
     samples: Mailbox[Sample] = Mailbox(Bound(10))
 
     def take(sample: Sample) -> None:
@@ -51,7 +51,7 @@ async def reading(session: AsyncSession, key: str, history: int = 0) -> AsyncIte
         yield samples
 
 
-async def test_samples_arrive_with_what_travels_beside_them(tmp_path: Path) -> None:
+async def test_samples_arrive_with_their_attachments(tmp_path: Path) -> None:
     async with (
         connected(tmp_path) as (one, other),
         reading(other, "seoro/*/topic") as samples,
@@ -61,28 +61,28 @@ async def test_samples_arrive_with_what_travels_beside_them(tmp_path: Path) -> N
             await publisher.wait_for_subscriber()
             publisher.put(b"hello", b"beside")
             publisher.put(b"")
-            first, second = await samples.take(), await samples.take()
+            first, second = await samples.get(), await samples.get()
     assert (first.key, first.payload, first.attachment) == (KEY, b"hello", b"beside")
     assert (second.payload, second.attachment) == (b"", b"")
     assert first.arrived <= second.arrived
 
 
-async def test_late_subscribers_get_what_was_kept(tmp_path: Path) -> None:
+async def test_late_subscribers_receive_cached_samples(tmp_path: Path) -> None:
     async with connected(tmp_path) as (one, other), publishing(one, KEY, keep=2, recover=True) as publisher:
         for number in range(5):
             publisher.put(b"%d" % number)
         got = []
         with anyio.fail_after(5):
             async with reading(other, "seoro/test/*", history=2) as samples:
-                while b"4" not in got:  # what is still under way at this time comes before
-                    got.append((await samples.take()).payload)
+                while b"4" not in got:  # publications in transit arrive first
+                    got.append((await samples.get()).payload)
                 await publisher.wait_for_subscriber()
                 publisher.put(b"live")
-                got.append((await samples.take()).payload)
+                got.append((await samples.get()).payload)
     assert got[-3:] == [b"3", b"4", b"live"]
 
 
-async def test_publishers_that_come_later_are_asked_for_what_they_keep(tmp_path: Path) -> None:
+async def test_subscribers_receive_cached_samples_of_later_publishers(tmp_path: Path) -> None:
     async with (
         connected(tmp_path) as (one, other),
         reading(other, KEY, history=1) as samples,
@@ -90,19 +90,19 @@ async def test_publishers_that_come_later_are_asked_for_what_they_keep(tmp_path:
     ):
         publisher.put(b"kept")
         with anyio.fail_after(5):
-            assert (await samples.take()).payload == b"kept"
+            assert (await samples.get()).payload == b"kept"
 
 
-async def test_after_the_end_nothing_arrives_and_nothing_is_published(tmp_path: Path) -> None:
+async def test_closed_subscriptions_receive_and_closed_publishers_send_no_samples(tmp_path: Path) -> None:
     async with connected(tmp_path) as (one, other):
         async with reading(other, KEY) as samples, publishing(one, KEY) as publisher:
             pass
         with pytest.raises(SessionError, match=f"cannot publish on {KEY}"):
             publisher.put(b"")
-        assert samples.take_now() is None
+        assert samples.get_nowait() is None
 
 
-async def test_what_is_no_key_is_refused(tmp_path: Path) -> None:
+async def test_invalid_keys_are_refused(tmp_path: Path) -> None:
     async with connected(tmp_path) as (one, _):
         with pytest.raises(SessionError, match="cannot publish on a//b"):
             async with publishing(one, "a//b"):
@@ -121,7 +121,7 @@ sys.stdin.read()
 """
 
 
-async def test_publishing_does_not_stand_still_with_the_hub(tmp_path: Path) -> None:
+async def test_publishing_continues_while_the_router_hangs(tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/hub.sock"
     command = [sys.executable, "-c", HUB, endpoint]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as hub:
@@ -146,9 +146,9 @@ async def test_publishing_does_not_stand_still_with_the_hub(tmp_path: Path) -> N
             hub.kill()
 
 
-async def test_what_is_declared_by_someone_who_is_cancelled_is_undeclared(tmp_path: Path) -> None:
-    """The thread that declares it goes on all the same."""
-    async with connected(tmp_path) as (one, other), other.token_changes("@test/**") as changes:
+async def test_declarations_of_a_cancelled_task_are_undone(tmp_path: Path) -> None:
+    """The declaring thread continues after the cancellation."""
+    async with connected(tmp_path) as (one, other), other.tokens("@test/**") as changes:
         for number in range(20):
             task = asyncio.create_task(_hold_token(one, f"@test/{number}"))
             for _ in range(number % 5):
@@ -160,7 +160,7 @@ async def test_what_is_declared_by_someone_who_is_cancelled_is_undeclared(tmp_pa
             alive: dict[str, bool] = {}
             with anyio.fail_after(5):
                 while not alive.get("@test/end"):
-                    alive.update([await changes.take()])
+                    alive.update([await changes.get()])
     assert [key for key, there in alive.items() if there] == ["@test/end"]
 
 

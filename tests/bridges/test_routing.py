@@ -1,4 +1,4 @@
-"""Routers with keys: what passes over them by role, and that those who are revoked are out."""
+"""Routers with keys: forwarding by role, and exclusion of revoked identities."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,7 +9,6 @@ import pytest
 import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import ExecutorLost
-from seoro.bridges.secured import SERVING_NODES, node_keys, security_of
 from seoro.bridges.session import NoServer, Request, Session, open_session
 from seoro.bridges.wire import encode
 from seoro.bridges.wire.keys import (
@@ -20,9 +19,10 @@ from seoro.bridges.wire.keys import (
     node_stream,
     node_token,
 )
-from seoro.errors import BackendError, InvalidUse
-from seoro.keys.folder import read_keys
-from seoro.keys.roles import MOVING, Role
+from seoro.errors import BackendError, UsageError
+from seoro.security.keys.folder import read_keys
+from seoro.security.keys.roles import MOVING, Role
+from seoro.security.network.endpoint_keys import SERVING_NODES, node_keys, security_of
 from tests.executors import HELLO
 from tests.labs import NAME, KeyedLab, RunningCommand, command, free_port, keyed_executor, make_lab
 
@@ -57,7 +57,9 @@ async def asked(router: RunningCommand, lab: KeyedLab, name: str, key: str) -> b
         return await there.query(key, b"", 5.0)
 
 
-async def test_nodes_are_asked_by_those_who_move_robots(router: RunningCommand, lab: KeyedLab) -> None:
+async def test_commands_reach_nodes_from_roles_that_move_robots_only(
+    router: RunningCommand, lab: KeyedLab
+) -> None:
     node = session(router, lab, "maze")
     try:
         key = node_command(NAMESPACE, "maze", "step")
@@ -74,7 +76,7 @@ async def test_nodes_are_asked_by_those_who_move_robots(router: RunningCommand, 
 
 
 @pytest.mark.parametrize("name", ["vera", "anna", "ada", NAME, "hub"])
-async def test_only_nodes_are_nodes(router: RunningCommand, lab: KeyedLab, name: str) -> None:
+async def test_other_roles_cannot_act_as_nodes(router: RunningCommand, lab: KeyedLab, name: str) -> None:
     pretender = session(router, lab, name)
     watcher = session(router, lab, "ada")
     try:
@@ -92,7 +94,7 @@ async def test_only_nodes_are_nodes(router: RunningCommand, lab: KeyedLab, name:
     ("role", "name", "command_of", "token_of"),
     [(Role.EXECUTOR, NAME, executor_command, executor_token), (Role.NODE, "maze", node_command, node_token)],
 )
-async def test_a_name_is_had_by_its_owner_only(
+async def test_a_name_is_usable_by_its_owner_only(
     router: RunningCommand,
     lab: KeyedLab,
     tmp_path: Path,
@@ -101,7 +103,7 @@ async def test_a_name_is_had_by_its_owner_only(
     command_of: Naming,
     token_of: Naming,
 ) -> None:
-    """Another one of the same role has a name that the router has not heard of, but none that it knows."""
+    """Another identity of the role may use unknown names, but not the known names of others."""
     lab.authority.add(f"other-{role.value}", role, tmp_path / "other")
     owner, watcher = session(router, lab, name), session(router, lab, "ada")
     other = Session(connect=router.endpoint, security=security_of(router.endpoint, read_keys(tmp_path / "other")))
@@ -121,7 +123,7 @@ async def test_a_name_is_had_by_its_owner_only(
             each.close()
 
 
-async def test_streams_of_nodes_are_seen_and_not_forged(router: RunningCommand, lab: KeyedLab) -> None:
+async def test_streams_of_nodes_are_readable_but_cannot_be_forged(router: RunningCommand, lab: KeyedLab) -> None:
     key, got = node_stream(NAMESPACE, "maze", "camera"), []
     sessions = {name: session(router, lab, name) for name in ("vera", "maze", "anna", "hub")}
     try:
@@ -141,7 +143,7 @@ async def test_streams_of_nodes_are_seen_and_not_forged(router: RunningCommand, 
             each.close()
 
 
-async def test_roles_hold_at_an_executor_behind_a_router(
+async def test_roles_are_enforced_at_an_executor_behind_a_router(
     router: RunningCommand, lab: KeyedLab, tmp_path: Path
 ) -> None:
     file = tmp_path / "hello.osc"
@@ -156,8 +158,8 @@ async def test_roles_hold_at_an_executor_behind_a_router(
             assert run.info.by == "anna"
 
 
-async def test_roles_hold_behind_a_router_that_lets_everything_pass(lab: KeyedLab, tmp_path: Path) -> None:
-    """That is one that somebody else runs: it has no access control."""
+async def test_roles_are_enforced_behind_a_router_without_access_control(lab: KeyedLab, tmp_path: Path) -> None:
+    """A router of another operator, without access control."""
     endpoint = f"tls/127.0.0.1:{free_port()}"
     open_hub = Session(listen=endpoint, security=security_of(endpoint, read_keys(lab.keys("hub"))))
     try:
@@ -171,7 +173,7 @@ async def test_roles_hold_behind_a_router_that_lets_everything_pass(lab: KeyedLa
         open_hub.close()
 
 
-async def test_whose_keys_are_revoked_gets_nothing_from_a_router(lab: KeyedLab, tmp_path: Path) -> None:
+async def test_revoked_keys_receive_no_reply_through_a_router(lab: KeyedLab, tmp_path: Path) -> None:
     endpoint = f"tls/127.0.0.1:{free_port()}"
     keys = ("--keys", str(lab.keys("hub")))
     lab.authority.add("rob", Role.OPERATOR, lab.keys("rob"))
@@ -188,22 +190,22 @@ async def test_whose_keys_are_revoked_gets_nothing_from_a_router(lab: KeyedLab, 
             assert await rob.runs() == await anna.runs() == []
             lab.revoke("rob", "hub")
             with anyio.fail_after(DEADLINE), pytest.raises(ExecutorLost):
-                while True:  # what Zenoh has told rob of who is there may stay; it gets no answer
+                while True:  # Zenoh may keep the discovery of rob, who receives no reply
                     await reached.ask(wire.LIST_RUNS, wire.ListRuns())
             assert await anna.runs() == []
 
 
-def test_nobody_else_is_a_router_or_a_node(lab: KeyedLab, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_routers_and_nodes_need_keys_of_their_roles(lab: KeyedLab, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SEORO_KEYS", str(lab.keys("vera")))
-    with pytest.raises(InvalidUse, match=r"vera \(viewer\), and cannot be used as"):
+    with pytest.raises(UsageError, match=r"vera \(viewer\); expected role"):
         node_keys("tls/127.0.0.1:1", MOVING)
     assert node_keys("unixsock-stream/hub", SERVING_NODES) is None  # nodes of a run are started with its keys
 
 
-async def test_a_backend_is_not_asked_without_keys(lab: KeyedLab, tmp_path: Path) -> None:
+async def test_connecting_to_a_tls_backend_without_keys_is_refused(lab: KeyedLab, tmp_path: Path) -> None:
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
     simulator = seoro.Simulator(endpoint="tls/127.0.0.1:1")
-    with pytest.raises((InvalidUse, BackendError), match="contains no keys"):
+    with pytest.raises((UsageError, BackendError), match="contains no keys"):
         async with seoro.start(seoro.load(file), simulator=simulator):
             pass

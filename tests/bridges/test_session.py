@@ -46,7 +46,7 @@ def server(endpoint: str) -> Iterator[subprocess.Popen[bytes]]:
 
 @pytest.fixture
 async def served(tmp_path: Path) -> AsyncIterator[AsyncSession]:
-    """A session with a server at its other end."""
+    """Yield a session that is connected to a server."""
     endpoint = f"unixsock-stream/{tmp_path}/hub.sock"
     async with open_session(listen=endpoint) as session:
         with server(endpoint):
@@ -56,7 +56,7 @@ async def served(tmp_path: Path) -> AsyncIterator[AsyncSession]:
             yield session
 
 
-async def test_requests_are_answered(served: AsyncSession) -> None:
+async def test_requests_have_replies(served: AsyncSession) -> None:
     assert await served.query(KEY, b"hello", 5) == b"hello"
     assert await served.query(KEY, b"", 5) == b""
 
@@ -73,7 +73,7 @@ print(len(asyncio.run(ask())))
 """
 
 
-def test_a_large_answer_arrives_although_its_reader_is_slow(tmp_path: Path) -> None:
+def test_a_large_reply_reaches_a_slow_reader(tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/hub.sock"
     session, inbox = Session(listen=endpoint), queue.SimpleQueue[Request]()
     client = subprocess.Popen([sys.executable, "-c", CLIENT, endpoint], stdout=subprocess.PIPE)
@@ -103,12 +103,12 @@ async def test_a_refusal_carries_its_payload(served: AsyncSession) -> None:
     assert caught.value.payload == b"no"
 
 
-async def test_a_key_that_nobody_serves_is_told_apart_at_once(served: AsyncSession) -> None:
+async def test_a_request_without_a_server_fails_at_once(served: AsyncSession) -> None:
     with anyio.fail_after(10), pytest.raises(NoServer):
         await served.query("seoro/1/default/node/other/cmd/echo", b"", 30)
 
 
-async def test_a_server_that_keeps_a_request_times_out(served: AsyncSession) -> None:
+async def test_a_request_without_a_reply_times_out(served: AsyncSession) -> None:
     with pytest.raises(NoAnswer):
         await served.query(KEY, b"hold", 0.05)
 
@@ -120,7 +120,7 @@ async def test_a_request_can_be_cancelled(served: AsyncSession) -> None:
     assert await served.query(KEY, b"still there", 5) == b"still there"
 
 
-async def test_the_death_of_a_server_is_noticed(served: AsyncSession) -> None:
+async def test_the_death_of_a_server_removes_its_token(served: AsyncSession) -> None:
     with anyio.fail_after(2):
         async with served.tokens(TOKENS) as tokens:
             assert await anext(tokens) == (TOKEN, True)
@@ -129,7 +129,7 @@ async def test_the_death_of_a_server_is_noticed(served: AsyncSession) -> None:
             assert await anext(tokens) == (TOKEN, False)
 
 
-async def test_an_endpoint_without_a_hub_is_an_error_at_once(tmp_path: Path) -> None:
+async def test_connecting_to_an_unused_endpoint_fails_at_once(tmp_path: Path) -> None:
     with anyio.fail_after(10), pytest.raises(SessionError, match="cannot connect to unixsock-stream"):
         async with open_session(connect=f"unixsock-stream/{tmp_path}/nobody.sock"):
             pass
@@ -139,8 +139,8 @@ async def test_an_endpoint_without_a_hub_is_an_error_at_once(tmp_path: Path) -> 
     "endpoint",
     ["", "127.0.0.1:7447", "tcp/127.0.0.1", "tcq/127.0.0.1:7447", "tcp/::1:7447", "unixpipe/a"],
 )
-def test_what_is_no_endpoint_is_told(endpoint: str) -> None:
-    with pytest.raises(InvalidEndpoint, match=r"is no endpoint; endpoints look like tcp/127.0.0.1:7447"):
+def test_invalid_endpoints_are_refused(endpoint: str) -> None:
+    with pytest.raises(InvalidEndpoint, match=r"is an invalid endpoint; expected one like tcp/127.0.0.1:7447"):
         Session(connect=endpoint)
     with pytest.raises(InvalidEndpoint):
         Session(listen=endpoint)
@@ -149,7 +149,7 @@ def test_what_is_no_endpoint_is_told(endpoint: str) -> None:
 @pytest.mark.parametrize(
     "endpoint", ["tcp/localhost:0", "tls/[::1]:7447", "tcp/1.2.3.4:7447#iface=lo", "unixsock-stream/tmp/a.sock"]
 )
-def test_what_is_an_endpoint_is_taken_for_one(endpoint: str) -> None:
+def test_valid_endpoints_are_recognised(endpoint: str) -> None:
     assert is_endpoint(endpoint)
 
 
@@ -158,16 +158,16 @@ def test_a_session_either_listens_or_connects() -> None:
         Session()
 
 
-def test_a_session_that_is_closed_says_so_when_it_is_asked_who_is_alive(tmp_path: Path) -> None:
+def test_listing_tokens_of_a_closed_session_is_an_error(tmp_path: Path) -> None:
     session = Session(listen=f"unixsock-stream/{tmp_path}/hub")
     session.close()
-    with pytest.raises(SessionError, match="cannot ask who is alive"):
+    with pytest.raises(SessionError, match="cannot list liveliness tokens"):
         session.list_tokens("seoro/**", 1.0)
 
 
 @contextmanager
 def hub_with(tokens: frozenset[str]) -> Iterator[str]:
-    """The endpoint of a hub at which there are those tokens, each of a client of its own."""
+    """Yield the endpoint of a router with given tokens, each of a separate client."""
     with ExitStack() as opened, routing() as endpoint:
         for token in tokens:
             client = Session(connect=endpoint)
@@ -177,7 +177,7 @@ def hub_with(tokens: frozenset[str]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("waits_for", [1, 3])
-def test_lists_of_tokens_are_whole_whoever_has_followed_them(waits_for: int) -> None:
+def test_token_lists_are_complete_after_other_subscriptions(waits_for: int) -> None:
     tokens = frozenset(f"seoro/1/default/alive/node/{name}/b1" for name in "abc")
     with hub_with(tokens) as endpoint:
         for _ in range(60):
@@ -193,7 +193,7 @@ def test_lists_of_tokens_are_whole_whoever_has_followed_them(waits_for: int) -> 
                 session.close()
 
 
-def test_a_token_that_was_declared_is_seen_at_once() -> None:
+def test_a_declared_token_is_listed_at_once() -> None:
     with hub_with(frozenset()) as endpoint:
         watcher, session = Session(connect=endpoint), Session(connect=endpoint)
         try:
@@ -220,7 +220,7 @@ async def test_a_session_whose_opening_is_cancelled_is_closed(tmp_path: Path) ->
 
 
 def open_files() -> list[str]:
-    """The files that this process has open."""
+    """Return the open files of this process."""
     found = []
     for entry in Path("/proc/self/fd").iterdir():
         with suppress(FileNotFoundError):  # that of the listing itself
@@ -229,6 +229,6 @@ def open_files() -> list[str]:
 
 
 @pytest.mark.parametrize("patient", [True, False])
-def test_a_megabyte_may_wait_to_be_sent(patient: bool) -> None:
+def test_the_send_queue_holds_a_megabyte(patient: bool) -> None:
     queue = _settings(None, "tcp/127.0.0.1:7447", patient, False, LARGEST)["transport"]["link"]["tx"]["queue"]
     assert queue["size"]["data"] * 65_536 == 1_048_576

@@ -1,4 +1,4 @@
-"""Messages: their form on the wire, and what is refused."""
+"""Messages: encoding and refusals."""
 
 import math
 
@@ -17,7 +17,7 @@ def test_a_message_survives_the_wire() -> None:
     assert wire.decode(wire.Advanced, wire.encode(sent)) == sent
 
 
-def test_the_form_on_the_wire_is_a_plain_map() -> None:
+def test_a_message_is_a_plain_map_on_the_wire() -> None:
     assert msgpack.unpackb(wire.encode(wire.Advance(until=2.5))) == {"until": 2.5, "horizon": None}
 
 
@@ -29,7 +29,7 @@ def test_binary_data_stays_binary() -> None:
     )
 
 
-def test_readers_ignore_what_a_newer_writer_adds() -> None:
+def test_readers_ignore_fields_of_newer_writers() -> None:
     payload = msgpack.packb({"until": 2.5, "added_later": [1, 2]})
     assert wire.decode(wire.Advance, payload) == wire.Advance(until=2.5)
 
@@ -38,13 +38,13 @@ def test_readers_ignore_what_a_newer_writer_adds() -> None:
     "payload",
     [b"", b"\xc1", b"not msgpack", msgpack.packb([1, 2]), msgpack.packb({"until": "soon"}), msgpack.packb({})],
 )
-def test_anything_else_is_a_wire_error(payload: bytes) -> None:
+def test_invalid_payloads_are_a_wire_error(payload: bytes) -> None:
     with pytest.raises(wire.WireError, match="not a valid Advance"):
         wire.decode(wire.Advance, payload)
 
 
-def test_too_large_a_payload_is_refused_unread() -> None:
-    with pytest.raises(wire.WireError, match="exceeds a limit: 11 bytes; at most 10"):
+def test_a_too_large_payload_is_refused_before_decoding() -> None:
+    with pytest.raises(wire.WireError, match="exceeds a limit: 11 bytes; expected at most 10"):
         wire.decode(wire.Advance, b"\x00" * 11, wire.Limits(size=10))
 
 
@@ -62,7 +62,7 @@ def test_keys_have_a_fixed_form() -> None:
 
 @pytest.mark.parametrize("name", ["", "a/b", "*", "@admin", "Ünï", "a b"])
 def test_names_that_would_need_escaping_are_refused(name: str) -> None:
-    with pytest.raises(ValueError, match="cannot name a node"):
+    with pytest.raises(ValueError, match=r"invalid name .* of a node"):
         wire.node_command("default", name, "advance")
 
 
@@ -75,14 +75,16 @@ def test_a_grant_ends_with_the_first_step_that_reaches_its_time() -> None:
             assert wire.steps_until(math.nextafter(time, -math.inf), rate) == step
 
 
-def test_what_bridges_to_robots_serve_beyond_simulators_is_listed_apart() -> None:
-    names = {verb.name for verb in wire.BRIDGE_VERBS}
-    assert "hold_robots" in names
-    assert not names & {verb.name for verb in wire.VERBS}
+def test_verbs_of_simulators_exclude_those_of_all_nodes_with_robots() -> None:
+    shared = wire.NODE_VERBS.keys() - {verb.name for verb in wire.VERBS}
+    assert shared == {
+        "challenge", "emergency_stop", "get_lab_state", "get_robot_features", "hold_robots", "lease_robots",
+        "release_lease", "release_robots", "release_stop", "take_robots",
+    }  # fmt: skip
 
 
-def test_a_sign_of_life_comes_several_times_within_its_deadline() -> None:
+def test_heartbeats_are_sent_several_times_within_their_deadline() -> None:
     assert 3 * wire.HOLD_WAIT < wire.HOLD_DEADLINE < 0.5
     token = wire.holder_token("default", "run-1")
-    assert token == f"seoro/1/default/alive/holder/{wire.shown_holder('run-1')}"
+    assert token == f"seoro/1/default/alive/holder/{wire.public_holder_name('run-1')}"
     assert "run-1" not in token

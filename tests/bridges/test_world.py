@@ -1,4 +1,4 @@
-"""What a simulator node as a backend is asked of its world."""
+"""Requests of a backend about the world of a simulator node."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.wire import SpawnResult
 from seoro.errors import BackendRefused
-from seoro.runtime.contracts import Pose3D, Position3D
+from seoro.robotics.geometry import Pose3D, Position3D
 from tests.bridges.nodes import OPTIONS, Connect
 
 WORLD = """
@@ -22,7 +22,7 @@ props:
 """
 
 
-async def test_bodies_like_props_are_spawned_by_the_node_and_other_models_are_sent_to_it(
+async def test_props_are_spawned_by_name_and_other_models_are_sent_to_the_node(
     mujoco: Connect, tmp_path: Path
 ) -> None:
     (tmp_path / "yard.yaml").write_text(WORLD)
@@ -35,21 +35,21 @@ async def test_bodies_like_props_are_spawned_by_the_node_and_other_models_are_se
         await node.spawn_entities([("third", "prop://parcel", Pose3D(Position3D(0.0, -1.0, 0.5)))])
         assert await node.entities() == ("parcel", "second", "third")
         for model, words in (
-            ("prop://moon", "the world has no prop 'moon': it has parcel"),
+            ("prop://moon", "unknown prop 'moon' of the world; props: parcel"),
             (f"file://{tmp_path}/empty.sdf", "is empty"),
-            ("none://none.sdf", "there is no model 'none://none.sdf'"),
+            ("none://none.sdf", "unknown model 'none://none.sdf'"),
         ):
             with pytest.raises(BackendRefused, match=words) as refused:
                 await node.spawn_entity("fourth", model, there)
             assert refused.value.code == SpawnResult.NO_RESOURCE
 
 
-async def test_a_run_goes_on_in_another_world_with_its_robots(mujoco: Connect) -> None:
+async def test_a_run_continues_in_another_world_with_its_robots(mujoco: Connect) -> None:
     async with mujoco(OPTIONS)() as node:
         assert isinstance(node, SimulatorNode)
-        assert node.home_of("robot", ("differential_drive_robot", "robot")) == "turtlebot4"
+        assert node.assign_robot("robot", ("differential_drive_robot", "robot")) == "turtlebot4"
         now = await node.advance(1.0)
-        with pytest.raises(BackendRefused, match="which has no differential_drive_robot 'turtlebot4'"):
+        with pytest.raises(BackendRefused, match="which lacks the differential_drive_robot 'turtlebot4'"):
             await node.change_world("arm_cell")
         await node.change_world("hall")
         assert [robot.name for robot in node.features.robots] == ["turtlebot4", "second"]

@@ -79,7 +79,7 @@ def _batch(seeds: list[int], journal: Path, end: float, *, keep: bool) -> None:
 
 
 def _read(journal: Path) -> dict[int, list[str]]:
-    """The rounds in a journal; a line that was cut off by a kill is none."""
+    """Return the rounds in a journal, without an incomplete last line."""
     found = {}
     for line in journal.read_text().splitlines() if journal.exists() else ():
         try:

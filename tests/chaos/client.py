@@ -1,4 +1,4 @@
-"""A client of an executor, as a process: it prints what it knows as lines of JSON, each as soon as it knows it.
+"""Client process of an executor, which prints its observations at once as lines of JSON.
 
 python -m tests.chaos.client ENDPOINT EXECUTOR SCENARIO [LAB WAIT]
 """
@@ -29,7 +29,7 @@ async def main(endpoint: str, executor: str, scenario: str, lab: str = "", wait:
             say(submitted=run.id)
             verdict = await run.result()
             say(verdict=verdict.status.value, reason=verdict.reason)
-    except seoro.InvalidUse as error:
+    except seoro.UsageError as error:
         say(invalid=str(error))
     except seoro.SeoroError as error:
         say(error=str(error))

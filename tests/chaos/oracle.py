@@ -1,4 +1,4 @@
-"""What must hold after a round, whatever happened in it. A function of what was found; it touches nothing."""
+"""Oracle of rounds: finds violations in the observations after a round, without side effects."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ ENDED = ("passed", "failed", "error", "cancelled")  # final states of runs whose
 
 @dataclass(frozen=True)
 class Told:
-    """What a client was told.
+    """Reports that a client received.
 
     Args:
-        submission: What it submitted.
+        submission: Its submission.
         run: Id of the run that was acknowledged; empty if none was.
-        verdict: The verdict that it was told; empty if none.
-        invalid: Why its submission or run is invalid; empty if it is not.
+        verdict: Reported verdict; empty without one.
+        invalid: Reason why its submission or run is invalid; empty if it is valid.
         reason: The reason of the verdict, or the error.
     """
 
@@ -59,9 +59,9 @@ class Found:
     """Everything that was found after a round, when all parts had time to recover.
 
     Args:
-        told: What clients were told.
+        told: Reports that clients received.
         runs: Runs of the round on all executors.
-        held: Robots that somebody holds, with the holder.
+        held: Held robots, with their holders.
         left: Processes and files that are left and belong to no part.
         unreachable: Parts that do not answer although they run and are reached.
     """
@@ -109,11 +109,11 @@ def _wrong_verdicts(found: Found) -> Iterator[str]:
     states = {run.run: run.state for run in found.runs}
     for told in found.told:
         if told.verdict in VERDICTS and told.verdict != told.submission.expected:
-            yield f"a client was told `{told.verdict}` of {_file(told.submission)}: {told.reason}"
+            yield f"a client received `{told.verdict}` for {_file(told.submission)}: {told.reason}"
         if told.verdict and states.get(told.run, told.verdict) != told.verdict:
-            yield f"a client was told `{told.verdict}` of run {told.run}, which is {states[told.run]}"
+            yield f"a client received `{told.verdict}` for run {told.run}, which is {states[told.run]}"
         if told.invalid and told.run:
-            yield f"a client was told that {_file(told.submission)} is invalid: {told.invalid}"
+            yield f"a client received {_file(told.submission)} as invalid: {told.invalid}"
 
 
 def _torn_traces(found: Found) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What happens in a round: clients with scenarios, and faults. Drawn from a seed; data only."""
+"""Plan of a round: clients with scenarios, and faults. Drawn from a seed; data only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ROBOTS: Final = ("turtlebot4", "second")
 LENGTH: Final = 7.0  # [s] in which clients begin and faults happen
 
 Kind = Literal["log", "wait", "fail", "drive"]
-What = Literal["kill", "freeze", "cut", "slow", "kill_client", "kill_run", "kill_template"]
+What = Literal["kill", "freeze", "cut", "slow", "kill_client", "kill_run", "kill_fork_server"]
 EXECUTORS: Final = ("lab-a", "lab-b")
 FAULTS: Final[tuple[What, ...]] = (
     "kill",
@@ -22,7 +22,7 @@ FAULTS: Final[tuple[What, ...]] = (
     "slow",
     "kill_client",
     "kill_run",
-    "kill_template",
+    "kill_fork_server",
 )
 
 
@@ -32,11 +32,11 @@ class Submission:
 
     Args:
         number: Index in the round.
-        kind: What the scenario does: log at once, wait some real seconds, fail, or drive a robot.
+        kind: Kind of scenario: log at once, wait some real seconds, fail, or drive a robot.
         executor: Name of the executor.
         robot: Robot to drive; empty for the other kinds.
         at: Time from the start of the round [s].
-        seconds: How long the scenario waits or drives [s].
+        seconds: Duration of the wait or the drive [s].
         waits: Whether it waits for a robot that another run holds.
     """
 
@@ -59,10 +59,10 @@ class Fault:
     """A fault.
 
     Args:
-        what: What is done. `kill_run` and `kill_template` are about processes of an executor.
+        what: Kind of fault. `kill_run` and `kill_fork_server` are about processes of an executor.
         who: The part, link or client that it happens to.
         at: Time from the start of the round [s].
-        seconds: How long it lasts: until a killed part is started again, or a link is as before [s].
+        seconds: Duration until a killed part is restarted, or a link is restored [s].
     """
 
     what: What
@@ -116,7 +116,7 @@ def _fault(chance: random.Random, clients: int) -> Fault:
             who = chance.choice(LINKS)
         case "kill_client":
             who = str(chance.randrange(clients))
-        case "kill_run" | "kill_template":
+        case "kill_run" | "kill_fork_server":
             who = chance.choice(EXECUTORS)
     at, seconds = chance.uniform(0.3, LENGTH), chance.choice((0.2, 0.6, 1.5, 4.0))
     return Fault(what, who, round(at, 2), seconds)

@@ -1,4 +1,4 @@
-"""Plays a round on a stage, and collects what is found after it."""
+"""Execution of a round on a stage, and collection of the observations after it."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ LAB = "simulators:\n  hall: {{connect: {endpoint}, name: hall}}\nrobots:\n  robo
 
 
 class Client:
-    """A client process, and what it has printed.
+    """A client process, and its output.
 
     Args:
-        submission: What it submits.
+        submission: Its submission.
         stage: The lab.
         folder: Folder of the round.
     """
@@ -71,7 +71,7 @@ class Client:
             self._process.kill()
 
     def told(self) -> Told:
-        """What the client was told; it is killed if it still waits."""
+        """Return the reports of the client; kill it if it still waits."""
         if self._process is None:
             return Told(self.submission)
         try:
@@ -116,7 +116,7 @@ def play(drawn: Round, stage: Stage, folder: Path) -> Found:
 
 
 def _steps(fault: Fault, stage: Stage, clients: list[Client]) -> list[tuple[float, Callable[[], object]]]:
-    """What a fault does, and what undoes it, with the times."""
+    """Return the actions that inject and end a fault, with their times."""
     begin, end = fault.at, fault.at + fault.seconds
     match fault.what:
         case "kill":
@@ -135,7 +135,7 @@ def _steps(fault: Fault, stage: Stage, clients: list[Client]) -> list[tuple[floa
             return [(begin, clients[int(fault.who)].kill)]
         case "kill_run":
             return [(begin, lambda: _kill(stage.runs_of(fault.who)[1:][-1:]))]
-        case "kill_template":
+        case "kill_fork_server":
             return [(begin, lambda: _kill(stage.runs_of(fault.who)[:1]))]
 
 

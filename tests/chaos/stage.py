@@ -31,7 +31,7 @@ class Part:
         name: Its name.
         command: Its command line.
         environment: Its environment.
-        log: File for what it prints on stderr.
+        log: File for its stderr.
         process: The process; None while it is down.
         is_ready: Whether it has said that it is ready.
     """
@@ -52,7 +52,7 @@ class Part:
             )
 
     def wait_until_ready(self) -> None:
-        """Wait for the line that says that it is ready.
+        """Wait for the line that marks it as ready.
 
         Raises:
             AssertionError: It has ended instead.
@@ -96,7 +96,7 @@ class Link:
     """A link between a part and the router, whose faults are set by lines of JSON.
 
     Args:
-        endpoint: Where the part connects.
+        endpoint: Endpoint that the part connects to.
         process: The process that carries the connections.
     """
 
@@ -161,8 +161,8 @@ class Stage:
         process = self.parts[executor].process
         if process is None:
             return []
-        templates = _children(process.pid)
-        return [*templates, *(run for template in templates for run in _children(template))]
+        fork_servers = _children(process.pid)
+        return [*fork_servers, *(run for server in fork_servers for run in _children(server))]
 
 
 @contextmanager
@@ -241,7 +241,7 @@ def _command_line(pid: int) -> str:
 
 
 def until(condition: object, limit: float) -> bool:
-    """Ask again and again whether something holds, which a function tells; False if it does not in time [s]."""
+    """Poll a condition; return False if it does not hold in time [s]."""
     end = time.monotonic() + limit
     while not condition():  # type: ignore[operator]
         if time.monotonic() > end:

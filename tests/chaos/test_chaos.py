@@ -12,7 +12,7 @@ from tests.chaos.stage import staged
 
 @pytest.mark.slow
 @pytest.mark.engine("mujoco")
-def test_nothing_that_is_promised_is_broken_by_faults(tmp_path: Path) -> None:
+def test_guarantees_hold_under_random_faults(tmp_path: Path) -> None:
     with staged(tmp_path) as stage:
         found = {seed: violations(play(draw(seed), stage, tmp_path / f"round_{seed}")) for seed in range(4)}
     assert found == {seed: [] for seed in range(4)}

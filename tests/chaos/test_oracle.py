@@ -1,4 +1,4 @@
-"""The oracle of the chaos test: what it takes for a violation, and what not."""
+"""The oracle of the chaos test, with violations and correct rounds."""
 
 from dataclasses import replace
 from typing import Any
@@ -36,7 +36,7 @@ def test_a_round_without_a_fault_has_no_violation() -> None:
         Found((Told(FAIL, "bb", "failed"),), (replace(RUN, run="bb", file="client_1.osc", state="failed"),)),
     ],
 )
-def test_what_faults_may_lead_to_is_no_violation(found: Found) -> None:
+def test_expected_effects_of_faults_are_not_violations(found: Found) -> None:
     assert violations(found) == []
 
 
@@ -49,17 +49,17 @@ def test_what_faults_may_lead_to_is_no_violation(found: Found) -> None:
         (replace(GOOD, runs=(replace(RUN, state="queued"),)), "has no end: queued"),
         (replace(GOOD, runs=(replace(RUN, state="failed"),)), "failed, and the scenario is right"),
         (replace(GOOD, runs=(replace(RUN, state="invalid"),)), "is invalid, and the scenario is not"),
-        (replace(GOOD, told=(replace(TOLD, verdict="failed"),)), "was told `failed` of client_0.osc"),
-        (replace(GOOD, told=(replace(TOLD, invalid="no bridge"),)), "was told that client_0.osc is invalid"),
+        (replace(GOOD, told=(replace(TOLD, verdict="failed"),)), "received `failed` for client_0.osc"),
+        (replace(GOOD, told=(replace(TOLD, invalid="no bridge"),)), "received client_0.osc as invalid"),
         (replace(GOOD, runs=(replace(RUN, records=trace()[1:]),)), "has gaps or doubles"),
         (replace(GOOD, runs=(replace(RUN, records=trace()[:1]),)), "has no end"),
         (replace(GOOD, held={"turtlebot4": "a run"}), "turtlebot4 is still held"),
         (replace(GOOD, left=("7: python",)), "left behind: 7: python"),
         (replace(GOOD, unreachable=("lab-b",)), "lab-b does not answer"),
-        (Found((Told(FAIL, "bb", "passed"),), ()), "was told `passed` of client_1.osc"),
+        (Found((Told(FAIL, "bb", "passed"),), ()), "received `passed` for client_1.osc"),
     ],
 )
-def test_what_is_promised_and_does_not_hold_is_a_violation(found: Found, violation: str) -> None:
+def test_a_broken_guarantee_is_a_violation(found: Found, violation: str) -> None:
     assert any(violation in each for each in violations(found))
 
 

@@ -1,6 +1,6 @@
 """A robot for tests of the command line, with a router of its own: `python ros_robot.py ENDPOINT`.
 
-It tells on stdout what it was told on /cmd_vel.
+It prints the messages on /cmd_vel.
 """
 
 import sys

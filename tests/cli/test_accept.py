@@ -51,7 +51,7 @@ def test_a_trace_that_is_not(traced: Path, capsys: pytest.CaptureFixture[str]) -
     assert main(["accept", "trace.jsonl", "test.osc"]) == 1
     out, err = capsys.readouterr()
     assert out == ""
-    assert "error[E0530]: it ends at 1 s, and what it waits for has not occurred then (wait, 7.6.2.5.3)" in err
+    assert "error[E0530]: it ends at 1 s, but its event has not occurred then (wait, 7.6.2.5.3)" in err
     assert "8 |         wait elapsed(2s)" in err
     assert "(behavior.end at 1.0 s)" in err
     assert err.splitlines()[-1].startswith("not accepted: ")
@@ -70,7 +70,7 @@ def test_the_result_as_json(traced: Path, capsys: pytest.CaptureFixture[str]) ->
     assert found["not_checked"] == []
 
 
-def test_what_is_not_checked_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unchecked_parts_are_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "test.osc").write_text(
         "scenario inner:\n    n: int\n    keep(default n == 3)\n\nscenario main:\n    do inner(n: 5)\n"
     )
@@ -79,8 +79,8 @@ def test_what_is_not_checked_is_told(tmp_path: Path, capsys: pytest.CaptureFixtu
     capsys.readouterr()
     assert main(["accept", trace, scenario]) == 0
     out = capsys.readouterr().out
-    assert "test.osc:3:5: whether this default is overridden is not decided (constraint, 7.6.2.3)" in out
-    assert out.splitlines()[-1].endswith("as far as it was checked")
+    assert "test.osc:3:5: it is not decided whether this default is overridden (constraint, 7.6.2.3)" in out
+    assert out.splitlines()[-1].endswith("apart from the parts not checked")
 
 
 def test_a_trace_from_stdin(traced: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,12 +92,14 @@ def test_a_trace_from_stdin(traced: Path, monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "the trace trace.jsonl is empty"),
-        ("hello\n", "cannot read the trace trace.jsonl: line 1: it is no JSON"),
-        ("[1]\n", "it is no JSON object"),
+        ("", "invalid trace trace.jsonl: file is empty"),
+        ("hello\n", "invalid trace trace.jsonl: line 1: invalid JSON"),
+        ("[1]\n", "not a JSON object"),
     ],
 )
-def test_what_is_no_trace(traced: Path, capsys: pytest.CaptureFixture[str], text: str, message: str) -> None:
+def test_other_files_are_rejected(
+    traced: Path, capsys: pytest.CaptureFixture[str], text: str, message: str
+) -> None:
     (traced / "trace.jsonl").write_text(text)
     assert main(["accept", "trace.jsonl", "test.osc"]) == 2
     assert message in capsys.readouterr().err

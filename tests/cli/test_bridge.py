@@ -1,4 +1,4 @@
-"""`seoro bridge`: what it refuses, and how it says what it shows."""
+"""`seoro bridge --expose`: rejected options and printed texts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 from seoro.bridges.ros2.expose import running
 from seoro.bridges.wire import SimulationState, SimulatorFeatures
 from seoro.cli.main import main
-from seoro.cli.signals import ending_signals
+from seoro.cli.signals import termination_signals
 
 FEATURES = SimulatorFeatures(
     engine="mujoco",
@@ -33,9 +33,9 @@ FEATURES = SimulatorFeatures(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["ros2"], "it is not said what to do"),
+        (["ros2"], "expected either `--robot` or `--expose`"),
         (["ros1", "--expose"], "invalid choice: 'ros1'"),
-        (["ros2", "--expose", "--domain", "300"], "a ROS_DOMAIN_ID is a whole number from 0 to 232, not '300'"),
+        (["ros2", "--expose", "--domain", "300"], "invalid domain ID '300': expected 0 to 232"),
         (["ros2", "--expose", "--ros", "a", "--ros-listen", "b"], "not allowed with"),
     ],
 )
@@ -50,7 +50,7 @@ def test_wrong_command_lines_are_refused(
     assert words in capsys.readouterr().err
 
 
-def test_a_simulator_that_is_not_there_is_missed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_simulator_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nowhere = f"unixsock-stream/{tmp_path}/nowhere"
     assert main(["bridge", "ros2", "--expose", "--simulator", nowhere, "--ros", nowhere]) == 2
     error = capsys.readouterr().err
@@ -58,7 +58,7 @@ def test_a_simulator_that_is_not_there_is_missed(tmp_path: Path, capsys: pytest.
     assert "seoro sim mujoco" in error
 
 
-def test_it_says_what_is_shown_and_where(
+def test_bridge_prints_the_exposed_simulator_and_the_endpoint(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     given: list[running.ExposeSettings] = []
@@ -69,7 +69,8 @@ def test_it_says_what_is_shown_and_where(
 
     monkeypatch.setattr(running, "expose", expose)
     assert main(["bridge", "ros2", "--expose", "--ros-listen", "tcp/127.0.0.1:7447", "--domain", "3"]) == 0
-    assert capsys.readouterr().out == "mujoco with no world (no robots) is a ROS 2 system on tcp/127.0.0.1:7447\n"
+    exposed = "mujoco with no world (no robots) is exposed to ROS 2 on tcp/127.0.0.1:7447\n"
+    assert capsys.readouterr().out == exposed
     assert (given[0].router, given[0].domain) == (None, 3)
 
 
@@ -92,7 +93,7 @@ def test_signals_end_it_in_order(number: signal.Signals, monkeypatch: pytest.Mon
 def test_a_hangup_that_is_ignored_as_by_nohup_ends_nothing() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        assert ending_signals() == (signal.SIGINT, signal.SIGTERM)
+        assert termination_signals() == (signal.SIGINT, signal.SIGTERM)
     finally:
         signal.signal(signal.SIGHUP, before)
-    assert signal.SIGHUP in ending_signals()
+    assert signal.SIGHUP in termination_signals()

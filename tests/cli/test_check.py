@@ -25,7 +25,7 @@ def test_errors_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert (found["file"], found["line"], found["severity"]) == (str(file), 3, "error")
 
 
-def test_extensions_are_reported_when_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_strict_option_reports_extensions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "a.osc"
     file.write_text("import osc.types\nscenario main:\n    pause: time = 3\n    do wait elapsed(pause)\n")
     assert main(["check", str(file)]) == 0
@@ -44,7 +44,7 @@ def test_the_published_scenarios_are_valid() -> None:
 ERRONEOUS = "struct a:\n    x: int = 1.5\n    y: int = true\n"
 
 
-def test_all_files_of_folders_are_checked_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_file_of_folders_is_checked_one_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("a.osc", "deep/er/b.osc", ".hidden/c.osc"):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -54,10 +54,10 @@ def test_all_files_of_folders_are_checked_once(tmp_path: Path, capsys: pytest.Ca
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("error[E0301]") == 4
-    assert err.endswith("\n\n2 files checked: 4 errors\n`seoro explain E0301` says more\n")
+    assert err.endswith("\n\n2 files checked: 4 errors\n`seoro explain E0301` explains the error\n")
 
 
-def test_what_is_wrong_in_an_imported_file_is_said_once(
+def test_errors_of_an_imported_file_are_reported_one_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -81,7 +81,7 @@ def test_each_missing_file_is_an_error(tmp_path: Path, capsys: pytest.CaptureFix
 
 def test_a_folder_without_scenarios_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(tmp_path)]) == 2
-    assert "there are no .osc files in" in capsys.readouterr().err
+    assert "no .osc files in the folder" in capsys.readouterr().err
 
 
 def test_warnings_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -90,7 +90,7 @@ def test_warnings_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert main(["check", "--strict", str(file)]) == 0
     out, err = capsys.readouterr()
     assert err.startswith("warning[E0392]")
-    assert out == "1 file checked: no errors, 1 warning\n`seoro explain E0392` says more\n"
+    assert out == "1 file checked: no errors, 1 warning\n`seoro explain E0392` explains the error\n"
 
 
 def test_json_of_files_without_errors_is_an_empty_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -127,7 +127,7 @@ def test_constraints_of_the_entry_that_clash_are_found(tmp_path: Path, capsys: p
     ],
     ids=["override", "bounds", "no entry", "overridden"],
 )
-def test_what_may_get_a_value_is_no_error(text: str, tmp_path: Path) -> None:
+def test_parameters_without_values_are_valid(text: str, tmp_path: Path) -> None:
     file = tmp_path / "fine.osc"
     file.write_text(text)
     assert main(["check", str(file)]) == 0

@@ -1,4 +1,4 @@
-"""`seoro exec`: what it prints and writes, and its exit status."""
+"""`seoro exec`: output, files and exit status."""
 
 import io
 import json
@@ -67,7 +67,7 @@ def test_a_passing_scenario(write: Write, capsys: pytest.CaptureFixture[str]) ->
 def test_a_string_without_quotes_is_refused_with_them(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", write(GREETING), "--set", "name=Bob"]) == 2
     shown = capsys.readouterr().err
-    assert "a string has its own quotes: `--set 'name=\"Bob\"'`" in shown
+    assert "quote a string within the expression: `--set 'name=\"Bob\"'`" in shown
     typed = shlex.split(shown[shown.index("--set") : shown.index("`, in Python")])
     assert main(["exec", write(GREETING), *typed]) == 0
 
@@ -81,7 +81,7 @@ def test_an_error_with_a_place_is_a_diagnostic_of_the_result(
     assert (found["code"], found["line"], found["column"]) == ("E0500", 4, 8)
 
 
-def test_a_failing_scenario_shows_what_failed(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failing_scenario_shows_the_failed_behavior(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", write(FAILING)]) == 1
     out, err = capsys.readouterr()
     assert "failed  broken" in out
@@ -175,7 +175,7 @@ def test_parameters_can_be_set(write: Write, capsys: pytest.CaptureFixture[str])
     assert "pause = 1.5" in out
 
 
-def test_parameters_can_come_from_a_file(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+def test_parameters_are_read_from_a_file(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     file = write(GREETING)
     Path("values.yaml").write_text('greet:\n  name: "two \\"words\\""\n  pause: 2.5\n')
     assert main(["exec", file, "--params", "values.yaml", "--set", "pause=1s", "-n", "--json"]) == 0
@@ -185,11 +185,11 @@ def test_parameters_can_come_from_a_file(write: Write, capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("other:\n  name: a\n", "has no mapping under the name of the scenario, `greet`"),
+        ("other:\n  name: a\n", "has no mapping for the scenario `greet`"),
         ("- a\n", "has no mapping"),
         ("greet: {name: 2026-01-01}\n", "expected a bool, a finite number, a text or a list"),
-        ("a: [\n", "is no YAML"),
-        ("greet: {volume: 3}\n", "there is no `volume`"),
+        ("a: [\n", "invalid YAML in the parameter file"),
+        ("greet: {volume: 3}\n", "unknown parameter `volume`"),
     ],
 )
 def test_a_wrong_parameter_file_is_refused(
@@ -220,7 +220,7 @@ def test_a_dry_run_writes_no_files(write: Write) -> None:
     assert [path.name for path in Path().iterdir()] == [file]
 
 
-def test_a_scenario_can_come_from_stdin(
+def test_a_scenario_is_read_from_stdin(
     write: Write, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write(GREETING)
@@ -235,8 +235,8 @@ def test_a_scenario_can_come_from_stdin(
     status, out, err = run(b"scenario main:\n    do nothing()\n")
     assert (status, json.loads(out)["file"]) == (2, "<stdin>")
     assert " --> <stdin>:2:8" in err
-    assert run(b"\xff")[2] == "error: what comes from stdin is not UTF-8 (byte 0)\n"
-    assert "larger than 4 MiB" in run(b"#" * 5_000_000)[2]
+    assert run(b"\xff")[2] == "error: stdin is not UTF-8 (byte 0)\n"
+    assert "more than 4 MiB" in run(b"#" * 5_000_000)[2]
 
 
 def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
@@ -248,25 +248,26 @@ def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.C
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--set", "nonsense"], "not of the form PATH=VALUE"),
-        (["--set", "missing=1"], "there is no `missing`"),
-        (["--scenario", "other"], "declares no scenario `other`"),
-        (["--sim", "gazebo"], "there is no simulator 'gazebo'"),
-        (["--world", "maze"], "`--world` is a simulator's"),
-        (["--rate", "2"], "`--rate` is a simulator's"),
-        (["--model-path", "models"], "`--model-path` is a simulator's"),
-        (["--clock", "sim"], "the clock 'sim' is that of a simulator"),
-        (["--clock", "virtual", "--connect", "tcp/127.0.0.1:1"], "the clock 'virtual' does not go with"),
-        (["--seed", str(2**63)], "a seed is a whole number from 0 to 9223372036854775807"),
+        (["--set", "nonsense"], "expected PATH=VALUE"),
+        (["--set", "missing=1"], "unknown parameter `missing`"),
+        (["--set", "missing=1"], "`pause`; those of an invocation are written as in `log.PARAMETER`"),
+        (["--scenario", "other"], "unknown scenario `other`"),
+        (["--sim", "gazebo"], "unknown simulator 'gazebo'"),
+        (["--world", "maze"], "`--world` needs a simulator"),
+        (["--rate", "2"], "`--rate` needs a simulator"),
+        (["--model-path", "models"], "`--model-path` needs a simulator"),
+        (["--clock", "sim"], "the clock 'sim' needs a simulator"),
+        (["--clock", "virtual", "--connect", "tcp/127.0.0.1:1"], "the clock 'virtual' is impossible with"),
+        (["--seed", str(2**63)], "expected 0 to 9223372036854775807"),
         (["-o", "/proc/nowhere"], "cannot write /proc/nowhere"),
-        (["--junit", "."], "cannot write .: it is a folder"),
+        (["--junit", "."], "cannot write .: is a folder"),
         (["--junit", "/proc/nowhere/test.xml"], "cannot write /proc/nowhere/test.xml"),
         (["--json", "--trace", "-"], "both write to stdout"),
-        (["--trace", "a", "--junit", "./a"], "both the trace and the result would be written to a"),
-        (["-o", ".", "--trace", "test.xml"], "both the trace and the result would be written to test.xml"),
+        (["--trace", "a", "--junit", "./a"], "the trace and the result would be written to the same file, a"),
+        (["-o", ".", "--trace", "test.xml"], "would be written to the same file, test.xml"),
     ],
 )
-def test_what_cannot_be_done_is_said(
+def test_invalid_options_are_rejected_without_traceback(
     write: Write, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:
     assert main(["exec", write(GREETING), *arguments]) == 2
@@ -276,7 +277,7 @@ def test_what_cannot_be_done_is_said(
     assert out == ""
 
 
-def test_a_simulator_that_is_not_there_is_an_error_and_no_verdict(
+def test_a_missing_simulator_is_an_error_without_a_verdict(
     write: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["exec", write(GREETING), "--connect", "tcp/127.0.0.1:1"]) == 3
@@ -288,14 +289,14 @@ def test_a_simulator_that_is_not_there_is_an_error_and_no_verdict(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--dryrun"], "has no option `--dryrun`\n  = help: did you mean `--dry-run`?\n"),
-        (["--clck=real"], "has no option `--clck`\n  = help: did you mean `--clock`?\n"),
-        (["--zzz"], "has no option `--zzz`\n  = help: `seoro exec --help` lists those that it has\n"),
-        (["other.osc"], "`other.osc` is too much: `seoro exec` takes no more arguments"),
+        (["--dryrun"], "unknown option `--dryrun` of `seoro exec`\n  = help: did you mean `--dry-run`?\n"),
+        (["--clck=real"], "unknown option `--clck` of `seoro exec`\n  = help: did you mean `--clock`?\n"),
+        (["--zzz"], "unknown option `--zzz` of `seoro exec`\n  = help: `seoro exec --help` lists the options\n"),
+        (["other.osc"], "unexpected argument `other.osc`: `seoro exec` takes no more arguments"),
         (["--seed", "-1"], "argument --seed"),
-        (["--rate", "0"], "expected a positive number, or max, not '0'"),
-        (["--rate", "fast"], "expected a positive number, or max, not 'fast'"),
-        (["--timeout", "nan"], "expected a positive number, not 'nan'"),
+        (["--rate", "0"], "expected a positive number, or max, found '0'"),
+        (["--rate", "fast"], "expected a positive number, or max, found 'fast'"),
+        (["--timeout", "nan"], "expected a positive number, found 'nan'"),
         (["--clock", "virtua"], "invalid choice: 'virtua' (choose from"),
         (["--sim", "mujoco", "--connect", "x"], "not allowed with argument --sim"),
     ],
@@ -318,7 +319,7 @@ def test_a_missing_file_is_one_clear_error(write: Write, capsys: pytest.CaptureF
     assert capsys.readouterr().err == "error[E0101]: cannot read `nope.osc`: No such file or directory\n"
 
 
-def test_all_errors_of_a_file_are_reported_at_once(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_errors_of_a_file_are_reported_together(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     text = "import osc.helpers\nscenario main:\n    do serial:\n        shout()\n        wait elapsed(3m)\n"
     assert main(["exec", write(text)]) == 2
     err = capsys.readouterr().err
@@ -338,11 +339,11 @@ def test_coverage_is_in_the_result_and_on_the_terminal(capsys: pytest.CaptureFix
     assert "load.mass" not in err
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="missing /dev/full")
 @pytest.mark.parametrize("text", [GREETING, "import osc.types\nscenario main:\n    do wait elapsed(1h)\n"])
 def test_a_full_disk_ends_the_run_as_an_error(write: Write, capsys: pytest.CaptureFixture[str], text: str) -> None:
     assert main(["exec", write(text), "--trace", "/dev/full"]) == 3
-    assert "the trace cannot be written to /dev/full: No space left on device" in capsys.readouterr().err
+    assert "cannot write the trace to /dev/full: No space left on device" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [[], ["--scenario", "other"]])
@@ -355,7 +356,7 @@ def test_a_file_that_cannot_be_run_has_a_result_too(write: Write, arguments: lis
     assert "test.osc" in (error.text or "")
 
 
-def test_a_trace_that_nobody_reads_any_more_ends_the_run_as_an_error(write: Write) -> None:
+def test_a_closed_pipe_of_the_trace_ends_the_run_with_an_error(write: Write) -> None:
     file = write("import osc.types\nscenario main:\n    do wait elapsed(1h)\n")
     command = [sys.executable, "-m", "seoro.cli.main", "exec", file, "--trace", "-"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
@@ -363,11 +364,11 @@ def test_a_trace_that_nobody_reads_any_more_ends_the_run_as_an_error(write: Writ
         process.stdout.close()
         error = process.stderr.read().decode()
         assert process.wait(timeout=20) == 3
-    assert "the trace cannot be written to stdout: nobody reads it any more" in error
+    assert "cannot write the trace to stdout: its reader has closed it" in error
     assert "Exception ignored" not in error
 
 
-def test_a_run_that_is_killed_leaves_what_had_happened(write: Write, tmp_path: Path) -> None:
+def test_a_killed_run_leaves_the_trace_so_far(write: Write, tmp_path: Path) -> None:
     file = write(
         'import osc.helpers\nscenario main:\n    do serial:\n        log("here")\n        wait elapsed(1h)\n'
     )
@@ -381,7 +382,7 @@ def test_a_run_that_is_killed_leaves_what_had_happened(write: Write, tmp_path: P
     assert records("trace.jsonl")[-1]["kind"] == "behavior.start"
 
 
-def test_whoever_stops_reading_does_not_hold_up_the_run(write: Write) -> None:
+def test_a_stopped_reader_does_not_delay_the_run(write: Write) -> None:
     lines = (
         'import osc.helpers\nscenario main:\n    do serial:\n        log("{}")\n    with:\n        repeat(300)\n'
     )
@@ -399,7 +400,7 @@ def test_whoever_stops_reading_does_not_hold_up_the_run(write: Write) -> None:
         while '"run.end"' not in (Path("trace.jsonl").read_text() if Path("trace.jsonl").exists() else ""):
             assert time.monotonic() < end
             time.sleep(0.02)
-        assert process.poll() is None  # it waits to tell the rest
+        assert process.poll() is None  # the rest of the output is still waiting
         out, _ = process.communicate(timeout=20)
     assert process.returncode == 0
     assert out.count(b"x" * 1000) == 300
@@ -408,19 +409,19 @@ def test_whoever_stops_reading_does_not_hold_up_the_run(write: Write) -> None:
 
 async def test_lines_that_are_not_taken_in_time_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seoro.cli.output._MAX_LINES", 3)
-    monkeypatch.setattr("seoro.runtime.writer.PERIOD", 60.0)
+    monkeypatch.setattr("seoro.runtime.trace.writer.PERIOD", 60.0)
     file = io.TextIOWrapper(io.BytesIO())
     progress = Progress(file)
     for number in range(10):
-        progress.say(str(number))
+        progress.print_line(str(number))
     monkeypatch.setattr("seoro.cli.output._MAX_LINES", 100)
-    progress.say("end")
+    progress.print_line("end")
     await progress.finish()
     lines = file.buffer.getvalue().decode().splitlines()
-    assert lines == ["0", "1", "2", "... 7 lines are left out: they were not taken in time", "end"]
+    assert lines == ["0", "1", "2", "... skipped 7 lines: the terminal was too slow", "end"]
 
 
-def test_what_only_some_runs_need_is_not_loaded(write: Write) -> None:
+def test_optional_modules_are_not_loaded(write: Write) -> None:
     code = "import sys; from seoro.cli.main import main; main(sys.argv[1:]); print(sorted(sys.modules))"
     command = [sys.executable, "-c", code, "exec", write(GREETING)]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout
@@ -429,7 +430,7 @@ def test_what_only_some_runs_need_is_not_loaded(write: Write) -> None:
         assert f"'{module}'" not in loaded
 
 
-def test_parameters_of_the_result_are_those_of_the_start(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_result_has_the_parameters_at_the_start(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     file = write("import osc.helpers\nscenario main:\n    var count: int = 0\n    do increment(count)\n")
     assert main(["exec", file, "--json", "--trace", "trace.jsonl"]) == 0
     assert (
@@ -439,7 +440,7 @@ def test_parameters_of_the_result_are_those_of_the_start(write: Write, capsys: p
     )
 
 
-def test_the_result_says_what_was_waited_for(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_result_names_the_missing_event(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     file = write(
         "import osc.types\nscenario main:\n    event go\n    do serial(duration: 1s):\n        wait @go\n"
     )
@@ -447,7 +448,7 @@ def test_the_result_says_what_was_waited_for(write: Write, capsys: pytest.Captur
     out, err = capsys.readouterr()
     [activity] = json.loads(out)["explanation"]["activities"]
     assert (activity["kind"], activity["event"], activity["source"]) == ("waits", "go", "test.osc:5:9")
-    said = "waits since 0.000 s: `wait @go` (test.osc:5:9)"
+    said = "waiting since 0.000 s: `wait @go` (test.osc:5:9)"
     assert said in err
     assert said in (Xml.parse("test.xml").findtext(".//failure") or "")
 
@@ -478,7 +479,7 @@ def test_an_invalid_file_has_a_result_as_json(write: Write, capsys: pytest.Captu
     assert "shout" in err
 
 
-def test_a_fault_is_told_with_its_place_in_python(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_fault_is_reported_with_its_place_in_python(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     file = write("import osc.helpers\nimport osc.faulty\nscenario main:\n    do explode()\n")
     Path("seoro.libraries").mkdir()
     Path("seoro.libraries/faulty.osc").write_text("action explode\n")
@@ -494,7 +495,7 @@ def test_a_fault_is_told_with_its_place_in_python(write: Write, capsys: pytest.C
     assert "Traceback" in (Xml.parse("test.xml").findtext(".//error") or "")
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="missing /dev/full")
 def test_a_result_that_cannot_be_written_hides_no_verdict(
     write: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,4 +1,4 @@
-"""`seoro exec` as a process: an exit status for each way to end, and no traceback that nobody asked for."""
+"""`seoro exec` as a process: exit statuses, and no unrequested traceback."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_each_end_has_its_status(folder: Path, arguments: tuple[str, ...], statu
     assert "Traceback" not in err
 
 
-def test_the_python_of_a_fault_is_shown_when_asked_for(folder: Path) -> None:
+def test_debug_option_shows_the_traceback_of_a_fault(folder: Path) -> None:
     _, err = start(folder, "--set", 'how="break"', "--debug").communicate(timeout=30)
     assert err.index("main.osc:4:8") < err.index("Traceback") < err.index('raise KeyError("bug")')
 
@@ -113,7 +113,7 @@ def test_a_second_signal_waits_for_no_clean_up(folder: Path, started: list[subpr
     wait_for(folder / "begun")
     process.send_signal(signal.SIGTERM)
     assert process.stdout is not None
-    while "once more to stop at once" not in process.stdout.readline():
+    while "press again to stop at once" not in process.stdout.readline():
         pass
     begun = time.monotonic()
     process.send_signal(signal.SIGTERM)
@@ -136,7 +136,7 @@ time.sleep(60)
 """
 
 
-def test_a_second_signal_kills_programs_and_their_keepers_at_once(
+def test_a_second_signal_kills_programs_and_their_watchers(
     tmp_path: Path, started: list[subprocess.Popen[str]]
 ) -> None:
     (tmp_path / "main.osc").write_text(STUBBORN.format(python=sys.executable))
@@ -146,7 +146,7 @@ def test_a_second_signal_kills_programs_and_their_keepers_at_once(
     wait_for(tmp_path / "pids")
     process.send_signal(signal.SIGTERM)
     assert process.stdout is not None
-    while "once more to stop at once" not in process.stdout.readline():
+    while "press again to stop at once" not in process.stdout.readline():
         pass
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=30)

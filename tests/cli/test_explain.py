@@ -1,4 +1,4 @@
-"""`seoro explain`: what it shows, and what it says of codes that there are not."""
+"""`seoro explain`: output, and unknown codes."""
 
 import json
 
@@ -29,7 +29,7 @@ def test_a_terminal_gets_it_rendered(monkeypatch: pytest.MonkeyPatch, capsys: py
 def test_without_a_code_all_are_listed_by_phase(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("Reading and parsing\n  E0101  A file cannot be read\n")
+    assert out.startswith("Reading and parsing\n  E0101  Unreadable file\n")
     assert "\n\nTypes and expressions\n  E0301  " in out
     assert [line.split()[0] for line in out.splitlines() if line.startswith("  ")] == list(codes())
 
@@ -48,5 +48,5 @@ def test_json_has_the_examples(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_unknown_code_names_near_ones(code: str, hint: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", code]) == 2
     err = capsys.readouterr().err
-    assert f"there is no code `{code}`" in err
+    assert f"unknown code `{code}`" in err
     assert hint in err

@@ -1,4 +1,4 @@
-"""`seoro fmt`: what it writes, what it says, and its exit status."""
+"""`seoro fmt`: files, output and exit status."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_a_file_is_laid_out_in_place(folder: Path, capsys: pytest.CaptureFixture
     assert (out, err) == ("changed a.osc\n", "1 file changed\n")
     assert [path.name for path in folder.iterdir()] == ["a.osc"]
     assert main(["fmt", "a.osc"]) == 0
-    assert capsys.readouterr() == ("", "1 file left as it is\n")
+    assert capsys.readouterr() == ("", "1 file unchanged\n")
 
 
 def test_a_link_stays_a_link(folder: Path) -> None:
@@ -42,7 +42,7 @@ def test_a_link_stays_a_link(folder: Path) -> None:
     assert (folder / "a.osc").read_text() == TIDY
 
 
-def test_folders_are_gone_through_without_hidden_ones(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_hidden_folders_are_skipped(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("x/a.osc", "x/y/b.osc", "x/.hidden/c.osc", "x/d.txt"):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -57,7 +57,7 @@ def test_check_writes_nothing_and_fails(folder: Path, capsys: pytest.CaptureFixt
     (folder / "a.osc").write_text(UNTIDY)
     (folder / "b.osc").write_text(TIDY)
     assert main(["fmt", "--check", "."]) == 1
-    assert capsys.readouterr() == ("", "would change a.osc\n1 file would change, 1 file left as it is\n")
+    assert capsys.readouterr() == ("", "would change a.osc\n1 file would change, 1 file unchanged\n")
     assert (folder / "a.osc").read_text() == UNTIDY
     assert main(["fmt", "--check", "b.osc"]) == 0
 
@@ -80,7 +80,7 @@ def test_a_file_with_errors_is_left_as_it_is(folder: Path, capsys: pytest.Captur
     out, err = capsys.readouterr()
     assert out == "changed b.osc\n"
     assert " --> a.osc:2:" in err
-    assert "cannot read `c.osc`: it is not UTF-8" in err
+    assert "cannot read `c.osc`: not UTF-8" in err
     assert "cannot read `nope.osc`: No such file or directory" in err
     assert err.endswith("1 file changed, 3 files could not be formatted\n")
     assert (folder / "a.osc").read_text() == "struct a:\n  x:int=\n"
@@ -111,9 +111,9 @@ def test_stdin_goes_to_stdout(
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["-", "a.osc"], "`-` is the only file"), (["empty"], "there are no .osc files in `empty`")],
+    [(["-", "a.osc"], "`-` cannot be combined"), (["empty"], "no .osc files in the folder `empty`")],
 )
-def test_what_cannot_be_done_is_said(
+def test_invalid_arguments_are_rejected(
     folder: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "empty").mkdir()

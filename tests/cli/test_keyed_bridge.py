@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
-from seoro.keys.audit import check_log
-from seoro.keys.folder import VARIABLE, read_keys
-from seoro.keys.roles import Role
+from seoro.security.keys import VARIABLE
+from seoro.security.keys.folder import read_keys
+from seoro.security.keys.roles import Role
+from seoro.security.signing.audit_log import check_log
 from tests.bridges.ros2.robots.conftest import FAKE_ROBOT
 from tests.labs import command, free_port, make_lab
 from tests.routers import free_endpoint, process, router_process

@@ -39,19 +39,21 @@ def test_a_lab_gets_its_keys(home: Path, capsys: pytest.CaptureFixture[str]) -> 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["list"], "the key of a lab is not in"),
-        (["init", "My Lab"], "'My Lab' cannot name a lab"),
+        (["list"], "missing lab key in"),
+        (["init", "My Lab"], "invalid name 'My Lab' of a lab"),
         (["audit", "audit.jsonl"], "cannot read"),
-        (["tell", "--executor", "tls/127.0.0.1:1"], "contains no keys"),
-        (["tell", "--executor", "tls/127.0.0.1:1", "--keys", "nowhere"], "contains no keys"),
+        (["publish", "--executor", "tls/127.0.0.1:1"], "contains no keys"),
+        (["publish", "--executor", "tls/127.0.0.1:1", "--keys", "nowhere"], "contains no keys"),
     ],
 )
-def test_what_cannot_be_is_told(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_arguments_are_rejected(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["keys", *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_an_admin_tells_an_executor_who_is_revoked(
+def test_an_admin_publishes_revocations_to_an_executor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lab = make_lab(tmp_path / "lab")
@@ -63,20 +65,20 @@ def test_an_admin_tells_an_executor_who_is_revoked(
         assert main([*on, str(lab.keys("anna"))]) == 0
         lab.authority.revoke("anna")
         revoked = ["--revoked", str(tmp_path / "lab" / "ca" / "revoked.crl")]
-        assert main(["keys", "tell", "--keys", str(lab.keys("vera")), *revoked]) == 3
-        assert "`revoke` is for one who is admin" in capsys.readouterr().err
-        assert main(["keys", "tell", "--keys", str(lab.keys("ada")), *revoked]) == 0
-        assert f"told {NAME} who is revoked" in capsys.readouterr().out
+        assert main(["keys", "publish", "--keys", str(lab.keys("vera")), *revoked]) == 3
+        assert "may not send `revoke` (required role: admin)" in capsys.readouterr().err
+        assert main(["keys", "publish", "--keys", str(lab.keys("ada")), *revoked]) == 0
+        assert f"sent the revocation list to {NAME}" in capsys.readouterr().out
         said = "nothing answers"
         while "nothing answers" in said:  # the executor opens its endpoint anew
             assert main([*on, str(lab.keys("anna"))]) == 2
             said = capsys.readouterr().err
-        assert "whose keys are revoked sees none" in said
+        assert "clients with revoked keys see no executors" in said
         log = str(tmp_path / "state" / "audit.jsonl")
         assert main(["keys", "audit", log, "--keys", str(lab.keys("vera"))]) == 0
-        assert f"lines of {NAME}" in capsys.readouterr().out
+        assert f"lines, signed by {NAME}" in capsys.readouterr().out
         text = Path(log).read_text()
         Path(log).write_text(text.replace('"anna"', '"vera"'))
         assert main(["keys", "audit", log, "--keys", str(lab.keys("vera"))]) == 2
-        assert "audit.jsonl:2: the line was changed" in capsys.readouterr().err
+        assert "audit.jsonl:2: invalid signature: the line was changed" in capsys.readouterr().err
     shutil.rmtree(tmp_path / "lab")

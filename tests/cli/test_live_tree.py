@@ -33,7 +33,7 @@ SHOW_CURSOR, HIDE_CURSOR = b"\x1b[?25h", b"\x1b[?25l"
 
 @contextmanager
 def in_a_terminal(arguments: list[str], width: int, height: int) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
-    """Runs the command in a terminal of its own; gives the process and what it writes there."""
+    """Run the command in an own terminal; yield the process and the file descriptor of the terminal."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", height, width, 0, 0))
     environment = {
@@ -53,7 +53,7 @@ def in_a_terminal(arguments: list[str], width: int, height: int) -> Iterator[tup
 
 
 def read_until(ours: int, text: bytes | None) -> bytes:
-    """What comes until a text has come, or until the end."""
+    """Read up to a text, or to the end."""
     found = b""
     while text is None or text not in found:
         try:
@@ -99,4 +99,4 @@ def test_without_a_terminal_lines_are_printed(tmp_path: Path, capsys: pytest.Cap
     out, err = capsys.readouterr()
     assert "passed  main" in out
     assert "\x1b" not in out
-    assert err == "note: `--live-tree` needs a terminal; what happens is printed line by line\n"
+    assert err == "note: `--live-tree` needs a terminal; printing line by line instead\n"

@@ -10,8 +10,8 @@ import pytest
 
 import seoro
 from seoro.cli.main import main
-from seoro.errors import BackendError, InvalidUse
-from seoro.keys.folder import VARIABLE
+from seoro.errors import BackendError, UsageError
+from seoro.security.keys import VARIABLE
 
 
 def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
@@ -61,13 +61,13 @@ def test_importing_seoro_is_light() -> None:
     [
         (["exce", "x.osc"], "unknown command `exce`", "did you mean `exec`?"),
         (["xyzzy"], "unknown command `xyzzy`", "`seoro --help` lists the commands"),
-        (["stop", "--all"], "`seoro stop` stops single runs", "`seoro estop` is the emergency stop"),
-        (["stop"], "expected runs or `--mine`", "`seoro ps`"),
-        (["router", "--listen", "tcp/127.0.0.1:99999"], "invalid port value", "`--listen` names another endpoint"),
-        (["router", "--listen", "tcp/"], "is no endpoint", "`--listen` names another endpoint"),
+        (["stop", "--all"], "unsupported option `--all`", "`seoro estop` stops all robots"),
+        (["stop"], "expected either runs or `--mine`", "`seoro ps`"),
+        (["router", "--listen", "tcp/127.0.0.1:99999"], "invalid port value", "another endpoint with `--listen`"),
+        (["router", "--listen", "tcp/"], "is an invalid endpoint", "another endpoint with `--listen`"),
     ],
 )
-def test_a_wrong_command_line_is_refused_with_what_to_do(
+def test_an_invalid_command_line_is_rejected_with_a_hint(
     arguments: list[str], message: str, hint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     try:
@@ -90,7 +90,7 @@ def test_words_of_other_tools_are_understood(tmp_path: Path, capsys: pytest.Capt
     assert "usage: seoro exec" in capsys.readouterr().out
 
 
-def test_a_reader_that_goes_away_is_no_fault(tmp_path: Path) -> None:
+def test_a_closed_pipe_is_not_an_error(tmp_path: Path) -> None:
     file = tmp_path / "talk.osc"
     lines = "\n".join(f'        log("line {number}")' for number in range(3000))
     file.write_text(f"import osc.helpers\nscenario main:\n    do serial:\n{lines}\n")
@@ -105,12 +105,12 @@ def test_a_reader_that_goes_away_is_no_fault(tmp_path: Path) -> None:
     ("error", "status", "said"),
     [
         (BrokenPipeError(), 3, ""),
-        (BackendError("the robot says \x1b[2J"), 3, "error: the robot says \ufffd[2J\n"),
-        (InvalidUse("there is none"), 2, "error: there is none\n"),
-        (KeyError("x"), 3, "error: internal error: KeyError: 'x'; `--debug` shows where\n"),
+        (BackendError("unexpected reply \x1b[2J"), 3, "error: unexpected reply \ufffd[2J\n"),
+        (UsageError("missing file"), 2, "error: missing file\n"),
+        (KeyError("x"), 3, "error: internal error: KeyError: 'x'; `--debug` shows the traceback\n"),
     ],
 )
-def test_what_goes_wrong_in_tasks_is_told_as_elsewhere(
+def test_errors_in_task_groups_are_reported_like_others(
     error: Exception, status: int, said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def run(_options: object) -> int:
@@ -122,3 +122,11 @@ def test_what_goes_wrong_in_tasks_is_told_as_elsewhere(
     monkeypatch.setattr("seoro.cli.check_command.run", run)
     assert main(["check", "hello.osc"]) == status
     assert printed.getvalue() == said
+
+
+def test_an_option_before_the_command_is_rejected_with_its_place(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--debug", "exec", "x.osc"])
+    assert capsys.readouterr().err == (
+        "error: unknown option `--debug` of `seoro exec`\n  = help: write it after `seoro exec`\n"
+    )

@@ -1,4 +1,4 @@
-"""Pipes, devices and links in the place of files: refused at once, by each command, with what was expected."""
+"""Pipes, devices and links instead of files: each command rejects them at once."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
-from seoro.keys.audit import _lines
-from seoro.keys.errors import InvalidKeys
+from seoro.security.keys.errors import InvalidKeys
+from seoro.security.signing.audit_log import _lines
 
 SCENARIO = "scenario main:\n    do emit end\n"
 
@@ -39,7 +39,7 @@ def test_a_pipe_is_not_waited_for(pipe: str, capsys: pytest.CaptureFixture[str],
     assert "internal error" not in err
 
 
-def test_a_pipe_is_no_audit_log(pipe: str) -> None:
+def test_a_pipe_is_rejected_as_audit_log(pipe: str) -> None:
     with pytest.raises(InvalidKeys, match="it is a pipe; expected"):
         list(_lines(Path(pipe)))
 
@@ -62,7 +62,7 @@ def test_a_pipe_is_not_imported(tmp_path: Path, pipe: str, capsys: pytest.Captur
 @pytest.mark.parametrize(
     "command", [["check"], ["fmt"], ["exec", "-n"], ["sweep", "--list"], ["trace"], ["accept"]]
 )
-def test_a_link_to_itself_is_no_internal_error(
+def test_a_cyclic_link_is_not_an_internal_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: list[str]
 ) -> None:
     (tmp_path / "main.osc").write_text(SCENARIO)
@@ -81,7 +81,7 @@ def test_an_integer_without_end_in_a_lab_file_is_shown_with_its_line(
     (tmp_path / "main.osc").write_text(SCENARIO)
     (tmp_path / "lab.yaml").write_text("bridges:\n  floor: " + "9" * 5000 + "\n")
     assert main(["exec", str(tmp_path / "main.osc"), "--lab", str(tmp_path / "lab.yaml")]) == 2
-    assert "lab.yaml:2: no valid YAML: an integer of 5000 characters" in capsys.readouterr().err
+    assert "lab.yaml:2: invalid YAML: integer with 5000 characters" in capsys.readouterr().err
 
 
 def start(**more: object) -> dict[str, object]:
@@ -106,13 +106,13 @@ def behavior(**more: object) -> dict[str, object]:
     [
         (
             behavior(arguments=7),
-            "line 2: it is no record of a trace: `arguments` of a `behavior.start` is of the wrong",
+            "line 2: not a record: `arguments` of `behavior.start` has the wrong type",
         ),
-        (behavior(arguments="x"), "`arguments` of a `behavior.start` is of the wrong type"),
-        (behavior(t=1e308), "line 2: its time is not between 0 s and 1e+12 s"),
-        (behavior(t=10**400), "line 2: its time is not between"),
-        (behavior(t=float("inf")), "line 2: its time is not between"),
-        (behavior(t=float("nan")), "line 2: its time is not between"),
+        (behavior(arguments="x"), "`arguments` of `behavior.start` has the wrong type"),
+        (behavior(t=1e308), "line 2: time is not between 0 s and 1e+12 s"),
+        (behavior(t=10**400), "line 2: time is not between"),
+        (behavior(t=float("inf")), "line 2: time is not between"),
+        (behavior(t=float("nan")), "line 2: time is not between"),
     ],
 )
 def test_a_record_that_cannot_be_is_shown_with_its_line(
@@ -129,7 +129,7 @@ def test_a_record_that_cannot_be_is_shown_with_its_line(
 
 
 @pytest.mark.parametrize("options", [[], ["--json"], ["--summary"]])
-def test_half_of_a_surrogate_pair_is_no_internal_error(
+def test_a_lone_surrogate_is_not_an_internal_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str]
 ) -> None:
     trace = tmp_path / "trace.jsonl"

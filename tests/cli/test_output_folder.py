@@ -6,7 +6,7 @@ import pytest
 
 from seoro.cli.main import main
 from seoro.cli.output_folder import OutputFolder
-from seoro.runtime.outputs import INDEX, Outputs
+from seoro.runtime.execution.outputs import INDEX, Outputs
 
 LOGIC = "import osc.helpers\nscenario main:\n    do log('x')\n"
 COVERED = "scenario main:\n    n: int = 3\n    cover(n)\n    do wait elapsed(0s)\n"
@@ -95,7 +95,7 @@ def test_an_output_that_is_an_input_is_refused(
 ) -> None:
     (folder / "link.osc").symlink_to("logic.osc")
     assert main(["exec", "logic.osc", option, "link.osc"]) == 2
-    assert "would write over it" in capsys.readouterr().err
+    assert "the output would overwrite" in capsys.readouterr().err
     assert (folder / "logic.osc").read_text() == LOGIC
 
 

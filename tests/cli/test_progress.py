@@ -9,7 +9,7 @@ from seoro.cli.output import Progress
 
 
 def lines(file: Path, *feedback: tuple[float, str, int]) -> list[str]:
-    """What is printed when robots say at a time how often they have recovered."""
+    """Print navigation feedback of robots with numbers of recoveries; return the output."""
 
     async def show() -> None:
         with file.open("w", encoding="utf-8") as opened:
@@ -27,8 +27,8 @@ def lines(file: Path, *feedback: tuple[float, str, int]) -> list[str]:
 def test_a_robot_that_recovers_has_a_line(tmp_path: Path) -> None:
     shown = lines(tmp_path / "out", (1.0, "a", 0), (2.0, "a", 1), (3.0, "a", 1), (3.0, "b", 2), (9.0, "a", 0))
     assert shown == [
-        "    2.000 s  ! a was blocked and recovers, 2.3 m from its goal",
-        "    3.000 s  ! b was blocked and recovers, 2.3 m from its goal",
+        "    2.000 s  ! a was blocked and is recovering, 2.3 m from its goal",
+        "    3.000 s  ! b was blocked and is recovering, 2.3 m from its goal",
     ]
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
-from seoro.runtime.outputs import INDEX
+from seoro.runtime.execution.outputs import INDEX
 from tests.executors import HELLO, LONG, NAME, RunningExecutor, executor
 from tests.sim_nodes.engines import needs_pictures
 
@@ -35,9 +35,9 @@ scenario main:
 """
 PYTHON = """from seoro import ActionContext, action
 
-@action("leave_file")
-async def leave_file(ctx: ActionContext, text: str) -> None:
-    ctx.leave_file("left.txt", text.encode(), "what was left")
+@action("write_output")
+async def write_output(ctx: ActionContext, text: str) -> None:
+    ctx.write_output("left.txt", text.encode(), "what was left")
 
 @action("break_down")
 async def break_down(ctx: ActionContext) -> None:
@@ -66,12 +66,12 @@ def write(text: str, name: str = "test.osc") -> str:
 
 
 def same(text: str) -> str:
-    """What is printed without what differs from run to run."""
+    """Replace the times, which differ from run to run."""
     return re.sub(r"[\d.]+ s real", "? s real", text)
 
 
 @pytest.mark.parametrize("text", [HELLO, FAILING])
-def test_it_prints_and_exits_as_a_run_here(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_remote_run_prints_and_exits_like_a_local_run(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["exec", write(text), "--seed", "3", "--clock", "virtual", "-o", "out"]
     here = main(arguments), capsys.readouterr()
     files = {path.name for path in Path("out").iterdir()}
@@ -98,7 +98,7 @@ def test_a_simulated_run_prints_and_leaves_the_same(capsys: pytest.CaptureFixtur
     assert Path("out/top_down.png").read_bytes() == files["top_down.png"]
 
 
-def test_the_result_is_json_if_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_option_prints_the_result_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", write(FAILING), "--on", NAME, "--clock", "virtual", "--json", "--seed", "5"]) == 1
     out, err = capsys.readouterr()
     found = json.loads(out)
@@ -107,18 +107,20 @@ def test_the_result_is_json_if_that_is_asked_for(capsys: pytest.CaptureFixture[s
     assert "so far" in err
 
 
-def test_files_beside_the_scenario_are_used_and_files_come_home(capsys: pytest.CaptureFixture[str]) -> None:
-    write("action leave_file:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
+def test_files_beside_the_scenario_are_sent_and_output_files_downloaded(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    write("action write_output:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
     write(PYTHON, "seoro.libraries/mine.py")
     write("struct unused\n", "common/other.osc")
-    text = 'import osc.mine\nimport "common/other.osc"\nscenario main:\n    do leave_file("hello")\n'
+    text = 'import osc.mine\nimport "common/other.osc"\nscenario main:\n    do write_output("hello")\n'
     assert main(["exec", write(text), "--on", NAME, "-o", "out"]) == 0, capsys.readouterr().err
     assert Path("out/left.txt").read_text() == "hello"
     assert re.search(r"out/left\.txt +what was left", capsys.readouterr().out)
 
 
-def test_a_fault_of_an_action_is_told_as_here(capsys: pytest.CaptureFixture[str]) -> None:
-    write("action leave_file:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
+def test_a_fault_of_an_action_is_reported_as_in_a_local_run(capsys: pytest.CaptureFixture[str]) -> None:
+    write("action write_output:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
     write(PYTHON, "seoro.libraries/mine.py")
     file = write("import osc.mine\nscenario main:\n    do break_down()\n")
     assert main(["exec", file, "--on", NAME, "-o", "out"]) == 3
@@ -130,7 +132,7 @@ def test_a_fault_of_an_action_is_told_as_here(capsys: pytest.CaptureFixture[str]
     assert "Traceback (most recent call last)" in capsys.readouterr().err
 
 
-def test_what_the_executor_refuses_is_an_invalid_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_permission_is_an_error_of_the_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     file = write('import osc.helpers\nscenario main:\n    do run_process("ls")\n')
     assert main(["exec", file, "--on", NAME, "-o", "out"]) == 2
     err = capsys.readouterr().err
@@ -142,15 +144,17 @@ def test_what_the_executor_refuses_is_an_invalid_scenario(capsys: pytest.Capture
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--stop-if-lost", "3"], "`--stop-if-lost` is about an executor"),
-        (["--executor", "tcp/127.0.0.1:1"], "`--executor` is about an executor"),
-        (["--on", "other"], "there is no executor 'other' here"),
+        (["--stop-if-lost", "3"], "`--stop-if-lost` is for runs on executors"),
+        (["--executor", "tcp/127.0.0.1:1"], "`--executor` is for runs on executors"),
+        (["--on", "other"], "unknown executor 'other'"),
         (["--on", NAME, "--sim", "mujoco", "--world", "hall.yaml"], "cannot read the world file"),
         (["--on", NAME, "--executor", "tcp/127.0.0.1:1"], "nothing answers there"),
-        (["--on", NAME, "--executor", "nonsense"], "'nonsense' is no endpoint"),
+        (["--on", NAME, "--executor", "nonsense"], "'nonsense' is an invalid endpoint"),
     ],
 )
-def test_what_cannot_be_is_told(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_options_are_rejected(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["exec", write(HELLO), *arguments]) == 2
     assert message in capsys.readouterr().err
 
@@ -205,7 +209,7 @@ scenario second:
         (["--scenario", "first", "--live-tree"], 0),
     ],
 )
-def test_options_mean_what_they_mean_here(
+def test_options_have_the_same_effect_as_in_a_local_run(
     options: list[str], status: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write("first:\n  count: 5\n", "values.yaml")
@@ -227,7 +231,7 @@ def test_options_mean_what_they_mean_here(
 
 
 def without_times(text: str) -> str:
-    """What is printed without what the machine's clock has said."""
+    """Replace the times of the machine's clock."""
     text = re.sub(r"(since|until) [\d.]+ s", r"\1 ?", text)
     return re.sub(r'[\d.]+ s (real|   )|"wall_duration": [\d.e-]+|[\d.]+ s of its clock', "?", text)
 
@@ -264,11 +268,11 @@ scenario brief:
 
 
 def kept(lab: RunningExecutor) -> set[str]:
-    """What lies at the executor of runs and of their contents."""
+    """Return the names of the runs and blobs that the executor stores."""
     return {str(path.name) for name in ("runs", "blobs") for path in (lab.folder / "state" / name).iterdir()}
 
 
-def test_a_dry_run_says_what_one_here_says_and_leaves_nothing(
+def test_a_dry_run_prints_the_same_as_a_local_one_and_leaves_no_files(
     lab: RunningExecutor, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = kept(lab)
@@ -279,14 +283,14 @@ def test_a_dry_run_says_what_one_here_says_and_leaves_nothing(
     assert main([*arguments, "--on", NAME]) == 0
     out, err = capsys.readouterr()
     size = Path("test.osc").stat().st_size
-    assert (out, err) == (here, f"note: 1 file with {size} bytes would be sent\n")
+    assert (out, err) == (here, f"note: would send 1 file with {size} bytes\n")
     assert (kept(lab), Path("out").exists()) == (before, False)
     assert main([*arguments[:-3], "--clock", "virtual", "--on", NAME]) == 0
     capsys.readouterr()
     assert main([*arguments, "--on", NAME, "--json"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out)["bundle"] == {"files": 1, "bytes": size, "known": 1}
-    assert err == f"note: 1 file with {size} bytes would be sent, 1 of which {NAME} has already\n"
+    assert err == f"note: would send 1 file with {size} bytes; {NAME} already has 1 of them\n"
     assert len(kept(lab) - before) == 2  # the run and the file
 
 
@@ -296,10 +300,10 @@ def test_a_dry_run_says_what_one_here_says_and_leaves_nothing(
         ('import osc.helpers\nscenario main:\n    do run_process("ls")\n', [], 2, "test.osc:3:8"),
         (HELLO, ["--sim", "nonsense"], 2, "nonsense"),
         (HELLO, ["--set", "count=1"], 2, "count"),
-        ("import osc.mine\nscenario main:\n    do leave_file()\n", [], 3, "its process died"),
+        ("import osc.mine\nscenario main:\n    do write_output()\n", [], 3, "its process died"),
     ],
 )
-def test_a_dry_run_tells_what_cannot_be_run_there(
+def test_a_dry_run_reports_missing_permissions(
     text: str,
     options: list[str],
     status: int,
@@ -308,7 +312,7 @@ def test_a_dry_run_tells_what_cannot_be_run_there(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     if "mine" in text:
-        write("action leave_file\n", "seoro.libraries/mine.osc")
+        write("action write_output\n", "seoro.libraries/mine.osc")
         write("import os\nos._exit(1)\n", "seoro.libraries/mine.py")
     before = kept(lab)
     assert main(["exec", write(text + "# tried, too\n"), *options, "-n", "--on", NAME]) == status
@@ -352,7 +356,7 @@ def test_a_run_leaves_its_film_as_one_here(
 
 @pytest.mark.slow
 @pytest.mark.engine("mujoco")
-def test_a_film_comes_home_to_where_it_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_video_is_downloaded_to_the_named_file(capsys: pytest.CaptureFixture[str]) -> None:
     needs_films("mujoco")
     film = "films/run.mp4"
     assert main(["exec", write(BRIEF), "--sim", "mujoco", "-o", "out", *FILMED, film, "--on", NAME]) == 0
@@ -363,31 +367,31 @@ def test_a_film_comes_home_to_where_it_is_asked_for(capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.engine("mujoco")
-def test_what_cannot_be_filmed_is_told_as_here(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_invalid_view_of_a_video_is_reported_as_in_a_local_run(capsys: pytest.CaptureFixture[str]) -> None:
     needs_films("mujoco")
     arguments = ["exec", write(BRIEF), "--sim", "mujoco", *FILMED, "film.mp4", "--on", NAME]
     assert main([*arguments, "--video-follow", "ghost"]) == 2
-    assert capsys.readouterr().err.startswith("error: there is no entity 'ghost'")
+    assert capsys.readouterr().err.startswith("error: unknown entity 'ghost'")
     assert not Path("film.mp4").exists()
     Path("film.mp4/video.mp4").mkdir(parents=True)
     assert main(arguments) == 2
-    assert "cannot write film.mp4/video.mp4: it is a folder" in capsys.readouterr().err
+    assert "cannot write film.mp4/video.mp4: is a folder" in capsys.readouterr().err
 
 
-def test_an_executor_that_cannot_film_says_so_before_anything_is_sent(
+def test_an_executor_without_pyav_rejects_videos_before_files_are_sent(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with executor(tmp_path, before="sys.modules['av'] = None") as lab:
         arguments = ["exec", write(DRIVE), "--sim", "mujoco", *FILMED, "film.mp4"]
         assert main([*arguments, "--on", NAME, "--executor", lab.endpoint]) == 2
-    assert "the executor 'lab-a' cannot record films: PyAV is not installed there" in capsys.readouterr().err
+    assert "the executor 'lab-a' cannot record videos: PyAV is not installed there" in capsys.readouterr().err
     assert list((tmp_path / "state/blobs").iterdir()) == []
 
 
-def test_what_cannot_be_brought_home_makes_the_run_an_error(capsys: pytest.CaptureFixture[str]) -> None:
-    write("action leave_file:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
+def test_a_failed_download_makes_the_run_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    write("action write_output:\n    text: string\naction break_down\n", "seoro.libraries/mine.osc")
     write(PYTHON, "seoro.libraries/mine.py")
-    text = 'import osc.mine\nscenario main:\n    do leave_file("hello")\n'
+    text = 'import osc.mine\nscenario main:\n    do write_output("hello")\n'
     Path("out/left.txt").mkdir(parents=True)
     assert main(["exec", write(text), "--on", NAME, "-o", "out"]) == 3
     assert "cannot write out/left.txt: Is a directory; the run itself: passed" in capsys.readouterr().err
@@ -430,7 +434,7 @@ def test_ctrl_c_stops_the_run_and_waits_for_it(capsys: pytest.CaptureFixture[str
     only_run("cancelled", capsys)
 
 
-def test_a_client_that_is_killed_leaves_the_run_and_another_attaches(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_survives_its_client_and_others_attach(capsys: pytest.CaptureFixture[str]) -> None:
     with start("exec", write(LONG), "--on", NAME) as running:
         wait_for_line(running, "begun")
         running.kill()
@@ -451,7 +455,7 @@ def test_a_client_that_is_killed_leaves_the_run_and_another_attaches(capsys: pyt
     assert attached.returncode == 4
 
 
-def test_my_runs_are_stopped_together_and_those_of_others_go_on(
+def test_stop_mine_stops_only_runs_of_this_user(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with executor(tmp_path, "--jobs", "2") as lab:
@@ -460,7 +464,7 @@ def test_my_runs_are_stopped_together_and_those_of_others_go_on(
             wait_for_line(mine, "begun")
             monkeypatch.setattr("seoro.cli.stop_command.whoami", lambda: "somebody@else")
             assert main(["stop", "--mine", *where]) == 0
-            assert capsys.readouterr().out == "no run of yours goes on\n"
+            assert capsys.readouterr().out == "you have no active runs\n"
             monkeypatch.undo()
             assert main(["stop", "--mine", *where]) == 0
             assert capsys.readouterr().out.endswith(": cancelled\n")
@@ -476,7 +480,7 @@ def test_a_run_that_is_stopped_while_it_waits_never_begins(tmp_path: Path) -> No
             with start("exec", write(HELLO, "hello.osc"), "--on", NAME, *where) as waiting:
                 assert waiting.stderr is not None
                 note = waiting.stderr.readline()
-                assert "waits for its turn" in note
+                assert "is queued on" in note
                 waiting.send_signal(signal.SIGINT)
                 out, err = waiting.communicate(timeout=30)
             first.send_signal(signal.SIGINT)
@@ -501,11 +505,11 @@ def test_a_run_that_is_over_is_looked_at_fetched_and_removed(capsys: pytest.Capt
     assert capsys.readouterr().out == f"{run[:8]}/trace.jsonl\n"
     assert Path(run[:8], "trace.jsonl").read_bytes() == Path("out/trace.jsonl").read_bytes()
     assert main(["stop", run]) == 0
-    assert "has ended: passed" in capsys.readouterr().out
+    assert "has already ended: passed" in capsys.readouterr().out
     assert main(["rm", run]) == 0
     capsys.readouterr()
     assert main(["attach", run]) == 2
-    assert f"there is no run '{run}'" in capsys.readouterr().err
+    assert f"unknown run '{run}'" in capsys.readouterr().err
 
 
 # ---------------------------------------------------------------- serve
@@ -518,21 +522,19 @@ def test_a_run_that_is_over_is_looked_at_fetched_and_removed(capsys: pytest.Capt
         (["--listen", "tcp/[::]:7470"], "is outside this machine"),
         (["--connect", "tcp/192.168.0.7:7470"], "is outside this machine"),
         (["--listen", "tcp/127.0.0.1.example.org:7470"], "is outside this machine"),
-        (["--name", "Lab A"], "'Lab A' cannot name an executor"),
-        (["--allow", "everything"], "nothing to allow called 'everything'"),
+        (["--name", "Lab A"], "invalid name 'Lab A' of an executor"),
+        (["--allow", "everything"], "unknown permission 'everything'"),
     ],
 )
-def test_what_cannot_be_served_is_told(
+def test_invalid_options_of_serve_are_rejected(
     arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["serve", "--folder", "state", *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_a_folder_or_an_endpoint_that_is_in_use_is_told(
-    lab: RunningExecutor, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_or_endpoint_in_use_is_reported(lab: RunningExecutor, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["serve", "--folder", str(lab.folder / "state"), "--listen", "tcp/127.0.0.1:1"]) == 2
-    assert "another executor keeps its runs" in capsys.readouterr().err
+    assert "another executor uses the folder" in capsys.readouterr().err
     assert main(["serve", "--folder", "state", "--listen", "unixsock-stream//nowhere/at/all"]) == 2
     assert "cannot listen on" in capsys.readouterr().err

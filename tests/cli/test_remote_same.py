@@ -1,4 +1,4 @@
-"""What `seoro exec --on` prints and leaves is what a run here does, character by character but for times."""
+"""`seoro exec --on` gives the same output and files as a local run, except for times."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from seoro.cli.follower import LONGEST, LineBuffer
 from seoro.cli.main import main
-from seoro.cli.printed import LONGEST, PrintedLines
 from tests.cli.test_live_tree import in_a_terminal, read_until
 from tests.executors import NAME, RunningExecutor, executor
 
@@ -90,7 +90,7 @@ def said_and_left(
         (SCENARIOS / "navigation/obstacle.osc", ["--clock", "real", "-o", "out"], 2),
     ],
 )
-def test_it_is_the_same(
+def test_a_remote_run_equals_a_local_run(
     scenario: str | Path, options: list[str], status: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("test.osc").write_text(scenario if isinstance(scenario, str) else scenario.read_text())
@@ -100,7 +100,7 @@ def test_it_is_the_same(
     assert said_and_left([*arguments, "--on", NAME], capsys) == here
 
 
-def test_what_is_imported_by_an_absolute_path_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+def test_imports_by_absolute_paths_give_the_same_run(capsys: pytest.CaptureFixture[str]) -> None:
     Path("common").mkdir()
     Path("common/more.osc").write_text("struct more\n")
     Path("common/late.osc").write_text('import "more.osc"\n' + LATE.replace("main", "late"))
@@ -111,7 +111,7 @@ def test_what_is_imported_by_an_absolute_path_is_the_same(capsys: pytest.Capture
     assert said_and_left([*arguments, "--on", NAME], capsys) == here
 
 
-def test_what_programs_print_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+def test_output_of_programs_is_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     Path("test.osc").write_text(PROGRAMS)
     arguments = ["exec", "test.osc", "--seed", "3"]
     (status, out, err, _), there = (said_and_left([*arguments, *where], capsys) for where in ([], ["--on", NAME]))
@@ -128,7 +128,7 @@ def write_noise(scenario: str) -> None:
     Path("test.osc").write_text(scenario)
 
 
-def test_what_an_action_prints_is_below_the_live_tree() -> None:
+def test_output_of_an_action_is_below_the_live_tree() -> None:
     write_noise("import osc.noisy\nscenario main:\n    do make_noise()\n")
     with in_a_terminal(["test.osc", "--on", NAME, "--live-tree", "--seed", "7"], 80, 20) as (_, ours):
         shown = read_until(ours, b"passed")
@@ -136,7 +136,7 @@ def test_what_an_action_prints_is_below_the_live_tree() -> None:
     assert last.index(b"make_noise") < last.index(b"one\xef\xbf\xbd[2J") < last.index(b"three")
 
 
-def test_what_an_action_prints_comes_at_once_and_again_for_those_who_attach(
+def test_output_of_an_action_is_printed_at_once_and_again_by_attach(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     write_noise(NOISY)
@@ -158,11 +158,11 @@ def test_what_an_action_prints_comes_at_once_and_again_for_those_who_attach(
 
 
 def test_lines_are_put_together_of_parts() -> None:
-    printed = PrintedLines()
+    printed = LineBuffer()
     data = "grün\r\nblau".encode()
     for at in range(len(data)):
         printed.add(data[at : at + 1])
-    assert printed.take() == ["grün"]
-    assert printed.take(is_end=True) == ["blau"]
+    assert printed.pop_lines() == ["grün"]
+    assert printed.pop_lines(is_end=True) == ["blau"]
     printed.add(b"x" * (LONGEST + 1))
-    assert [len(line) for line in printed.take()] == [LONGEST + 1]
+    assert [len(line) for line in printed.pop_lines()] == [LONGEST + 1]

@@ -1,4 +1,4 @@
-"""`seoro sim`: how it starts a node, and what it refuses."""
+"""`seoro sim`: start of the node, and rejected options."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.engine("mujoco")
 
 @pytest.fixture
 def started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What the program that takes the place of this one is given, but for where it keeps an emergency stop."""
+    """Arguments of the program that replaces this one, without the file for the emergency stop."""
     given: list[str] = []
 
     def replace(_: str, command: Sequence[str]) -> None:
@@ -67,7 +67,7 @@ def test_options_are_handed_on(started: list[str], options: list[str], given: li
 
 
 @pytest.mark.parametrize("named", [[], ["mujoco"]])
-def test_a_snapshot_goes_on_in_the_simulator_that_saved_it(
+def test_a_snapshot_continues_in_the_simulator_that_saved_it(
     started: list[str], snapshot: Path, named: list[str]
 ) -> None:
     with pytest.raises(SystemExit):
@@ -79,15 +79,15 @@ def test_a_snapshot_goes_on_in_the_simulator_that_saved_it(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], "it is not said which simulator"),
-        (["--from-snapshot", "SNAPSHOT", "--world", "maze"], "a snapshot has its own world"),
-        (["pybullet", "--from-snapshot", "SNAPSHOT"], "was saved by mujoco, and means nothing to pybullet"),
-        (["--from-snapshot", "nowhere"], "the snapshot nowhere cannot be read"),
-        (["mujoco", "--from-snapshot", __file__], "holds no snapshot"),
-        (["muJoCo"], "there is no simulator 'muJoCo'"),
+        ([], "missing name of a simulator"),
+        (["--from-snapshot", "SNAPSHOT", "--world", "maze"], "`--world` contradicts `--from-snapshot`"),
+        (["pybullet", "--from-snapshot", "SNAPSHOT"], "is a snapshot of mujoco, not of pybullet"),
+        (["--from-snapshot", "nowhere"], "cannot read the snapshot nowhere"),
+        (["mujoco", "--from-snapshot", __file__], "invalid snapshot"),
+        (["muJoCo"], "unknown simulator 'muJoCo'"),
     ],
 )
-def test_what_does_not_go_together_is_refused(
+def test_contradictory_options_are_rejected(
     snapshot: Path, arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     given = [str(snapshot) if argument == "SNAPSHOT" else argument for argument in arguments]
@@ -95,8 +95,8 @@ def test_what_does_not_go_together_is_refused(
     assert words in capsys.readouterr().err
 
 
-def test_a_rate_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_invalid_rate_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["sim", "mujoco", "--rate", "fast"])
     assert ended.value.code == 2
-    assert "expected a positive number, or max, not 'fast'" in capsys.readouterr().err
+    assert "expected a positive number, or max, found 'fast'" in capsys.readouterr().err

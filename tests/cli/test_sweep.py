@@ -1,4 +1,4 @@
-"""`seoro sweep`: a run for each combination, and what is left of them."""
+"""`seoro sweep`: a run for each combination, and their results."""
 
 import csv
 import json
@@ -64,7 +64,7 @@ def test_each_combination_that_is_possible_is_run(write: Write, capsys: pytest.C
         ("0.0", "2.0", "5", "passed", "3600.0"),
         ("0.2", "1.0", "5", "failed", "3600.0"),
     ]
-    assert "`0.2 < 0.1` is not true" in rows[2]["reason"]
+    assert "`0.2 < 0.1` is false" in rows[2]["reason"]
     for row in rows:
         first, *_ = (Path("out") / row["folder"] / "trace.jsonl").read_text().splitlines()
         assert json.loads(first)["parameters"]["way"] == float(row["way"])
@@ -118,13 +118,13 @@ def test_combinations_are_listed_and_written_without_a_run(
     assert not Path("sweep").exists()
 
 
-def test_results_of_another_sweep_are_kept_unless_they_are_to_be_replaced(
+def test_results_of_an_earlier_sweep_are_kept_without_overwrite(
     write: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command = ["sweep", write("0s"), "--set", "noise=0.0", "-o", "out"]
     assert main(command) == 0
     assert main(command) == 2
-    assert "has the results of another sweep" in capsys.readouterr().err
+    assert "contains the results of another sweep" in capsys.readouterr().err
     (Path("out") / "runs" / "stale").mkdir()
     assert main([*command, "--overwrite", "--connect", "tcp/127.0.0.1:1", "--jobs", "2"]) == 2
     assert (Path("out") / "runs" / "stale").exists()
@@ -135,15 +135,15 @@ def test_results_of_another_sweep_are_kept_unless_they_are_to_be_replaced(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--set", "noise=0.0", "--set", "way=1m"], "nothing varies in `main`"),
+        (["--set", "noise=0.0", "--set", "way=1m"], "no varied parameter in `main`"),
         (["--set", "shift=2.0"], "rule out all 4 combinations"),
-        (["--world", "maze"], "`--world` is a simulator's"),
-        (["--connect", "tcp/127.0.0.1:1", "-j", "2"], "one run at a time"),
+        (["--world", "maze"], "`--world` needs a simulator"),
+        (["--connect", "tcp/127.0.0.1:1", "-j", "2"], "are sequential"),
         (["--jobs", "0"], "expected a whole number from 1"),
         (["--scenario", "other"], "other"),
     ],
 )
-def test_what_cannot_be_swept_says_why(
+def test_invalid_sweeps_are_rejected(
     arguments: list[str], message: str, write: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
     try:
@@ -173,7 +173,7 @@ def runs_of(folder: Path) -> list[int]:
     return found
 
 
-def test_ctrl_c_stops_the_runs_and_keeps_what_there_is(write: Write, tmp_path: Path) -> None:
+def test_ctrl_c_stops_the_runs_and_keeps_results(write: Write, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "seoro.cli.main", "sweep", write(), "-o", str(tmp_path), "-j", "2"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         traces = [tmp_path / "runs" / str(number) / "trace.jsonl" for number in (1, 2)]

@@ -9,12 +9,13 @@ import pytest
 
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.cli import doctor_command, get_command
-from seoro.cli.lab_command import _told
-from seoro.cli.ps_command import _print_table, _row
+from seoro.cli.lab_command import _print_outcomes
+from seoro.cli.ps_command import _row
+from seoro.cli.tables import table
 from seoro.client.runs import RemoteRun
 from seoro.doctor.findings import Finding, Health
-from seoro.lab.commanding import Outcome
-from seoro.terminal_text import PrintableFormatter, one_line, printable
+from seoro.lab.commands import Outcome
+from seoro.text.printable import PrintableFormatter, one_line, printable
 
 
 @pytest.mark.parametrize(
@@ -50,7 +51,7 @@ def test_a_record_of_a_log_is_one_line_with_its_traceback() -> None:
     assert rest[-1] == "ValueError: x\ufffd[2J"
 
 
-def test_a_client_forges_no_line_of_the_list_of_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_fields_of_runs_cannot_forge_lines() -> None:
     info = RunInfo(
         run="a" * 32,
         file="x.osc\nFAKE  lab-a  passed",
@@ -63,34 +64,33 @@ def test_a_client_forges_no_line_of_the_list_of_runs(capsys: pytest.CaptureFixtu
     class _Named:
         name = "lab-a"
 
-    _print_table([_row(RemoteRun(_Named(), info), 1.0)])  # type: ignore[arg-type]
-    assert len(capsys.readouterr().out.splitlines()) == 1
+    assert "\n" not in table([_row(RemoteRun(_Named(), info), 1.0)])  # type: ignore[arg-type]
 
 
 FORGED = "hall\n\x1b[2Jok      the node x: stopped"
 LINE = "hall \ufffd[2Jok the node x: stopped"
 
 
-def test_a_node_forges_no_line_of_what_commands_report(
+def test_names_of_nodes_cannot_forge_lines(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Names of nodes come from the network, too."""
-    assert _told([Outcome("tcp/x", FORGED, error=FORGED), Outcome("tcp/x", FORGED, done=FORGED)]) == 3
+    assert _print_outcomes([Outcome("tcp/x", FORGED, error=FORGED), Outcome("tcp/x", FORGED, done=FORGED)]) == 3
     assert capsys.readouterr().out == f"FAILED {LINE}: {LINE}\nok     {LINE}: {LINE}\n"
 
     async def nothing(*_: object) -> None:
         return None
 
     finding = Finding(FORGED, Health.FAILED, FORGED, FORGED)
-    monkeypatch.setattr(doctor_command, "look_here", lambda: [finding])
-    monkeypatch.setattr(doctor_command, "_look_along", nothing)
+    monkeypatch.setattr(doctor_command, "check_installation", lambda: [finding])
+    monkeypatch.setattr(doctor_command, "_check_network", nothing)
     assert doctor_command.run(Namespace(json=False)) == 1
     shown = capsys.readouterr().out.splitlines()
     assert shown[:2] == [f"{'failed':8} {LINE}: {LINE}", f"{'':8} = help: {LINE}"]
     assert len(shown) == 3
 
 
-def test_a_run_forges_no_path_of_what_it_leaves(
+def test_names_of_output_files_cannot_forge_paths(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     async def left(_: Namespace) -> list[Path]:

@@ -1,4 +1,4 @@
-"""`seoro trace`: what it prints, and what it says of files that are broken."""
+"""`seoro trace`: output, and broken files."""
 
 import io
 import json
@@ -46,11 +46,11 @@ def test_records_are_chosen(file: str, capsys: pytest.CaptureFixture[str]) -> No
     assert [json.loads(line)["message"] for line in capsys.readouterr().out.splitlines()] == ["one"]
 
 
-def test_a_choice_of_nothing_is_said(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_filters_without_matches_print_a_note(file: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["trace", file, "--kind", "logs"]) == 0
     out, err = capsys.readouterr()
     assert out == ""
-    assert "was chosen; there are behavior.end, behavior.start, event, " in err
+    assert "matches; kinds: behavior.end, behavior.start, event, " in err
 
 
 def test_a_summary_for_machines_is_one_object(file: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -70,51 +70,49 @@ def test_stdin_is_read(file: str, capsys: pytest.CaptureFixture[str], monkeypatc
     assert capsys.readouterr().out.startswith("passed  main in 2.000 s")
 
 
-def test_a_run_that_was_killed_is_shown_and_said(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_trace_of_a_killed_run_is_printed_with_a_warning(
+    file: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     Path(file).write_bytes(Path(file).read_bytes()[:1000])
     assert main(["trace", file]) == 0
     out, err = capsys.readouterr()
     assert "scenario main" in out
     assert (
-        err
-        == "warning: the run has no end here and its last line is cut off: it was killed, or is still going on\n"
+        err == "warning: the trace has no `run.end`, the last line is truncated: "
+        "the run was killed, or is still active\n"
     )
 
 
-def test_lines_that_are_broken_are_said_and_the_others_shown(
-    file: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_broken_lines_are_reported_and_valid_ones_printed(file: str, capsys: pytest.CaptureFixture[str]) -> None:
     lines = Path(file).read_text().splitlines()
     lines[3] = "{"
     Path(file).write_text("\n".join(lines) + "\n")
     assert main(["trace", file]) == 0
     out, err = capsys.readouterr()
     assert '" two' in out
-    assert err == "warning: trace.jsonl, line 4: it is no JSON\n"
+    assert err == "warning: trace.jsonl, line 4: invalid JSON\n"
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "`other` is no trace: it is empty"),
-        ("scenario main:\n    do log()\n", "`other` is no trace: line 1: it is no JSON"),
+        ("", "invalid trace other: file is empty"),
+        ("scenario main:\n    do log()\n", "invalid trace other: line 1: invalid JSON"),
     ],
 )
-def test_what_is_no_trace_is_refused(
-    file: str, capsys: pytest.CaptureFixture[str], text: str, message: str
-) -> None:
+def test_other_files_are_rejected(file: str, capsys: pytest.CaptureFixture[str], text: str, message: str) -> None:
     Path("other").write_text(text)
     assert main(["trace", "other"]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_what_cannot_be_read_or_written_is_said(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unreadable_and_unwritable_files_are_reported(file: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["trace", "missing"]) == 2
-    assert "cannot read missing: No such file" in capsys.readouterr().err
+    assert "cannot read the trace missing: No such file" in capsys.readouterr().err
     assert main(["trace", file, "--perfetto", "/proc/nowhere"]) == 2
     assert "cannot write /proc/nowhere" in capsys.readouterr().err
     assert main(["trace", file, "--perfetto", "x", "--json"]) == 2
-    assert "leave one of them out" in capsys.readouterr().err
+    assert "leave out one of them" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -126,7 +124,7 @@ def test_a_wrong_option_is_refused(file: str, arguments: list[str]) -> None:
     assert caught.value.code == 2
 
 
-def test_whoever_reads_may_stop(file: str) -> None:
+def test_a_closed_pipe_ends_the_output(file: str) -> None:
     command = [sys.executable, "-m", "seoro.cli.main", "trace", file]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None and process.stderr is not None

@@ -1,4 +1,4 @@
-"""The tree of what a run is doing: what is in it, and that it fits."""
+"""The tree of a run: its rows, and its height."""
 
 from itertools import count
 from typing import Any
@@ -35,7 +35,7 @@ class Run:
         return [(row.depth, row.node.name if row.node else f"+{row.folded}") for row in self.tree.rows(height)]
 
 
-def test_what_runs_is_below_what_it_is_part_of() -> None:
+def test_running_behaviors_are_below_their_parents() -> None:
     run = Run()
     main = run.start("main")
     run.start("a", main)
@@ -44,7 +44,7 @@ def test_what_runs_is_below_what_it_is_part_of() -> None:
     assert run.names() == [(0, "main"), (1, "a"), (1, "b"), (2, "c")]
 
 
-def test_what_has_ended_keeps_its_status_and_times() -> None:
+def test_ended_behaviors_keep_their_status_and_times() -> None:
     run = Run()
     main = run.start("main")
     part = run.start("part", main)
@@ -55,7 +55,7 @@ def test_what_has_ended_keeps_its_status_and_times() -> None:
     assert (node.start, node.end, node.status, node.reason) == (0.0, 2.0, "failed", "why")
 
 
-def test_what_has_ended_is_left_out_first() -> None:
+def test_ended_behaviors_are_dropped_first() -> None:
     run = Run()
     main = run.start("main")
     for number in range(8):
@@ -70,7 +70,7 @@ def test_what_has_ended_is_left_out_first() -> None:
     assert run.tree.rows(2)[0].folded == 8
 
 
-def test_what_failed_in_something_that_failed_stays_longest() -> None:
+def test_failed_children_of_failed_behaviors_are_kept_longest() -> None:
     run = Run()
     main = run.start("main")
     for number in range(20):
@@ -80,7 +80,7 @@ def test_what_failed_in_something_that_failed_stays_longest() -> None:
     assert run.names(5) == [(0, "main"), (1, "guilty")]
 
 
-def test_what_only_contains_others_is_left_out_next() -> None:
+def test_composite_behaviors_are_dropped_next() -> None:
     run = Run()
     inner = run.start("main")
     for number in range(10):

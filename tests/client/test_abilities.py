@@ -1,4 +1,4 @@
-"""What older executors cannot do is said, before they are sent what they would not understand."""
+"""Missing abilities of older executors are reported before a submission."""
 
 from typing import Any, cast
 
@@ -6,9 +6,9 @@ import pytest
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
-from seoro.bundle.packing import Bundle
+from seoro.bundle.pack import Bundle
 from seoro.client.abilities import check_ability
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 
 FILM = {"width": 64, "height": 48, "rate": 1}
 
@@ -28,17 +28,19 @@ def bundle(names_absolute: bool = False, **given: Any) -> Bundle:
 @pytest.mark.parametrize(
     ("minor", "given", "asked", "message"),
     [
-        (0, {}, {"priority": 3}, "knows no priorities"),
-        (1, {"simulator": {"name": "mujoco", "rate": 1.0, "world_file": "a.yaml"}}, {}, "takes no world files"),
-        (2, {"simulator": {"name": "ros", "rate": 1.0}}, {}, "uses no simulators of ROS 2 systems"),
-        (2, {"simulator": {"endpoint": "tcp/127.0.0.1:1", "rate": 1.0}, "film": FILM}, {}, "records no films"),
-        (2, {"names_absolute": True}, {}, "does not find files by absolute paths"),
-        (2, {}, {"is_dry": True}, "makes no dry runs"),
+        (0, {}, {"priority": 3}, "priorities"),
+        (1, {"simulator": {"name": "mujoco", "rate": 1.0, "world_file": "a.yaml"}}, {}, "world files"),
+        (2, {"simulator": {"name": "ros", "rate": 1.0}}, {}, "simulators of ROS 2 systems"),
+        (2, {"simulator": {"endpoint": "tcp/127.0.0.1:1", "rate": 1.0}, "film": FILM}, {}, "video recording"),
+        (2, {"names_absolute": True}, {}, "absolute paths of files"),
+        (2, {}, {"is_dry": True}, "dry runs"),
     ],
 )
-async def test_what_it_is_too_old_for_is_told(
+async def test_requests_beyond_the_version_of_an_executor_are_refused(
     minor: int, given: dict[str, Any], asked: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(InvalidUse, match=f"the executor 'lab-a' is older than this seoro .*, and {message}"):
+    with pytest.raises(
+        UsageError, match=f"the executor 'lab-a' is older than this seoro .* and does not support {message}"
+    ):
         await check_ability(executor(minor), bundle(**given), **asked)
     await check_ability(executor(minor + 1), bundle(**given), **asked)

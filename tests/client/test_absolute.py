@@ -33,7 +33,7 @@ scenario main:
 
 @pytest.mark.slow
 @pytest.mark.engine("mujoco")
-async def test_they_are_found_by_the_names_that_the_user_gives_them(tmp_path: Path) -> None:
+async def test_files_with_absolute_paths_are_found_by_their_paths(tmp_path: Path) -> None:
     folder = tmp_path / "here"
     for name, text in (("common/parts", PARTS), ("common/more", "struct more\n"), ("tests/main", MAIN)):
         path = folder / f"{name}.osc"
@@ -60,8 +60,8 @@ async def test_they_are_found_by_the_names_that_the_user_gives_them(tmp_path: Pa
 
 
 @pytest.mark.engine("mujoco")
-async def test_what_was_not_sent_is_not_read(tmp_path: Path) -> None:
-    """A path that is computed is no client's to refuse."""
+async def test_files_that_were_not_sent_are_not_readable(tmp_path: Path) -> None:
+    """Clients do not check computed paths."""
     secret = tmp_path / "secret.sdf"
     shutil.copy(OWN_MODELS / "example_simulation/models/box.sdf", secret)
     file = tmp_path / "main.osc"
@@ -74,4 +74,4 @@ async def test_what_was_not_sent_is_not_read(tmp_path: Path) -> None:
             with anyio.fail_after(60.0):
                 verdict = await run.result()
     assert verdict.status is seoro.RunStatus.FAILED
-    assert f"does not let scenarios read {secret}, which was not sent" in verdict.reason
+    assert f"does not allow scenarios to read {secret}, which was not sent" in verdict.reason

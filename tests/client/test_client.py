@@ -1,4 +1,4 @@
-"""Clients of executors: real ones, over real sessions, to the end and through deaths of all who take part."""
+"""Clients of executors over real sessions, with and without dying processes."""
 
 import asyncio
 import json
@@ -19,7 +19,7 @@ import pytest
 import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import State
-from seoro.bundle.packing import pack
+from seoro.bundle.pack import pack
 from seoro.client.runs import RemoteRun
 from seoro.embed.options import Options
 from seoro.errors import BackendRefused
@@ -45,7 +45,7 @@ async def all_records(run: RemoteRun) -> list[dict[str, Any]]:
 
 
 def check_sequence(records: list[dict[str, Any]]) -> None:
-    """Nothing is lost, and nothing doubled."""
+    """Assert that no record is lost or repeated."""
     assert [record["seq"] for record in records] == list(range(len(records)))
 
 
@@ -56,7 +56,7 @@ async def wait_for(run: RemoteRun, state: State) -> None:
     assert run.state is state
 
 
-async def test_a_scenario_runs_to_its_verdict(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_submitted_scenario_runs_to_its_verdict(lab: RunningExecutor, tmp_path: Path) -> None:
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit(NAME, write(tmp_path, HELLO), seed=7)
         records = await all_records(run)
@@ -68,7 +68,7 @@ async def test_a_scenario_runs_to_its_verdict(lab: RunningExecutor, tmp_path: Pa
     assert [record["message"] for record in records if record["kind"] == "log"] == ["hello"]
 
 
-async def test_the_trace_is_that_of_a_run_here(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_remote_run_has_the_trace_of_a_local_run(lab: RunningExecutor, tmp_path: Path) -> None:
     file = write(tmp_path, MANY)
     here: list[dict[str, Any]] = []
 
@@ -89,7 +89,7 @@ async def test_the_trace_is_that_of_a_run_here(lab: RunningExecutor, tmp_path: P
     assert comparable(there) == comparable(here)
 
 
-async def test_a_failure_comes_with_its_reason(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_failed_run_has_its_reason_and_position(lab: RunningExecutor, tmp_path: Path) -> None:
     text = "import osc.helpers\nscenario broken:\n    do serial:\n        emit fail\n"
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit(NAME, write(tmp_path, text))
@@ -100,19 +100,17 @@ async def test_a_failure_comes_with_its_reason(lab: RunningExecutor, tmp_path: P
     assert run.state is State.FAILED
 
 
-async def test_what_is_wrong_here_is_said_here(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_invalid_submissions_are_refused_by_the_client(lab: RunningExecutor, tmp_path: Path) -> None:
     async with seoro.Client(lab.endpoint) as client:
         before = len(await client.runs())
         with pytest.raises(seoro.InvalidScenario):
             await client.submit(NAME, write(tmp_path, "scenario main:\n    do nothing()\n"))
-        with pytest.raises(seoro.InvalidUse, match="rate"):
+        with pytest.raises(seoro.UsageError, match="rate"):
             await client.submit(NAME, write(tmp_path, HELLO), simulator=seoro.Simulator(name="mujoco", rate=-1.0))
         assert len(await client.runs()) == before
 
 
-async def test_what_the_executor_does_not_allow_is_an_invalid_scenario(
-    lab: RunningExecutor, tmp_path: Path
-) -> None:
+async def test_forbidden_behaviors_make_a_scenario_invalid(lab: RunningExecutor, tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     text = f'import osc.helpers\nscenario main:\n    do serial:\n        run_process("touch {mark}")\n'
     async with seoro.Client(lab.endpoint) as client:
@@ -124,7 +122,7 @@ async def test_what_the_executor_does_not_allow_is_an_invalid_scenario(
     assert not mark.exists()
 
 
-async def test_a_submission_that_is_repeated_is_one_run(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_repeated_submission_is_one_run(lab: RunningExecutor, tmp_path: Path) -> None:
     bundle = pack(seoro.load(write(tmp_path, HELLO)), Options())
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit_bundle(NAME, bundle)
@@ -139,7 +137,7 @@ async def test_a_submission_that_is_repeated_is_one_run(lab: RunningExecutor, tm
     assert len(starts) == 1
 
 
-async def test_a_second_bundle_sends_nothing_again(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_second_bundle_uploads_no_file_again(lab: RunningExecutor, tmp_path: Path) -> None:
     bundle = pack(seoro.load(write(tmp_path, HELLO + "# another\n")), Options())
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit_bundle(NAME, bundle)
@@ -154,9 +152,9 @@ async def test_a_forged_bundle_is_refused_and_nothing_runs(lab: RunningExecutor,
     evil = bundle.manifest.model_copy(update={"files": (file, file.model_copy(update={"path": "../../evil.osc"}))})
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit_bundle(NAME, bundle)
-        with pytest.raises(BackendRefused, match="bundle cannot be taken"):
+        with pytest.raises(BackendRefused, match="cannot store the bundle"):
             await run.executor.ask(wire.SUBMIT, wire.Submission(run="e" * 32, manifest=evil))
-        with pytest.raises(seoro.InvalidUse, match="no run"):
+        with pytest.raises(seoro.UsageError, match="unknown run"):
             await client.run("e" * 32)
     assert not list(lab.folder.rglob("evil.osc"))
 
@@ -181,11 +179,11 @@ async def test_a_run_is_stopped_and_cleans_up(lab: RunningExecutor, tmp_path: Pa
         assert run.state is State.CANCELLED
         await run.stop()  # of no effect
         await run.remove()
-        with pytest.raises(BackendRefused, match="no run"):
+        with pytest.raises(BackendRefused, match="unknown run"):
             await run.stop()
 
 
-async def test_a_run_that_goes_on_is_not_removed(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_an_active_run_is_not_removed(lab: RunningExecutor, tmp_path: Path) -> None:
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit(NAME, write(tmp_path, LONG))
         with pytest.raises(BackendRefused, match="stop it first"):
@@ -208,7 +206,7 @@ async def test_a_run_whose_process_is_killed_is_an_error(lab: RunningExecutor, t
 
 
 def worker_of(lab: RunningExecutor, run: RemoteRun) -> int:
-    """The process of a run, which works in the folder of its bundle; it may be in a sandbox."""
+    """Return the process of a run, found by its working directory; it may be in a sandbox."""
     folder = lab.folder / "state" / "runs" / run.id / "files"
     [template] = children_of(lab.process.pid)  # the process that makes those of runs
     below = children_of(template)
@@ -222,26 +220,24 @@ def children_of(pid: int) -> list[int]:
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
-async def test_runs_without_their_watcher_are_stopped_if_that_is_asked_for(
-    lab: RunningExecutor, tmp_path: Path
-) -> None:
+async def test_runs_without_their_client_are_stopped_on_request(lab: RunningExecutor, tmp_path: Path) -> None:
     file = write(tmp_path, LONG)
     async with seoro.Client(lab.endpoint) as client:
         other = await client.submit(NAME, file)
         run = await client.submit(NAME, file, stop_if_lost=1.0)
         await wait_for(run, State.RUNNING)
-    async with seoro.Client(lab.endpoint) as client:  # who only looks does not keep it alive
+    async with seoro.Client(lab.endpoint) as client:  # listing runs does not count for `stop_if_lost`
         with anyio.fail_after(DEADLINE):
             verdict = await (await client.run(run.id)).result()
         assert verdict.status is seoro.RunStatus.CANCELLED
-        assert "watcher was gone for 1 s" in verdict.reason
+        assert "lost its client for 1 s" in verdict.reason
         found = await client.run(other.id)
         assert not found.state.is_final
         await found.stop()
         await found.result()
 
 
-async def test_a_watched_run_goes_on(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_watched_run_continues(lab: RunningExecutor, tmp_path: Path) -> None:
     text = "import osc.helpers\nscenario short:\n    do serial:\n        wait elapsed(1.6s)\n"
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit(NAME, write(tmp_path, text), stop_if_lost=1.0)
@@ -259,7 +255,9 @@ anyio.run(main, *sys.argv[1:])
 """
 
 
-async def test_a_frozen_watcher_holds_nobody_up_and_misses_nothing(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_suspended_watcher_delays_no_run_and_misses_no_record(
+    lab: RunningExecutor, tmp_path: Path
+) -> None:
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit(NAME, write(tmp_path, MANY))
         watcher = await asyncio.create_subprocess_exec(
@@ -281,7 +279,7 @@ async def test_a_frozen_watcher_holds_nobody_up_and_misses_nothing(lab: RunningE
     assert list(map(int, (first + rest).split())) == list(range(len(records)))
 
 
-async def test_a_watcher_that_comes_late_gets_all(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_late_watcher_receives_all_records(lab: RunningExecutor, tmp_path: Path) -> None:
     async with seoro.Client(lab.endpoint) as client:
         run = await client.submit(NAME, write(tmp_path, MANY), clock="virtual")
         await run.result()
@@ -291,22 +289,22 @@ async def test_a_watcher_that_comes_late_gets_all(lab: RunningExecutor, tmp_path
     assert len(first) > 300
 
 
-async def test_what_is_asked_for_wrongly_is_told(lab: RunningExecutor, tmp_path: Path) -> None:
+async def test_unknown_executors_and_runs_are_refused(lab: RunningExecutor, tmp_path: Path) -> None:
     async with seoro.Client(lab.endpoint) as client:
-        with pytest.raises(seoro.InvalidUse, match="no executor 'lab-b'") as caught:
+        with pytest.raises(seoro.UsageError, match="unknown executor 'lab-b'") as caught:
             await client.submit("lab-b", write(tmp_path, HELLO))
-        assert caught.value.help == f"there are {NAME}"
-        with pytest.raises(seoro.InvalidUse, match="no id of a run"):
+        assert caught.value.help == f"executors: {NAME}"
+        with pytest.raises(seoro.UsageError, match="invalid id"):
             await client.run("xyz")
-        with pytest.raises(seoro.InvalidUse, match="no run '000000000'"):
+        with pytest.raises(seoro.UsageError, match="unknown run '000000000'"):
             await client.run("000000000")
 
 
-async def test_nobody_there_is_told(tmp_path: Path) -> None:
-    with pytest.raises(seoro.InvalidUse, match="nothing answers"):
+async def test_an_unreachable_executor_is_reported(tmp_path: Path) -> None:
+    with pytest.raises(seoro.UsageError, match="nothing answers"):
         async with seoro.Client(f"unixsock-stream/{tmp_path}/nobody"):
             pass
-    with pytest.raises(seoro.InvalidUse, match="not open"):
+    with pytest.raises(seoro.UsageError, match="not open"):
         await seoro.Client().runs()
 
 
@@ -314,7 +312,7 @@ async def test_nobody_there_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-async def test_an_executor_that_is_killed_comes_back_and_goes_on(tmp_path: Path) -> None:
+async def test_a_restarted_executor_continues_its_queue(tmp_path: Path) -> None:
     async with anyio.create_task_group() as tasks:
         with executor(tmp_path) as lab:
             async with seoro.Client(lab.endpoint) as client:
@@ -326,7 +324,7 @@ async def test_an_executor_that_is_killed_comes_back_and_goes_on(tmp_path: Path)
                 process = worker_of(lab, run)
                 lab.kill()
                 with anyio.fail_after(DEADLINE):
-                    while Path(f"/proc/{process}/exe").exists():  # it is told by its pipe, and stops its run
+                    while Path(f"/proc/{process}/exe").exists():  # its pipe closes, and it stops its run
                         await anyio.sleep(0.02)
                 tasks.start_soon(_come_back, tmp_path, run.id, waiting.id)
                 with anyio.fail_after(DEADLINE):  # this client asks until there is an executor again
@@ -345,14 +343,14 @@ async def _come_back(folder: Path, *runs: str) -> None:
             await anyio.sleep(3.0)  # until the other client has looked
 
 
-async def test_a_trace_that_cannot_be_kept_is_an_error_and_the_next_run_goes_on(tmp_path: Path) -> None:
+async def test_an_unwritable_trace_ends_its_run_as_an_error_and_spares_the_next_run(tmp_path: Path) -> None:
     with executor(tmp_path, largest=200_000) as lab:
         async with seoro.Client(lab.endpoint) as client:
             file = write(tmp_path, MANY.replace("3s", "60s"))
             run = await client.submit(NAME, file, clock="virtual")
             with (
                 anyio.fail_after(DEADLINE),
-                pytest.raises(seoro.BackendError, match="cannot keep the run: File too large"),
+                pytest.raises(seoro.BackendError, match="cannot store the run: File too large"),
             ):
                 await run.result()
             check_sequence(await all_records(run))
@@ -362,7 +360,7 @@ async def test_a_trace_that_cannot_be_kept_is_an_error_and_the_next_run_goes_on(
 
 
 @pytest.mark.slow
-async def test_an_executor_that_ends_stops_its_runs_and_keeps_its_queue(tmp_path: Path) -> None:
+async def test_a_stopped_executor_stops_its_runs_and_keeps_its_queue(tmp_path: Path) -> None:
     async with AsyncExitStack() as stack:
         with executor(tmp_path) as lab:
             client = await stack.enter_async_context(seoro.Client(lab.endpoint))
@@ -372,7 +370,7 @@ async def test_an_executor_that_ends_stops_its_runs_and_keeps_its_queue(tmp_path
             await wait_for(run, State.RUNNING)
             watching = asyncio.ensure_future(waiting.result())  # asks until there is an executor again
             tasks.start_soon(anyio.to_thread.run_sync, lab.end)
-            assert (await run.result()).reason == "the executor ends"
+            assert (await run.result()).reason == "the executor was stopped"
             await asyncio.to_thread(lab.process.wait, DEADLINE)
         assert lab.process.returncode == 0
         with executor(tmp_path), anyio.fail_after(DEADLINE):

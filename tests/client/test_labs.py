@@ -45,7 +45,7 @@ def router() -> Iterator[str]:
 
 @pytest.fixture
 def two(router: str, tmp_path: Path) -> Iterator[tuple[RunningExecutor, RunningExecutor]]:
-    """Two executors of one router."""
+    """Yield two executors at one router."""
     with ExitStack() as stack:
         made = []
         for name in ("lab-a", "lab-b"):
@@ -55,7 +55,7 @@ def two(router: str, tmp_path: Path) -> Iterator[tuple[RunningExecutor, RunningE
         yield made[0], made[1]
 
 
-async def test_executors_of_one_router_are_one_lab(
+async def test_executors_at_one_router_form_a_lab(
     router: str, two: tuple[RunningExecutor, RunningExecutor], tmp_path: Path
 ) -> None:
     file = tmp_path / "hello.osc"
@@ -72,7 +72,7 @@ async def test_executors_of_one_router_are_one_lab(
         assert [status.name for status in await client.describe()] == ["lab-a", "lab-b"]
 
 
-def test_a_second_executor_of_a_name_is_refused(
+def test_a_second_executor_with_a_name_in_use_is_refused(
     router: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first = tmp_path / "first"
@@ -80,15 +80,15 @@ def test_a_second_executor_of_a_name_is_refused(
     second = ["serve", "--name", "lab-a", "--connect", router, "--folder", str(tmp_path / "second")]
     with executor(first, connect=router) as lab:
         assert main(second) == 2
-        assert "there is an executor 'lab-a' already" in capsys.readouterr().err
+        assert "duplicate executor 'lab-a'" in capsys.readouterr().err
         lab.kill()
-        with executor(first, connect=router):  # one that was killed is no hindrance
+        with executor(first, connect=router):  # a killed client does not hinder others
             pass
 
 
 @pytest.fixture(scope="module")
 def nodes(router: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rails]:
-    """Two simulators and a bridge at one router; returns the bridge."""
+    """Start two simulators and a bridge at one router; return the bridge."""
     with ExitStack() as stack:
         for name in ("sim-a", "sim-b"):
             command = ("-m", "sim_nodes", "mujoco", "--connect", router, "--node", name, "--world", "hall")
@@ -98,7 +98,7 @@ def nodes(router: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rai
 
 @pytest.mark.slow
 @pytest.mark.engine("mujoco")
-async def test_robots_of_different_machines_are_in_one_scenario(
+async def test_a_scenario_uses_robots_of_different_machines(
     router: str, two: tuple[RunningExecutor, RunningExecutor], nodes: Rails, tmp_path: Path
 ) -> None:
     file = tmp_path / "both.osc"
@@ -115,7 +115,7 @@ async def test_robots_of_different_machines_are_in_one_scenario(
 
 
 @pytest.mark.engine("mujoco")
-def test_which_of_several_simulators_is_meant_has_to_be_said(
+def test_an_ambiguous_simulator_is_refused(
     router: str, nodes: Rails, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, lab = tmp_path / "both.osc", tmp_path / "lab.yaml"
@@ -123,7 +123,7 @@ def test_which_of_several_simulators_is_meant_has_to_be_said(
     lab.write_text(LAB.format(router=router, simulator="sim-c"))
     assert main(["exec", str(file), "--lab", str(lab)]) == 3
     err = capsys.readouterr().err
-    assert "there is no simulator node 'sim-c'" in err
+    assert "no simulator node 'sim-c' found" in err
     lab.write_text(LAB.format(router=router, simulator="sim-c").replace("name: sim-c, ", ""))
     assert main(["exec", str(file), "--lab", str(lab)]) == 2
-    assert "there are several nodes at" in capsys.readouterr().err
+    assert "several nodes at" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Records come in parts of answers: what gets lost on the way is asked for again, whatever it is."""
+"""Records in parts of replies: any lost part is requested again."""
 
 from collections.abc import AsyncGenerator, Iterator
 from pathlib import Path
@@ -19,7 +19,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningExecutor]:
 
 
 async def watched(lab: RunningExecutor, folder: Path) -> list[int]:
-    """The numbers of the records of a run on the real clock, as its watcher has them."""
+    """Run a scenario on the real clock, and return the record numbers that its watcher received."""
     file = folder / "many.osc"
     file.write_text(MANY)
     async with seoro.Client(lab.endpoint) as client:
@@ -29,7 +29,7 @@ async def watched(lab: RunningExecutor, folder: Path) -> list[int]:
     return numbers
 
 
-async def test_parts_that_get_lost_are_asked_for_again(
+async def test_lost_parts_of_an_answer_are_requested_again(
     lab: RunningExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole, lost = Executor.ask_in_parts, []
@@ -47,7 +47,7 @@ async def test_parts_that_get_lost_are_asked_for_again(
     assert numbers == list(range(len(numbers)))
 
 
-async def test_an_answer_that_breaks_off_is_asked_for_again(
+async def test_an_interrupted_answer_is_requested_again(
     lab: RunningExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole, broken = Executor.ask_in_parts, []

@@ -1,4 +1,4 @@
-"""Who waits for an executor, and what is told of that; versions and clocks."""
+"""Waiting runs of an executor, versions and clocks."""
 
 import json
 import math
@@ -23,7 +23,7 @@ def hello(tmp_path: Path) -> Path:
     return file
 
 
-async def test_those_who_submit_have_turns_and_priorities_go_first(
+async def test_users_take_turns_and_higher_priorities_run_first(
     tmp_path: Path, hello: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def submitting(name: str) -> None:
@@ -54,7 +54,7 @@ async def test_those_who_submit_have_turns_and_priorities_go_first(
     assert sorted(order, key=lambda run: found[run].info.started or 0.0) == order
 
 
-async def test_the_queue_is_the_same_after_a_restart(tmp_path: Path, hello: Path) -> None:
+async def test_the_queue_survives_a_restart(tmp_path: Path, hello: Path) -> None:
     long = tmp_path / "long.osc"
     long.write_text(LONG)
     with executor(tmp_path) as lab:
@@ -74,7 +74,7 @@ async def test_the_queue_is_the_same_after_a_restart(tmp_path: Path, hello: Path
     assert started == sorted(started, key=lambda time: time or 0.0)
 
 
-def test_places_and_executors_are_shown(
+def test_queue_places_and_executors_are_listed(
     tmp_path: Path, hello: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     async def submit() -> None:
@@ -92,48 +92,50 @@ def test_places_and_executors_are_shown(
         assert main(["ps", "--json"]) == 0
         youngest: dict[str, Any] = json.loads(capsys.readouterr().out)[0]
     assert " queued #1, priority 2 " in out
-    assert f"{NAME}     {seoro.__version__}    1          1        1" in out
+    assert f"{NAME}     {seoro.__version__}    1     1        1" in out
     assert (youngest["place"], youngest["priority"]) == (1, 2)
 
 
-async def test_a_priority_that_there_is_not_is_told(hello: Path) -> None:
-    with pytest.raises(seoro.InvalidUse, match="no priority 101"):
+async def test_an_invalid_priority_is_refused(hello: Path) -> None:
+    with pytest.raises(seoro.UsageError, match="invalid priority 101"):
         await seoro.Client().submit(NAME, hello, priority=101)
 
 
 @pytest.mark.parametrize("seconds", [math.nan, math.inf, 0.0, -1.0])
-async def test_times_that_are_none_are_told_before_anything_is_sent(hello: Path, seconds: float) -> None:
-    with pytest.raises(seoro.InvalidUse, match="`stop_if_lost` is a number of seconds above 0"):
+async def test_invalid_times_are_refused_before_the_upload(hello: Path, seconds: float) -> None:
+    with pytest.raises(seoro.UsageError, match=r"invalid `stop_if_lost` .*; expected a number of seconds above 0"):
         await seoro.Client().submit(NAME, hello, stop_if_lost=seconds)
-    with pytest.raises(seoro.InvalidUse, match=r"(invalid )?`timeout`.* seconds above 0"):
+    with pytest.raises(seoro.UsageError, match=r"(invalid )?`timeout`.* seconds above 0"):
         await seoro.Client().submit(NAME, hello, timeout=seconds)
 
 
-async def test_so_are_those_of_options(hello: Path) -> None:
-    with pytest.raises(seoro.InvalidUse, match="the time for a clean-up is a number of seconds from 0"):
+async def test_invalid_times_of_options_are_refused_before_the_upload(hello: Path) -> None:
+    with pytest.raises(seoro.UsageError, match="expected seconds from 0"):
         await seoro.Client().submit(NAME, hello, grace=math.inf)
 
 
 # ---------------------------------------------------------------- versions
 
 
-async def test_an_executor_of_another_version_is_told(
+async def test_an_executor_of_another_version_is_reported(
     tmp_path: Path, hello: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("seoro.bridges.executor.finding.TIMEOUT", 0.5)
     with executor(tmp_path, before="import seoro.bridges.wire.keys as keys; keys.MAJOR = 2") as lab:
         async with seoro.Client(lab.endpoint) as client:
             for asked in (client.submit(NAME, hello), client.runs(), client.run("0" * 32, NAME)):
-                with pytest.raises(seoro.InvalidUse, match=r"another version .* speaks version 2 .* speaks 1"):
+                with pytest.raises(
+                    seoro.UsageError, match=r"speaks version 2 of the protocol; expected version 1"
+                ):
                     await asked
-            with pytest.raises(seoro.InvalidUse, match="no executor 'lab-z'"):
+            with pytest.raises(seoro.UsageError, match="unknown executor 'lab-z'"):
                 await client.submit("lab-z", hello)
 
 
-async def test_what_an_older_executor_does_not_know_is_not_sent(tmp_path: Path, hello: Path) -> None:
+async def test_fields_unknown_to_an_older_executor_are_omitted(tmp_path: Path, hello: Path) -> None:
     with executor(tmp_path, before="import seoro.bridges.executor.messages as m; m.MINOR = 0") as lab:
         async with seoro.Client(lab.endpoint) as client:
-            with pytest.raises(seoro.InvalidUse, match="knows no priorities"):
+            with pytest.raises(seoro.UsageError, match="priorities"):
                 await client.submit(NAME, hello, priority=1)
             assert await client.runs() == []
             run = await client.submit(NAME, hello)

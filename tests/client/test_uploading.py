@@ -1,4 +1,4 @@
-"""Files on their way to an executor: what gets lost, or comes between, costs time only."""
+"""Uploads of files to an executor: losses and interruptions only cost time."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +10,7 @@ import pytest
 import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor, Unavailable
-from seoro.bundle.packing import Bundle, pack
+from seoro.bundle.pack import Bundle, pack
 from seoro.client.uploading import TIMES, upload
 from seoro.embed.options import Options
 from seoro.embed.scenarios import check_file
@@ -26,7 +26,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningExecutor]:
 
 @pytest.fixture
 def bundle(tmp_path: Path) -> Bundle:
-    """A bundle with a file of three parts, which no other test sends."""
+    """Return a bundle with a file of three parts, which no other test sends."""
     libraries = tmp_path / "seoro.libraries"
     libraries.mkdir()
     (libraries / "mine.osc").write_text("action nothing\n")
@@ -40,7 +40,7 @@ async def lacking(executor: Executor, bundle: Bundle) -> tuple[str, ...]:
     return (await executor.ask(wire.MISSING_BLOBS, wire.Hashes(hashes=tuple(bundle.blobs)))).hashes
 
 
-async def test_parts_are_sent_again_whose_answers_are_lost(
+async def test_parts_without_an_answer_are_sent_again(
     lab: RunningExecutor, bundle: Bundle, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole, answered = Executor._ask_once, list[int]()
@@ -60,7 +60,7 @@ async def test_parts_are_sent_again_whose_answers_are_lost(
         assert await lacking(there, bundle) == ()
 
 
-async def test_two_send_the_same_files_at_once(lab: RunningExecutor, bundle: Bundle) -> None:
+async def test_two_clients_upload_the_same_files_at_once(lab: RunningExecutor, bundle: Bundle) -> None:
     async with seoro.Client(lab.endpoint) as one, seoro.Client(lab.endpoint) as other:
         there = await one._named(NAME)
         async with anyio.create_task_group() as tasks:
@@ -70,7 +70,7 @@ async def test_two_send_the_same_files_at_once(lab: RunningExecutor, bundle: Bun
 
 
 @pytest.mark.parametrize("times", [1, TIMES])
-async def test_a_file_is_begun_anew_when_what_there_was_of_it_is_gone(
+async def test_an_upload_restarts_when_its_earlier_parts_are_lost(
     lab: RunningExecutor, bundle: Bundle, monkeypatch: pytest.MonkeyPatch, times: int
 ) -> None:
     whole, disturbed = Executor._ask_once, list[int]()
@@ -89,5 +89,5 @@ async def test_a_file_is_begun_anew_when_what_there_was_of_it_is_gone(
             await upload(there, bundle)
             assert await lacking(there, bundle) == ()
         else:
-            with pytest.raises(BackendRefused, match="out of turn"):
+            with pytest.raises(BackendRefused, match="part of a blob at byte"):
                 await upload(there, bundle)

@@ -1,4 +1,4 @@
-"""The way to an executor, with what can be wrong on it: each is told by the hop at which it is wrong."""
+"""Findings about the path to an executor: each problem is found at its hop."""
 
 import os
 import signal
@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from seoro.doctor.endpoint import look_at_endpoint
+from seoro.doctor.endpoint import check_endpoint
 from seoro.doctor.findings import Finding, Health
-from seoro.doctor.path import look_along
+from seoro.doctor.path import check_path_to_executors
 from tests.executors import NAME, RunningExecutor, executor
 
 
@@ -23,12 +23,12 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningExecutor]:
 
 
 async def look(endpoint: str, name: str | None = None) -> list[Finding]:
-    return [finding async for finding in look_along(endpoint, name)]
+    return [finding async for finding in check_path_to_executors(endpoint, name)]
 
 
 @contextmanager
 def listening() -> Iterator[int]:
-    """A port at which somebody listens who speaks something else."""
+    """Listen at a port with another protocol."""
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def serve() -> None:
@@ -47,13 +47,13 @@ def listening() -> Iterator[int]:
     thread.join()
 
 
-async def test_all_is_well(lab: RunningExecutor) -> None:
+async def test_a_healthy_executor_has_no_problems(lab: RunningExecutor) -> None:
     found = await look(lab.endpoint, NAME)
     assert {finding.health for finding in found} == {Health.OK}
     text = "\n".join(f"{finding.what}: {finding.text}" for finding in found)
     for part in (
         "Zenoh answers",
-        "is of seoro",
+        "same as here",
         "its clock is",
         "(p50)",
         "(p99 of 100)",
@@ -63,11 +63,11 @@ async def test_all_is_well(lab: RunningExecutor) -> None:
         assert part in text
 
 
-async def test_all_executors_are_looked_at_if_none_is_named(lab: RunningExecutor) -> None:
+async def test_all_executors_are_checked_without_a_name(lab: RunningExecutor) -> None:
     assert NAME in {finding.what for finding in await look(lab.endpoint)}
 
 
-async def test_an_executor_that_is_not_there_is_told_with_those_that_are(lab: RunningExecutor) -> None:
+async def test_an_unknown_executor_is_reported_with_the_known_ones(lab: RunningExecutor) -> None:
     *_, last = await look(lab.endpoint, "nobody")
     assert (last.what, last.health) == ("executor", Health.FAILED)
     assert NAME in last.help
@@ -76,47 +76,47 @@ async def test_an_executor_that_is_not_there_is_told_with_those_that_are(lab: Ru
 @pytest.mark.parametrize(
     ("endpoint", "text"),
     [
-        ("nonsense", "is none"),
-        ("tcp/127.0.0.1:99999", "there is no port 99999"),
-        ("unixsock-stream//nowhere/hub", "there is no socket"),
-        ("tcp/name.invalid:7470", "belongs to no machine"),
+        ("nonsense", "invalid endpoint"),
+        ("tcp/127.0.0.1:99999", "invalid port 99999"),
+        ("unixsock-stream//nowhere/hub", "socket not found"),
+        ("tcp/name.invalid:7470", "unknown host"),
     ],
 )
-async def test_an_endpoint_that_cannot_be_is_told(endpoint: str, text: str) -> None:
+async def test_an_invalid_endpoint_is_reported(endpoint: str, text: str) -> None:
     [finding] = await look(endpoint)
     assert finding.health is Health.FAILED
     assert text in finding.text
     assert finding.help
 
 
-async def test_a_closed_port_is_told() -> None:
+async def test_a_closed_port_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
-    finding = await look_at_endpoint(f"tcp/127.0.0.1:{port}")
+    finding = await check_endpoint(f"tcp/127.0.0.1:{port}")
     assert finding.health is Health.FAILED
     assert "nothing listens" in finding.text
 
 
-async def test_somebody_else_at_the_port_is_told() -> None:
+async def test_another_server_at_the_port_is_reported() -> None:
     with listening() as port:
         first, *_, last = await look(f"tcp/127.0.0.1:{port}")
     assert first.health is Health.OK
     assert (last.what, last.health) == ("session", Health.FAILED)
-    assert "speaks Zenoh with us" in last.text
+    assert "no Zenoh session with" in last.text
 
 
-async def test_an_endpoint_outside_this_machine_without_keys_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_remote_endpoint_without_keys_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     async def is_there(endpoint: str) -> Finding:
         return Finding("endpoint", Health.OK, endpoint)
 
-    monkeypatch.setattr("seoro.doctor.path.look_at_endpoint", is_there)
+    monkeypatch.setattr("seoro.doctor.path.check_endpoint", is_there)
     *_, last = await look("tcp/192.0.2.1:7470")
     assert (last.what, last.health) == ("keys", Health.FAILED)
     assert "tls/192.0.2.1:7470" in last.help
 
 
 @pytest.mark.slow
-async def test_an_executor_that_stands_still_is_told(tmp_path: Path) -> None:
+async def test_a_suspended_executor_is_reported(tmp_path: Path) -> None:
     with executor(tmp_path) as running:
         os.kill(running.process.pid, signal.SIGSTOP)
         try:
@@ -124,4 +124,4 @@ async def test_an_executor_that_stands_still_is_told(tmp_path: Path) -> None:
         finally:
             os.kill(running.process.pid, signal.SIGCONT)
     assert last.health is Health.FAILED
-    assert "stands still" in last.help
+    assert "if it hangs" in last.help

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from seoro.lang import table
+from seoro.lang import parse_table
 
 ROOT = Path(__file__).parents[2]
 EXTENSION = ROOT / "editors/vscode"
@@ -51,14 +51,14 @@ def patterns(value: Any) -> list[str]:
     return [found for item in value for found in patterns(item)] if isinstance(value, list) else []
 
 
-def test_the_words_are_those_of_the_language() -> None:
+def test_the_keywords_equal_those_of_the_language() -> None:
     repository = json.loads(GRAMMAR.read_text(encoding="utf-8"))["repository"]
     words = {
         word
         for found in patterns(repository)
         for word in re.findall(r"(?<![\\\w\[{])[A-Za-z_]{2,}", found.replace(r"\b", " "))
     }
-    keywords = {word for word in table.load()["literals"] if word[0].isalpha()}
+    keywords = {word for word in parse_table.load()["literals"] if word[0].isalpha()}
     assert keywords - words == set()
     assert words - keywords - {"xA", "Fa", "ntr", "eE", "start", "end", "fail"} == set()
 

@@ -117,7 +117,7 @@ def without_stamps(records: Sequence[dict[str, Any]]) -> Records:
 
 
 def state_of_the_program() -> dict[str, object]:
-    """What a library has no business to change."""
+    """Return global state that a library must not change."""
     return {
         "signals": {number: signal.getsignal(number) for number in signal.valid_signals()},
         "logging": (
@@ -139,7 +139,7 @@ def state_of_the_program() -> dict[str, object]:
         "recursion": sys.getrecursionlimit(),
         "switch": sys.getswitchinterval(),
         "warnings": list(warnings.filters),
-        "garbage": (gc.isenabled(), gc.get_threshold(), gc.get_debug(), gc.get_freeze_count()),
+        "garbage": (gc.isenabled(), gc.get_threshold(), gc.get_debug()),  # frozen objects may still be freed
         "random": random.getstate(),
         "locale": locale.setlocale(locale.LC_ALL),
         "umask": _umask(),
@@ -147,7 +147,7 @@ def state_of_the_program() -> dict[str, object]:
 
 
 def state_of_the_loop() -> dict[str, object]:
-    """What a library has no business to change in the running loop."""
+    """Return state of the running loop that a library must not change."""
     loop = asyncio.get_running_loop()
     return {
         "loop": loop,
@@ -177,8 +177,8 @@ def _umask() -> int:
 
 
 def holdings() -> Counter[str]:
-    """What a run may have, and has to give back: tasks, threads, children, files; asyncio's own threads apart."""
-    # Those of its executor stay; those that wait for processes end a moment after these, by either name.
+    """Return the tasks, threads, children and files of this process, without asyncio's own threads."""
+    # Threads of asyncio's executor stay. Threads that wait for processes end a moment after them.
     own = ("asyncio", "waitpid-")
     threads = (thread.name for thread in threading.enumerate() if not thread.name.startswith(own))
     children = (file.read_text().split() for file in Path("/proc/self/task").glob("*/children"))

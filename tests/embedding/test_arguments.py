@@ -1,4 +1,4 @@
-"""Arguments of the Python API: conversions, and refusals that say what was expected."""
+"""Arguments of the Python API: conversions, and errors with the expected type."""
 
 import asyncio
 import math
@@ -11,7 +11,7 @@ import pytest
 import seoro
 from seoro.embed.options import OptionFields, options_from
 
-ENDPOINT = "tcp/[::1]:1"  # which nobody serves
+ENDPOINT = "tcp/[::1]:1"  # unused
 LOGIC = """import osc.types
 scenario main:
     n: int = 1
@@ -51,10 +51,10 @@ def scenario(tmp_path: Path) -> seoro.Scenario:
         ({"sim": "mujoco"}, "unknown option `sim`"),
     ],
 )
-def test_a_wrong_option_is_refused_with_what_was_expected(
+def test_an_invalid_option_is_rejected_with_the_expected_type(
     scenario: seoro.Scenario, options: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(seoro.InvalidUse) as caught:
+    with pytest.raises(seoro.UsageError) as caught:
         seoro.run(scenario, **options)
     assert message in str(caught.value)
 
@@ -76,8 +76,8 @@ def test_a_wrong_option_is_refused_with_what_was_expected(
         (lambda: seoro.Lab("hall.yaml", rate=math.nan), "invalid `rate`: found nan, expected a number above 0"),
         (lambda: seoro.Leasing(wait=math.nan), "invalid `wait`: found nan, expected seconds from 0"),
         (lambda: seoro.Leasing(wait=-1.0), "invalid `wait`: found -1.0, expected seconds from 0"),
-        (lambda: seoro.Leasing(say=3), "invalid `say`: expected a function"),  # type: ignore[arg-type]
-        (lambda: seoro.Leasing(turn=3), "invalid `turn`: expected a function"),  # type: ignore[arg-type]
+        (lambda: seoro.Leasing(on_wait=3), "invalid `on_wait`: expected a function"),  # type: ignore[arg-type]
+        (lambda: seoro.Leasing(on_acquired=3), "invalid `on_acquired`: expected a function"),  # type: ignore[arg-type]
         (lambda: seoro.load("a.osc", modules=math), "invalid `modules`: expected a list of modules"),  # type: ignore[arg-type]
         (lambda: seoro.load("a.osc", modules=["math"]), "invalid `modules[0]`: expected a module"),  # type: ignore[list-item]
         (lambda: seoro.action(print), "invalid `name` of `@seoro.action`: expected a str"),  # type: ignore[call-overload]
@@ -94,7 +94,7 @@ def test_a_wrong_option_is_refused_with_what_was_expected(
     ],
 )
 def test_a_wrong_argument_is_refused_where_it_is_given(make: Any, message: str) -> None:
-    with pytest.raises(seoro.InvalidUse) as caught:
+    with pytest.raises(seoro.UsageError) as caught:
         make()
     assert message in str(caught.value)
 
@@ -107,7 +107,10 @@ def test_a_wrong_argument_is_refused_where_it_is_given(make: Any, message: str) 
             lambda client, _: client.submit("a", "a.osc", stop_if_lost="5"),
             "invalid `stop_if_lost`: expected a number",
         ),
-        (lambda client, _: client.submit("a", "a.osc", film=True), "invalid `film`: expected a seoro.film.Film"),
+        (
+            lambda client, _: client.submit("a", "a.osc", film=True),
+            "invalid `film`: expected a seoro.embed.video.VideoOptions",
+        ),
         (lambda client, _: client.dry_run("a", 3), "invalid `scenario`: expected a path"),
         (lambda client, _: client.describe(3), "invalid `executor`: expected a str"),
         (lambda client, _: client.run(3), "invalid `run`: expected a str"),
@@ -133,7 +136,7 @@ def test_a_wrong_argument_is_refused_where_it_is_given(make: Any, message: str) 
 )
 def test_clients_refuse_wrong_arguments_before_they_ask_anybody(call: Any, message: str) -> None:
     client = seoro.Client(ENDPOINT)
-    with pytest.raises(seoro.InvalidUse) as caught:
+    with pytest.raises(seoro.UsageError) as caught:
         asyncio.run(call(client, client.lab(connect=[ENDPOINT])))
     assert message in str(caught.value)
 

@@ -90,7 +90,7 @@ def test_arguments_are_followed_through_invocations(tmp_path: Path) -> None:
         "act()",
     ],
 )
-def test_what_may_hold_in_some_run_is_no_contradiction(member: str, tmp_path: Path) -> None:
+def test_satisfiable_constraints_are_not_reported(member: str, tmp_path: Path) -> None:
     assert lines(tmp_path, member) == []
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from seoro.embed.directives import _READERS, Axis, Directives, FileDirectives, read_directives
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lang.source import SourceFile
 from seoro.pytest_plugin.marks import read_marks
 
@@ -14,7 +14,7 @@ SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
 
 
 def read(text: str, *lines: int, path: Path | None = None) -> FileDirectives:
-    """What the comments of a text say, whose scenarios stand in some lines."""
+    """Read the directives of a text with scenarios in some lines."""
     return read_directives(SourceFile("test.osc", text, path), frozenset(lines))
 
 
@@ -26,7 +26,7 @@ def test_comments_of_a_scenario_and_of_the_file() -> None:
     assert found.scenarios == {7: replace(found.common, seeds=(1, 2))}
 
 
-def test_what_a_scenario_says_goes_before_what_the_file_says() -> None:
+def test_directives_of_a_scenario_take_precedence_over_the_file() -> None:
     text = f"# seoro: expect failed: late\n# seoro: seed 1\n\n# seoro: expect error\n# seoro: seed 2\n{SCENARIO}"
     found = read(text, 6)
     assert (found.common.expect, found.common.reason, found.common.seeds) == ("failed", "late", (1,))
@@ -60,7 +60,7 @@ def test_parameter_files_lie_beside_the_scenario(tmp_path: Path) -> None:
     assert [file.name for file in found.scenarios[2].files] == ["a.yaml", "b.yaml", "c.yaml"]
 
 
-def test_simulators_and_a_world_are_named(tmp_path: Path) -> None:
+def test_directives_select_simulators_and_a_world(tmp_path: Path) -> None:
     (tmp_path / "hall.yaml").write_text("")
     text = f"# seoro: simulators mujoco, pybullet\n# seoro: world hall.yaml\n{SCENARIO}"
     found = read(text, 3, path=tmp_path / "test.osc").scenarios[3]
@@ -97,16 +97,16 @@ def test_simulators_and_a_world_are_named(tmp_path: Path) -> None:
         ("pytest: parametrize('a', [1])", "unsupported mark `parametrize`"),
     ],
 )
-def test_what_cannot_be_is_refused(tmp_path: Path, comment: str, message: str) -> None:
-    with pytest.raises(InvalidUse) as caught:
+def test_invalid_directives_are_rejected(tmp_path: Path, comment: str, message: str) -> None:
+    with pytest.raises(UsageError) as caught:
         read_marks(read(f"# {comment}\n{SCENARIO}", 2, path=tmp_path / "test.osc").scenarios[2].marks)
     assert message in str(caught.value)
     assert str(caught.value.span) == "test.osc:1:1"
 
 
 @pytest.mark.parametrize("text", [f"{SCENARIO}    # seoro: seed 3\n", "import osc.types\n# seoro: seed 3\n\n"])
-def test_what_is_for_no_test_is_refused(text: str) -> None:
-    with pytest.raises(InvalidUse, match="misplaced directive"):
+def test_misplaced_directives_are_rejected(text: str) -> None:
+    with pytest.raises(UsageError, match="misplaced directive"):
         read(text, 1)
 
 
@@ -116,5 +116,5 @@ def test_other_comments_are_comments(text: str) -> None:
 
 
 def test_every_comment_is_documented() -> None:
-    document = (Path(__file__).parents[2] / "docs" / "pytest.md").read_text()
+    document = (Path(__file__).parents[2] / "docs" / "how-to" / "pytest.md").read_text()
     assert [word for word in _READERS if f"| `# seoro: {word}" not in document] == []

@@ -1,4 +1,4 @@
-"""The examples of `docs/embedding.md` do what it says."""
+"""The examples of `docs/how-to/embed.md` work."""
 
 import os
 import re
@@ -12,11 +12,11 @@ import pytest
 from seoro.embed.options import Options
 
 ROOT = Path(__file__).parents[2]
-DOCUMENT = ROOT / "docs" / "embedding.md"
+DOCUMENT = ROOT / "docs" / "how-to" / "embed.md"
 SERVICE = ROOT / "examples" / "service" / "service.py"
 EXAMPLE = re.compile(r"`([\w.]+\.\w+)`:\n\n```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
-# What the kernel of a notebook does with a cell: in the loop that is running, as ipykernel does it.
+# Runs cells in a running loop, like the ipykernel of a notebook.
 NOTEBOOK = """
 import asyncio
 import sys
@@ -52,6 +52,7 @@ def folder(tmp_path: Path) -> Path:
         ("script.py", "passed 4.5 s\n"),
         ("program.py", "2.0 round done\n4.0 round done\n6.0 round done\npassed\n"),
         ("many.py", "20 of 20 passed\n"),
+        ("ask.py", "arrived at 2.0 s, who is there?\npassed\n"),
         ("notebook.py", "[2.0, 4.0, 6.0]\npassed\n"),
     ],
 )
@@ -70,6 +71,31 @@ def test_the_example_runs(folder: Path, file: str, printed: str) -> None:
     assert done.returncode == 0
 
 
+# A browser that answers, and one that disconnects.
+BROWSER = """
+from starlette.testclient import TestClient
+import web
+
+client = TestClient(web.app)
+with client.websocket_connect("/handover") as socket:
+    assert socket.receive_json().keys() == {"arrived"}
+    socket.send_json({"name": "Ada"})
+    print(socket.receive_json())
+with client.websocket_connect("/handover") as socket:
+    socket.receive_json()
+print("disconnected")
+"""
+
+
+def test_a_browser_answers_over_a_websocket(folder: Path) -> None:
+    scenario = folder / "handover.osc"
+    scenario.write_text(scenario.read_text().replace("elapsed(2s)", "elapsed(1ms)"))
+    done = subprocess.run(
+        [sys.executable, "-c", BROWSER], cwd=folder, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.stdout == "{'verdict': 'passed'}\ndisconnected\n", done.stderr
+
+
 def test_a_scenario_with_errors_ends_a_script_with_all_of_them(folder: Path) -> None:
     (folder / "patrol.osc").write_text("scenario patrol:\n    do serial:\n        one()\n        two()\n")
     done = subprocess.run(
@@ -83,7 +109,7 @@ def test_a_scenario_with_errors_ends_a_script_with_all_of_them(folder: Path) -> 
 
 @pytest.mark.slow
 def test_the_examples_have_types(folder: Path) -> None:
-    files = ["script.py", "program.py", "many.py", str(SERVICE)]
+    files = ["script.py", "program.py", "many.py", "ask.py", "web.py", str(SERVICE)]
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--no-incremental", *files],
         cwd=folder,

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import seoro
-from seoro.bundle.packing import pack
-from seoro.bundle.unpacking import limit_of
+from seoro.bundle.pack import pack
+from seoro.bundle.unpack import limit_of
 from seoro.embed import check_file
 from seoro.embed.file_settings import (
     CLOCK,
@@ -16,20 +16,20 @@ from seoro.embed.file_settings import (
     ROS,
     SNAPSHOT,
     FileSettings,
-    Given,
-    Place,
+    GivenOptions,
+    Target,
     settings_of_file,
     with_file_settings,
 )
 from seoro.embed.options import Lab, Options, Ros, Simulator
-from seoro.embed.walltime import Source
-from seoro.errors import InvalidUse
+from seoro.embed.time_limit import Source
+from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
 
 SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
 
 
-def settings(tmp_path: Path, directives: str, given: Given, *, repeats: bool = False) -> FileSettings:
+def settings(tmp_path: Path, directives: str, given: GivenOptions, *, repeats: bool = False) -> FileSettings:
     return settings_of_file(checked(tmp_path, directives), None, given, repeats=repeats)
 
 
@@ -37,67 +37,67 @@ def checked(tmp_path: Path, directives: str):  # type: ignore[no-untyped-def]
     (tmp_path / "hall.yaml").write_text("")
     file = tmp_path / "test.osc"
     file.write_text(f"import osc.types\n\n{directives}{SCENARIO}")
-    return check_file(file).without_errors().checked
+    return check_file(file).without_errors()
 
 
 ALL = "# seoro: simulators mujoco\n# seoro: world hall.yaml\n# seoro: seed 7\n# seoro: timeout 9s\n"
 
 
-def test_directives_give_what_options_leave_open(tmp_path: Path) -> None:
-    found = settings(tmp_path, ALL, Given())
+def test_directives_supply_missing_options(tmp_path: Path) -> None:
+    found = settings(tmp_path, ALL, GivenOptions())
     assert (found.simulator, found.world) == ("mujoco", str(tmp_path / "hall.yaml"))
     assert (found.seed, found.limit.seconds, found.notes) == (7, 9.0, [])
 
 
 def test_options_go_before_directives(tmp_path: Path) -> None:
-    found = settings(tmp_path, ALL, Given(simulator="pybullet", world="maze", seed=0, timeout=1.0))
+    found = settings(tmp_path, ALL, GivenOptions(simulator="pybullet", world="maze", seed=0, timeout=1.0))
     assert (found.simulator, found.world, found.seed, found.limit.seconds) == ("pybullet", "maze", 0, 1.0)
     assert [note.partition(": ")[2] for note in found.notes] == [
-        "it asks for the simulator mujoco; this run uses pybullet"
+        "this run uses pybullet instead of its simulator mujoco"
     ]
 
 
 @pytest.mark.parametrize(
-    "place",
+    "target",
     [
-        Place(LAB, "--lab"),
-        Place(SNAPSHOT, "--from-snapshot"),
-        Place(ROS, "--ros"),
-        Place(CLOCK, "--clock virtual"),
+        Target(LAB, "--lab"),
+        Target(SNAPSHOT, "--from-snapshot"),
+        Target(ROS, "--ros"),
+        Target(CLOCK, "--clock virtual"),
     ],
 )
-def test_a_place_without_worlds_replaces_the_simulator_with_a_note(tmp_path: Path, place: Place) -> None:
-    found = settings(tmp_path, ALL, Given(place=place))
+def test_a_target_without_worlds_replaces_the_simulator_with_a_note(tmp_path: Path, target: Target) -> None:
+    found = settings(tmp_path, ALL, GivenOptions(target=target))
     assert (found.simulator, found.world) == (None, None)
-    assert all(f"`{place.option}` goes before it" in note for note in found.notes)
+    assert all(f"`{target.option}` replaces its" in note for note in found.notes)
     assert len(found.notes) == 2
 
 
 def test_a_running_simulator_loads_the_world_of_the_file(tmp_path: Path) -> None:
-    found = settings(tmp_path, ALL, Given(place=Place(ENDPOINT, "--connect")))
+    found = settings(tmp_path, ALL, GivenOptions(target=Target(ENDPOINT, "--connect")))
     assert (found.simulator, found.world) == (None, str(tmp_path / "hall.yaml"))
 
 
 def test_a_world_without_a_simulator_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidUse, match="the run has no simulator"):
-        settings(tmp_path, "# seoro: world maze\n", Given())
+    with pytest.raises(UsageError, match="the run has no simulator"):
+        settings(tmp_path, "# seoro: world maze\n", GivenOptions())
 
 
-def test_a_single_run_uses_the_first_seed_and_simulator_and_says_so(tmp_path: Path) -> None:
+def test_a_single_run_uses_the_first_seed_and_simulator_with_notes(tmp_path: Path) -> None:
     directives = "# seoro: simulators mujoco, pybullet\n# seoro: seed 4, 5\n"
-    found = settings(tmp_path, directives, Given())
+    found = settings(tmp_path, directives, GivenOptions())
     assert (found.simulator, found.seed, found.seeds) == ("mujoco", 4, (4, 5))
     assert [note.partition(": ")[2] for note in found.notes] == [
-        "it lists the simulators mujoco, pybullet; this run uses mujoco",
-        "it lists the seeds 4, 5; this run uses 4",
+        "this run uses mujoco of its simulators mujoco, pybullet",
+        "this run uses seed 4 of 4, 5",
     ]
-    assert len(settings(tmp_path, directives, Given(), repeats=True).notes) == 1
+    assert len(settings(tmp_path, directives, GivenOptions(), repeats=True).notes) == 1
 
 
 def test_parameters_that_only_tests_vary_are_noted_unless_given(tmp_path: Path) -> None:
     directives = "# seoro: parametrize speed=[1mps]\n"
-    assert "varies the parameter speed" in settings(tmp_path, directives, Given()).notes[0]
-    assert settings(tmp_path, directives, Given(parameters=("speed",))).notes == []
+    assert "varies the parameter speed" in settings(tmp_path, directives, GivenOptions()).notes[0]
+    assert settings(tmp_path, directives, GivenOptions(parameters=("speed",))).notes == []
 
 
 def test_directives_of_the_chosen_scenario_apply(tmp_path: Path) -> None:
@@ -105,9 +105,9 @@ def test_directives_of_the_chosen_scenario_apply(tmp_path: Path) -> None:
     file.write_text(
         f"# seoro: seed 1\n\nimport osc.types\n# seoro: seed 2\nscenario other:\n    do main()\n{SCENARIO}"
     )
-    both = check_file(file).without_errors().checked
-    assert settings_of_file(both, "main", Given()).seed == 1
-    assert settings_of_file(both, "other", Given()).seed == 2
+    both = check_file(file).without_errors()
+    assert settings_of_file(both, "main", GivenOptions()).seed == 1
+    assert settings_of_file(both, "other", GivenOptions()).seed == 2
 
 
 @pytest.mark.parametrize(
@@ -137,9 +137,9 @@ def test_programs_get_the_simulator_and_world_of_the_file(
 
 
 def test_the_limit_of_wall_time_names_its_source(tmp_path: Path) -> None:
-    file = settings(tmp_path, ALL, Given()).limit
-    option = settings(tmp_path, ALL, Given(timeout=1.0, timeout_option="--timeout SECONDS")).limit
-    default = settings(tmp_path, "", Given(timeout_option="--timeout SECONDS")).limit
+    file = settings(tmp_path, ALL, GivenOptions()).limit
+    option = settings(tmp_path, ALL, GivenOptions(timeout=1.0, timeout_option="--timeout SECONDS")).limit
+    default = settings(tmp_path, "", GivenOptions(timeout_option="--timeout SECONDS")).limit
     assert (file.source, option.source, default.source) == (Source.FILE, Source.CALLER, Source.DEFAULT)
     assert file.reason == "no verdict within 9 s of wall time (`# seoro: timeout` in the file)"
     assert option.reason == "no verdict within 1 s of wall time (`--timeout SECONDS`)"
@@ -168,5 +168,5 @@ def test_programs_hold_runs_to_the_limit_of_the_file_and_to_their_own(tmp_path: 
     verdict = seoro.run(scenario, clock="real", timeout=0.01)
     assert verdict.reason == "no verdict within 0.01 s of wall time (`timeout=SECONDS`)"
     assert seoro.run(scenario, clock="virtual", timeout=math.inf).passed
-    with pytest.raises(InvalidUse, match="invalid `timeout`: found 0, expected seconds above 0"):
+    with pytest.raises(UsageError, match="invalid `timeout`: found 0, expected seconds above 0"):
         seoro.run(scenario, timeout=0)

@@ -22,7 +22,7 @@ async def watch(scenario: seoro.Scenario) -> seoro.Verdict:
 
 
 @pytest.mark.slow
-async def test_a_run_changes_nothing_while_it_goes_on_nor_after_it(scenario: seoro.Scenario) -> None:
+async def test_a_run_does_not_change_global_state(scenario: seoro.Scenario) -> None:
     async with as_it_was():
         before = state_of_the_program()
         async with seoro.start(scenario, seed=3, clock="virtual") as run:
@@ -108,7 +108,7 @@ async def test_a_time_limit_of_the_program_is_kept(
 
 
 @pytest.mark.parametrize("error", [KeyError("mine"), SystemExit(3), KeyboardInterrupt()])
-async def test_what_the_block_raises_comes_out_as_it_is(
+async def test_exceptions_of_the_block_are_not_wrapped(
     load: Callable[[str], seoro.Scenario], error: BaseException
 ) -> None:
     caught: BaseException | None = None
@@ -122,7 +122,7 @@ async def test_what_the_block_raises_comes_out_as_it_is(
     assert (await run.result()).status is seoro.RunStatus.CANCELLED
 
 
-async def test_a_block_that_ends_at_once_has_a_verdict(load: Callable[[str], seoro.Scenario]) -> None:
+async def test_an_empty_block_cancels_the_run(load: Callable[[str], seoro.Scenario]) -> None:
     async with seoro.start(load(ENDLESS), clock="virtual") as run:
         pass
     verdict = await run.result()
@@ -144,13 +144,13 @@ async def test_a_run_in_an_async_generator_is_stopped_with_it(load: Callable[[st
 async def test_an_unknown_option_starts_nothing(load: Callable[[str], seoro.Scenario]) -> None:
     scenario = load(ENDLESS)
     for options, message in (
-        ({"seed": -1}, "a seed is a whole number from 0"),
-        ({"clock": "fast"}, "there is no clock 'fast'"),
-        ({"clock": "sim"}, "there is none"),
-        ({"grace": -1.0}, "from 0, not -1"),
-        ({"clock": "virtual", "simulator": seoro.Simulator(name="mujoco")}, "does not go with a simulator"),
-        ({"simulator": seoro.Simulator()}, "either started by its name or connected to"),
+        ({"seed": -1}, "invalid seed -1"),
+        ({"clock": "fast"}, "unknown clock 'fast'"),
+        ({"clock": "sim"}, "needs a simulator"),
+        ({"grace": -1.0}, "expected seconds from 0"),
+        ({"clock": "virtual", "simulator": seoro.Simulator(name="mujoco")}, "is impossible with a simulator"),
+        ({"simulator": seoro.Simulator()}, "expected either the name of a simulator"),
     ):
-        with pytest.raises(seoro.InvalidUse, match=message):
+        with pytest.raises(seoro.UsageError, match=message):
             async with seoro.start(scenario, **options):
                 pytest.fail("it was started")

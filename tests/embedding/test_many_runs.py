@@ -1,4 +1,4 @@
-"""Several runs in one process: each is what it is alone."""
+"""Several runs in one process do not affect each other."""
 
 import asyncio
 import math
@@ -13,7 +13,7 @@ import pytest
 import uvloop
 
 import seoro
-from seoro.runtime import blocking
+from seoro.runtime.execution import blocking
 from tests.embedding.conftest import Records, without_stamps
 
 SEEDS = range(50)
@@ -21,7 +21,7 @@ SEEDS = range(50)
 
 @pytest.fixture(autouse=True)
 def _no_word_of_blocking(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine that holds a process up for a tenth of a second has it say so in the trace, which is compared."""
+    """Switch off warnings about slow steps: they depend on the load, and would be in the traces."""
     monkeypatch.setattr(blocking, "LIMIT", math.inf)
 
 
@@ -42,7 +42,7 @@ def alone(scenario: seoro.Scenario) -> list[Records]:
     return [asyncio.run(trace_of(scenario, seed)) for seed in SEEDS]
 
 
-def test_fifty_runs_at_once_have_the_traces_that_they_have_alone(
+def test_fifty_simultaneous_runs_have_the_same_traces_as_sequential_ones(
     scenario: seoro.Scenario, alone: list[Records]
 ) -> None:
     at_once = asyncio.run(all_at_once(scenario))
@@ -80,8 +80,8 @@ async def test_a_loop_that_starts_tasks_eagerly_loses_no_record(scenario: seoro.
     assert await trace_of(scenario, 1) == expected
 
 
-def test_threads_may_load_one_scenario_at_once(tmp_path: Path) -> None:
-    """The Python of its library is imported once, by whoever comes first."""
+def test_threads_load_a_scenario_simultaneously(tmp_path: Path) -> None:
+    """The first thread imports the Python module of its library."""
     folder = tmp_path / "seoro.libraries"
     folder.mkdir()
     (folder / "garden.osc").write_text("action water\n")
@@ -124,8 +124,8 @@ def test_a_script_needs_no_loop_of_its_own(scenario: seoro.Scenario) -> None:
     assert verdict.seed == 7
 
 
-async def test_what_makes_a_loop_says_so_when_there_is_one(scenario: seoro.Scenario) -> None:
-    with pytest.raises(seoro.InvalidUse, match="makes an event loop, and here is one already"):
+async def test_run_is_rejected_within_an_event_loop(scenario: seoro.Scenario) -> None:
+    with pytest.raises(seoro.UsageError, match="cannot be called from a running event loop"):
         seoro.run(scenario)
 
 

@@ -1,4 +1,4 @@
-"""The example of a simulator keeps the rules, and is found where it is installed."""
+"""The example of a simulator fulfils the rules, and is found after its installation."""
 
 import asyncio
 import importlib.util
@@ -29,7 +29,7 @@ OBSTACLE = str(ROOT / "scenarios" / "navigation" / "obstacle.osc")
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of packages in which the toy is installed, as pip leaves it, for this process and its children."""
+    """Install the toy into a folder of packages, for this process and its children."""
     project = tomllib.loads((FOLDER / "pyproject.toml").read_text())["project"]
     about = tmp_path / "toy_simulator-1.0.0.dist-info"
     about.mkdir()
@@ -49,7 +49,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def engine() -> Iterator[Any]:
-    """The class of its engine."""
+    """Return the class of its engine."""
     specification = importlib.util.spec_from_file_location("toy_simulator", FOLDER / "toy_simulator.py")
     assert specification is not None and specification.loader is not None
     module = importlib.util.module_from_spec(specification)
@@ -59,42 +59,42 @@ def engine() -> Iterator[Any]:
     del sys.modules["toy_simulator"]
 
 
-def test_its_engine_keeps_the_rules_for_what_it_offers(engine: Any) -> None:
+def test_the_toy_engine_fulfils_the_rules_for_its_parts(engine: Any) -> None:
     check_physics(engine)
     names = {rule.__name__ for rule in rules_for(engine())}
     assert {"robots_drive_straight", "rays_end_at_every_shape", "saving_changes_nothing"} <= names
     assert not {"bodies_fall_with_gravity", "joints_go_where_they_are_pulled", "pictures_change_nothing"} & names
 
 
-def test_what_it_lacks_is_refused_in_a_sentence(engine: Any, tmp_path: Path) -> None:
+def test_missing_parts_of_the_toy_engine_are_refused(engine: Any, tmp_path: Path) -> None:
     world = tmp_path / "cell.yaml"
     world.write_text(
         "name: cell\nextent: [-3, -3, 3, 3]\nrobots:\n  - {name: arm, robot: ur10e}\n", encoding="utf-8"
     )
     simulator = Simulator(engine(), "empty", 0)
     before = simulator.simulation
-    with pytest.raises(RequestRefused, match="the engine toy has no arms, and the world cell has arm"):
+    with pytest.raises(RequestRefused, match="the engine toy lacks arms; the world cell has arm"):
         simulator.load(str(world), 0)
     assert simulator.simulation is before
     request = wire.encode(wire.EntityName(name="turtlebot4/front"))
-    with pytest.raises(RequestRefused, match="the engine toy draws no pictures"):
+    with pytest.raises(RequestRefused, match="the engine toy does not render images"):
         handle(simulator, wire.GET_CAMERA_IMAGE.name, request)
 
 
 @pytest.mark.slow
-def test_its_node_keeps_the_contracts(installed: Path) -> None:
+def test_the_toy_node_fulfils_the_contracts(installed: Path) -> None:
     with running("toy", installed) as make:
         asyncio.run(check_backend(make))
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("installed")
-def test_a_scenario_runs_in_it() -> None:
+def test_a_scenario_runs_in_the_toy_simulator() -> None:
     assert main(["exec", OBSTACLE, "--sim", "toy", "--rate", "max", "--seed", "3"]) == 0
 
 
 @pytest.mark.usefixtures("installed")
-def test_it_is_found_where_it_is_installed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_installed_toy_simulator_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenario = tmp_path / "drive.osc"
     scenario.write_text(
         "import osc.driving\n\nscenario main:\n    robot: differential_drive_robot\n"
@@ -105,6 +105,6 @@ def test_it_is_found_where_it_is_installed(tmp_path: Path, capsys: pytest.Captur
     assert "simulators: mujoco, pybullet, toy" in capsys.readouterr().err
 
 
-def test_where_it_is_not_installed_it_is_not_known(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_toy_simulator_that_is_not_installed_is_unknown(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", OBSTACLE, "--sim", "toy"]) == 2
-    assert re.search(r"there is no simulator 'toy'", capsys.readouterr().err)
+    assert re.search(r"unknown simulator 'toy'", capsys.readouterr().err)

@@ -1,4 +1,4 @@
-"""Answers of executors that somebody forges or changes on the way: real keys, real sessions, a real executor."""
+"""Forged and changed answers of executors: real keys, real sessions, a real executor."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from anyio.from_thread import start_blocking_portal
 import seoro
 from seoro.bridges.executor.asking import ExecutorLost
 from seoro.bridges.executor.messages import GET_RUN, OneRun, State
-from seoro.bridges.secured import security_of
 from seoro.bridges.session import Answer
 from seoro.bridges.wire import Refusal, encode
-from seoro.bridges.wire.proving import DENIED, STALE, UNAVAILABLE
+from seoro.bridges.wire.authentication import DENIED, STALE, UNAVAILABLE
 from seoro.cli.main import main
 from seoro.client.runs import RemoteRun
 from seoro.errors import BackendLost, BackendRefused
-from seoro.keys import revoked_file
-from seoro.keys.folder import VARIABLE, read_keys
-from seoro.keys.roles import Role
+from seoro.security.keys import VARIABLE, revoked_file
+from seoro.security.keys.folder import read_keys
+from seoro.security.keys.roles import Role
+from seoro.security.network.endpoint_keys import security_of
 from tests.labs import NAME, KeyedLab, RunningCommand, free_port, keyed_executor, make_lab
 from tests.relays import Relay, relaying
 
@@ -34,7 +34,7 @@ scenario failing:
         wait elapsed(20ms)
         emit fail
 """
-WRONG = rf"the answer of the executor '{NAME}' to `{{}}` is not authentic: the signature is wrong"
+WRONG = rf"the answer of the executor '{NAME}' to `{{}}` is not authentic: invalid signature"
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def there(lab: KeyedLab, place: Path) -> Iterator[RunningCommand]:
 
 @asynccontextmanager
 async def between(lab: KeyedLab, there: RunningCommand, endpoint: str) -> AsyncIterator[Relay]:
-    """A router that somebody else runs."""
+    """Yield a router of an attacker."""
     keys = [security_of(endpoint, read_keys(lab.keys(name))) for name in ("hub", "ada")]
     async with relaying(endpoint, there.endpoint, (keys[0], keys[1])) as relay:
         yield relay
@@ -67,7 +67,7 @@ See = Callable[[str], Seen]
 
 @pytest.fixture
 def see(lab: KeyedLab, there: RunningCommand, tmp_path: Path) -> See:
-    """Submits a scenario through such a router, which has changed nothing yet."""
+    """Return a function that submits a scenario through the router of the attacker."""
 
     @asynccontextmanager
     async def submitted(text: str) -> AsyncIterator[tuple[Relay, RemoteRun]]:
@@ -84,24 +84,24 @@ def see(lab: KeyedLab, there: RunningCommand, tmp_path: Path) -> See:
 
 @asynccontextmanager
 async def failed(see: See) -> AsyncIterator[tuple[Relay, RemoteRun]]:
-    """A run that has failed, as seen through the router."""
+    """Yield a failed run, received through the router."""
     async with see(FAILING) as (relay, run):
         assert not (await run.result()).passed
         yield relay, run
 
 
-async def test_what_nobody_changes_is_taken(see: See, tmp_path: Path) -> None:
+async def test_unchanged_answers_are_accepted(see: See, tmp_path: Path) -> None:
     async with failed(see) as (_, run):
         records = [record async for record in run.records()]
         assert records == [record async for record in run.records_so_far()]
         assert (run.state, len(records) > 3) == (State.FAILED, True)
         assert await run.fetch(tmp_path / "home") == []
         await run.remove()
-        with pytest.raises(BackendRefused, match="there is no run"):  # which is signed, too
+        with pytest.raises(BackendRefused, match="unknown run"):  # also signed
             await run.remove()
 
 
-async def test_a_failed_run_does_not_pass_on_the_way(see: See) -> None:
+async def test_a_verdict_changed_in_transit_is_detected(see: See) -> None:
     async with failed(see) as (relay, run):
         relay.replace(b"failed", b"passed")
         with pytest.raises(ExecutorLost, match=WRONG.format("get_run")):
@@ -110,14 +110,14 @@ async def test_a_failed_run_does_not_pass_on_the_way(see: See) -> None:
             [_ async for _ in run.parts()]
 
 
-def test_the_command_says_so(
+def test_the_command_reports_a_changed_answer(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
     there: RunningCommand,
     lab: KeyedLab,
     tmp_path: Path,
 ) -> None:
-    """Status 3: nobody knows what became of the run."""
+    """Status 3: the outcome of the run is unknown."""
     monkeypatch.setenv(VARIABLE, str(lab.keys("anna")))
     file, endpoint = tmp_path / "failing.osc", f"tls/127.0.0.1:{free_port()}"
     file.write_text(FAILING)
@@ -127,29 +127,29 @@ def test_the_command_says_so(
     ):
         relay.replace(b"failed", b"passed")
         assert main(["exec", str(file), "--on", NAME, "--executor", endpoint]) == 3
-    assert "is not authentic: the signature is wrong" in capsys.readouterr().err
+    assert "is not authentic: invalid signature" in capsys.readouterr().err
 
 
-async def test_answers_have_to_be_signed(see: See) -> None:
-    words = "to `list_files` is not authentic: it is not signed; expected an answer by the keys of lab-a"
+async def test_unsigned_answers_are_refused(see: See) -> None:
+    words = "to `list_files` is not authentic: it is not signed; expected an answer signed with the keys of lab-a"
     async with failed(see) as (relay, run):
-        relay.change = lambda _verb, answers: [answer._replace(beside=b"") for answer in answers]
+        relay.change = lambda _verb, answers: [answer._replace(attachment=b"") for answer in answers]
         with pytest.raises(ExecutorLost, match=words):
             await run.fetch(Path("/nowhere"))
         for code in (STALE, DENIED):
             relay.refuse(encode(Refusal(code=code, message="no")))
-            with pytest.raises(ExecutorLost, match="is not authentic: it is not signed, and says: no"):
+            with pytest.raises(ExecutorLost, match="is not authentic: unsigned refusal: no"):
                 await run.stop()
         busy = [Answer(False, encode(Refusal(code=UNAVAILABLE, message="busy")))]
         relay.change = lambda _verb, answers: [busy.pop()] if busy else answers
         assert (await run.executor.ask(GET_RUN, OneRun(run=run.id))).info.state is State.FAILED
-        assert not busy  # which is said before anything is read, and costs nothing but time
+        assert not busy  # sent before the request is read, so it only costs time
 
 
 async def test_a_revoked_executor_is_not_trusted(
     there: RunningCommand, lab: KeyedLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Neither by who is connected, nor by who comes, if they have the list."""
+    """Connected and new clients with the revocation list refuse it."""
     monkeypatch.setattr(revoked_file, "PERIOD", 0.0)
     lab.authority.add("nora", Role.OPERATOR, lab.keys("nora"))
     file = tmp_path / "failing.osc"
@@ -161,7 +161,7 @@ async def test_a_revoked_executor_is_not_trusted(
         with pytest.raises(ExecutorLost, match="is revoked"):
             await run.executor.ask(GET_RUN, OneRun(run=run.id))
     async with seoro.Client(there.endpoint, lab.keys("nora")) as client:
-        with pytest.raises(ExecutorLost, match=f"{NAME}' is not to be trusted: {NAME} .executor. is revoked"):
+        with pytest.raises(ExecutorLost, match=f"untrusted: the executor '{NAME}': {NAME} .executor. is revoked"):
             await client.submit(NAME, file)
 
 
@@ -180,7 +180,7 @@ async def test_an_earlier_answer_is_refused(see: See) -> None:
             [_ async for _ in run.records_so_far()]
 
 
-async def test_a_trace_is_the_one_that_was_recorded(see: See, place: Path, lab: KeyedLab) -> None:
+async def test_a_trace_changed_on_disk_is_detected(see: See, place: Path, lab: KeyedLab) -> None:
     """Its hash is in the log of the executor, and its clients compare it."""
     async with failed(see) as (_, run):
         trace = place / "state" / "runs" / run.id / "trace.jsonl"
@@ -193,7 +193,7 @@ async def test_a_trace_is_the_one_that_was_recorded(see: See, place: Path, lab: 
             assert changed != recorded
             trace.write_bytes(changed)
             for records in (run.records(), run.records_so_far()):
-                with pytest.raises(BackendLost, match=f"was changed after it was recorded: .* and not {found}"):
+                with pytest.raises(BackendLost, match=f"was changed after it was recorded: .* expected {found}"):
                     [_ async for _ in records]
         trace.write_bytes(recorded)
         assert [_ async for _ in run.records()]

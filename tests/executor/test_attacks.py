@@ -1,4 +1,4 @@
-"""Messages and requests that are too much for an executor, a simulator or a bridge."""
+"""Excessive messages and requests to an executor, a simulator or a bridge."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ import pytest
 
 import seoro
 from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import MAX_FOLLOWING
 from seoro.bridges.session import Refused, open_session
 from seoro.bridges.wire import NAMESPACE, encode, executor_command
-from seoro.bridges.wire.refusal import said_in
-from seoro.executor.gate import FOLLOWED
+from seoro.bridges.wire.refusal import read_refusal
 from tests.executors import LONG, NAME, executor
 
 pytestmark = pytest.mark.anyio
@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 DEADLINE = 30.0  # [s]
 
 
-async def test_an_array_of_maps_is_refused_unread(tmp_path: Path) -> None:
+async def test_a_huge_array_is_refused_before_decoding(tmp_path: Path) -> None:
     size = 15_000_000
     payload = b"\xdd" + struct.pack(">I", size) + b"\x80" * size
     with executor(tmp_path) as running:
@@ -33,17 +33,17 @@ async def test_an_array_of_maps_is_refused_unread(tmp_path: Path) -> None:
         async with open_session(connect=running.endpoint) as session:
             with pytest.raises(Refused) as caught:
                 await session.query(executor_command(NAMESPACE, NAME, "describe"), payload, DEADLINE)
-        assert "has 15000005 bytes: at most 65536 are accepted" in said_in(caught.value.payload).message
+        assert "has 15000005 bytes; expected at most 65536" in read_refusal(caught.value.payload).message
         assert peak(running.process.pid) - before < 100.0
 
 
 def peak(process: int) -> float:
-    """The most memory that a process has had [MB]."""
+    """Return the peak memory of a process [MB]."""
     lines = Path(f"/proc/{process}/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) * 1024 / 1e6
 
 
-async def test_no_more_than_so_many_requests_wait_for_records(tmp_path: Path) -> None:
+async def test_the_number_of_waiting_record_requests_is_limited(tmp_path: Path) -> None:
     file = tmp_path / "long.osc"
     file.write_text(LONG)
     codes: list[int] = []
@@ -60,10 +60,10 @@ async def test_no_more_than_so_many_requests_wait_for_records(tmp_path: Path) ->
                 try:
                     await session.query(key, encode(asked), DEADLINE)
                 except Refused as refused:
-                    codes.append(said_in(refused.payload).code)
+                    codes.append(read_refusal(refused.payload).code)
 
             async with anyio.create_task_group() as tasks:
-                for _ in range(FOLLOWED + 100):
+                for _ in range(MAX_FOLLOWING + 100):
                     tasks.start_soon(ask)
                 with anyio.fail_after(DEADLINE):
                     while len(codes) < 100:

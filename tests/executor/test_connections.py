@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 import uvloop
 
-from seoro.executor.workers import _reader
+from seoro.executor.process.pool import _reader
 
 
 @pytest.mark.parametrize("make_loop", [asyncio.new_event_loop, uvloop.new_event_loop])
-def test_the_end_of_a_connection_closes_no_file_of_others(
+def test_closing_a_connection_closes_no_reused_file(
     make_loop: Callable[[], asyncio.AbstractEventLoop], tmp_path: Path
 ) -> None:
     ours, theirs = socket.socketpair()

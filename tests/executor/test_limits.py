@@ -1,4 +1,4 @@
-"""Limits: what is too much is refused or ended, and said."""
+"""Limits: excessive requests are refused, and excessive runs ended, with a message."""
 
 import json
 import re
@@ -15,15 +15,15 @@ import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import State
 from seoro.client.runs import RemoteRun
-from seoro.errors import BackendRefused, InvalidUse
+from seoro.errors import BackendRefused, UsageError
 from seoro.executor.limits import Limits, Policy, read_policy
-from seoro.executor.memory import Census, used_by
-from seoro.executor.order import Waiting
-from seoro.executor.running import ExecutorOptions, executing
-from seoro.executor.store import Store
-from seoro.keys.audit import Audit, check_log
-from seoro.keys.folder import read_keys
-from seoro.rates import MOST, Rates
+from seoro.executor.runs.fair_queue import FairQueue
+from seoro.executor.runs.memory import Census, used_by
+from seoro.executor.service import ExecutorOptions, open_executor
+from seoro.executor.storage.store import Store
+from seoro.security.keys.folder import read_keys
+from seoro.security.network.rate_limiter import MOST, RateLimiter
+from seoro.security.signing.audit_log import AuditLog, check_log
 from tests.executors import HELLO, LONG
 from tests.labs import NAME, free_port, keyed_executor, make_lab
 
@@ -60,9 +60,9 @@ async def begun(run: RemoteRun) -> None:
                 return
 
 
-async def test_a_run_that_takes_too_long_is_stopped(tmp_path: Path, long: Path) -> None:
+async def test_a_run_beyond_its_time_limit_is_stopped(tmp_path: Path, long: Path) -> None:
     made = options(tmp_path, time=0.5)
-    async with executing(made), seoro.Client(made.listen) as client:
+    async with open_executor(made), seoro.Client(made.listen) as client:
         run = await client.submit("lab-a", long)
         with anyio.fail_after(DEADLINE):
             verdict = await run.result()
@@ -71,7 +71,7 @@ async def test_a_run_that_takes_too_long_is_stopped(tmp_path: Path, long: Path) 
     assert "`time`" in verdict.reason
 
 
-async def test_a_run_that_takes_too_much_memory_is_killed(tmp_path: Path) -> None:
+async def test_a_run_beyond_its_memory_limit_is_killed(tmp_path: Path) -> None:
     folder = tmp_path / "seoro.libraries"
     folder.mkdir()
     (folder / "mine.osc").write_text("action eat\n")
@@ -79,7 +79,7 @@ async def test_a_run_that_takes_too_much_memory_is_killed(tmp_path: Path) -> Non
     file = tmp_path / "eating.osc"
     file.write_text(EATING)
     made = options(tmp_path, memory=300, allow=["python"])
-    async with executing(made), seoro.Client(made.listen) as client:
+    async with open_executor(made), seoro.Client(made.listen) as client:
         run = await client.submit("lab-a", file)
         with anyio.fail_after(DEADLINE), pytest.raises(seoro.BackendError, match="more than 300 MiB"):
             await run.result()
@@ -89,13 +89,13 @@ async def test_a_run_that_takes_too_much_memory_is_killed(tmp_path: Path) -> Non
         assert (await (await client.submit("lab-a", other)).result()).passed
 
 
-async def test_one_has_so_many_runs_that_go_on_and_wait(tmp_path: Path, long: Path) -> None:
+async def test_the_number_of_running_and_waiting_runs_of_a_user_is_limited(tmp_path: Path, long: Path) -> None:
     made = options(tmp_path, jobs=3, running=1, waiting=2)
-    async with executing(made), seoro.Client(made.listen) as client:
+    async with open_executor(made), seoro.Client(made.listen) as client:
         runs = [await client.submit("lab-a", long)]
         await begun(runs[0])
         runs += [await client.submit("lab-a", long) for _ in range(2)]
-        with pytest.raises(BackendRefused, match="2 of your runs wait already"):
+        with pytest.raises(BackendRefused, match="2 of your runs are already waiting"):
             await client.submit("lab-a", long)
         states = [(await client.run(run.id)).state for run in runs]
         assert states == [State.RUNNING, State.QUEUED, State.QUEUED]
@@ -105,30 +105,30 @@ async def test_one_has_so_many_runs_that_go_on_and_wait(tmp_path: Path, long: Pa
             await run.stop()
 
 
-async def test_a_scenario_with_too_many_files_is_refused(tmp_path: Path) -> None:
+async def test_a_too_large_bundle_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "hello.osc"
     file.write_text(f"import osc.mine\n{HELLO}")
     (tmp_path / "seoro.libraries").mkdir()
     (tmp_path / "seoro.libraries" / "mine.osc").write_text("action nothing\n")
     (tmp_path / "seoro.libraries" / "mine.py").write_text(f"# {'x' * (2 << 20)}\n")
     made = options(tmp_path, bundle=1)
-    async with executing(made), seoro.Client(made.listen) as client:
-        with pytest.raises(BackendRefused, match=r"2\.0 MiB of files, more than the 1 MiB"):
+    async with open_executor(made), seoro.Client(made.listen) as client:
+        with pytest.raises(BackendRefused, match=r"have 2\.0 MiB; the limit of this executor is 1 MiB"):
             await client.submit("lab-a", file)
 
 
-async def test_a_scenario_that_wants_to_reach_another_machine_is_not_run(tmp_path: Path) -> None:
+async def test_a_scenario_with_a_forbidden_endpoint_is_invalid(tmp_path: Path) -> None:
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
     made = options(tmp_path, reach=["tcp/192.0.2.2:7447"])
-    async with executing(made), seoro.Client(made.listen) as client:
+    async with open_executor(made), seoro.Client(made.listen) as client:
         run = await client.submit("lab-a", file, ros=seoro.Ros("tcp/192.0.2.1:7447"))
-        with pytest.raises(InvalidUse, match=r"does not let scenarios reach tcp/192\.0\.2\.1:7447"):
+        with pytest.raises(UsageError, match=r"does not allow scenarios to connect to tcp/192\.0\.2\.1:7447"):
             await run.result()
         assert run.state is State.INVALID
 
 
-def test_roles_have_limits_over_those_of_everybody(tmp_path: Path) -> None:
+def test_limits_of_roles_override_the_common_ones(tmp_path: Path) -> None:
     file = tmp_path / "policy.yaml"
     file.write_text(
         "everybody:\n  allow: [python]\n  time: 60\nroles:\n  admin:\n    allow: [run_process]\n    commands: 7\n"
@@ -144,34 +144,34 @@ def test_roles_have_limits_over_those_of_everybody(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("roles:\n  boss: {time: 3}\n", "policy.yaml:2: nobody submits as 'boss'"),
+        ("roles:\n  boss: {time: 3}\n", "policy.yaml:2: unknown role 'boss'"),
         ("everybody:\n  time: -1\n", "policy.yaml:2: everybody.time: Input should be greater than 0"),
         ("everybody:\n  speed: 1\n", "policy.yaml:2: everybody.speed: unknown key `speed` (keys: "),
         ("everybody: {bundle: 5000}\n", "less than or equal to 1024"),
-        ("a: [\n", "no valid YAML"),
+        ("a: [\n", "invalid YAML"),
     ],
 )
-def test_what_is_wrong_with_a_policy_is_said_with_its_line(tmp_path: Path, text: str, message: str) -> None:
+def test_invalid_policies_are_reported_with_the_line(tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "policy.yaml"
     file.write_text(text)
-    with pytest.raises(InvalidUse, match=re.escape(message)):
+    with pytest.raises(UsageError, match=re.escape(message)):
         read_policy(file)
 
 
-def test_commands_are_counted_for_each_caller() -> None:
+def test_the_command_rate_is_limited_for_each_caller() -> None:
     now = [0.0]
-    rates = Rates(lambda: now[0])
-    assert [rates.take("a", 2.0, 3.0) for _ in range(4)] == [True, True, True, False]
-    assert rates.take("b", 2.0, 3.0)
+    rates = RateLimiter(lambda: now[0])
+    assert [rates.acquire("a", 2.0, 3.0) for _ in range(4)] == [True, True, True, False]
+    assert rates.acquire("b", 2.0, 3.0)
     now[0] = 0.5
-    assert [rates.take("a", 2.0, 3.0) for _ in range(2)] == [True, False]
+    assert [rates.acquire("a", 2.0, 3.0) for _ in range(2)] == [True, False]
     for number in range(MOST):
-        rates.take(str(number), 2.0, 3.0)
-    assert rates.take("a", 2.0, 3.0)  # forgotten, as long as it has had time to fill
+        rates.acquire(str(number), 2.0, 3.0)
+    assert rates.acquire("a", 2.0, 3.0)  # forgotten, as long as it has had time to fill
 
 
-def test_the_next_run_is_one_that_may_go_on() -> None:
-    waiting = Waiting()
+def test_the_next_run_is_one_within_the_limits() -> None:
+    waiting = FairQueue()
     for run, who in (("a0", "a"), ("a1", "a"), ("b0", "b")):
         waiting.add(run, 0, who)
     assert waiting.first(lambda run: run.startswith("b")) == "b0"
@@ -180,7 +180,7 @@ def test_the_next_run_is_one_that_may_go_on() -> None:
     assert list(waiting) == ["a0", "a1"]
 
 
-def test_memory_of_all_below_a_process_is_counted() -> None:
+def test_memory_of_all_descendants_of_a_process_is_counted() -> None:
     script = "import subprocess, sys; food = b'x' * (120 << 20); print('ready', flush=True); input()"
     outer = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {script!r}])"
     command = [sys.executable, "-c", outer]
@@ -192,7 +192,7 @@ def test_memory_of_all_below_a_process_is_counted() -> None:
     assert used_by(Census().family(process.pid)) == 0
 
 
-async def test_who_asks_too_often_has_to_wait_and_can_still_stop(tmp_path: Path) -> None:
+async def test_a_user_beyond_the_command_rate_can_still_stop(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     file = tmp_path / "long.osc"
     file.write_text(LONG)
@@ -203,7 +203,7 @@ async def test_who_asks_too_often_has_to_wait_and_can_still_stop(tmp_path: Path)
             run = await anna.submit(NAME, file)
             run.executor.patience = 0.0
             with pytest.raises(
-                seoro.BackendError, match=r"anna \(operator\) asks for more than 1 things a second"
+                seoro.BackendError, match=r"anna \(operator\) sends more than 1 requests per second"
             ):
                 for _ in range(100):
                     await run.executor.ask(wire.LIST_RUNS, wire.ListRuns())
@@ -212,14 +212,14 @@ async def test_who_asks_too_often_has_to_wait_and_can_still_stop(tmp_path: Path)
                 assert [each.id for each in await vera.runs()] == [run.id]
 
 
-async def test_what_cannot_be_written_down_is_not_done(tmp_path: Path) -> None:
+async def test_commands_without_an_audit_entry_are_not_executed(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     file = tmp_path / "long.osc"
     file.write_text(LONG)
     path = tmp_path / "state" / "audit.jsonl"
     endpoint = f"tls/127.0.0.1:{free_port()}"
     made = ExecutorOptions(NAME, tmp_path / "state", listen=endpoint, keys=lab.keys(NAME))
-    async with executing(made), seoro.Client(endpoint, lab.keys("anna")) as anna:
+    async with open_executor(made), seoro.Client(endpoint, lab.keys("anna")) as anna:
         run = await anna.submit(NAME, file)
         written = path.read_bytes()
 
@@ -227,7 +227,7 @@ async def test_what_cannot_be_written_down_is_not_done(tmp_path: Path) -> None:
             raise OSError(28, "No space left on device")
 
         with pytest.MonkeyPatch.context() as broken:
-            broken.setattr(Audit, "write", refuse)
+            broken.setattr(AuditLog, "write", refuse)
             with pytest.raises(BackendRefused, match="cannot write into its audit log: No space left"):
                 await anna.submit(NAME, file)
             await run.stop()
@@ -246,19 +246,19 @@ async def test_what_cannot_be_written_down_is_not_done(tmp_path: Path) -> None:
     }
 
 
-async def test_what_has_become_of_runs_is_written_down_also_after_the_executor_died(tmp_path: Path) -> None:
+async def test_outcomes_of_runs_are_audited_after_the_executor_died(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     file = tmp_path / "long.osc"
     file.write_text(LONG)
     endpoint = f"tls/127.0.0.1:{free_port()}"
     made = ExecutorOptions(NAME, tmp_path / "state", listen=endpoint, keys=lab.keys(NAME))
-    async with executing(made), seoro.Client(endpoint, lab.keys("anna")) as anna:
+    async with open_executor(made), seoro.Client(endpoint, lab.keys("anna")) as anna:
         run = await anna.submit(NAME, file)
     database = sqlite3.connect(tmp_path / "state" / "runs.sqlite")
-    with database:  # as if it had died while the run went on
+    with database:  # simulates a death during the run
         database.execute("UPDATE runs SET state = 'running', ended = NULL")
     database.close()
-    async with executing(made):
+    async with open_executor(made):
         pass
     last = json.loads((tmp_path / "state" / "audit.jsonl").read_bytes().splitlines()[-1])
     assert (last["what"], last["run"], last["outcome"], last["by"]) == ("run", run.id, "lost", "anna")
@@ -266,32 +266,32 @@ async def test_what_has_become_of_runs_is_written_down_also_after_the_executor_d
     assert "the executor died" in last["reason"]
 
 
-async def test_nothing_is_taken_by_a_disk_that_is_too_full_and_runs_can_be_stopped(
+async def test_a_full_disk_refuses_submissions_and_runs_can_be_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     long, hello = tmp_path / "long.osc", tmp_path / "hello.osc"
     long.write_text(LONG)
     hello.write_text(HELLO)
     made = options(tmp_path, free=0)
-    async with executing(made), seoro.Client(made.listen) as client:
+    async with open_executor(made), seoro.Client(made.listen) as client:
         run = await client.submit("lab-a", long)
         usage = SimpleNamespace(total=1 << 40, free=-1)
-        monkeypatch.setattr("seoro.executor.room.shutil.disk_usage", lambda _folder: usage)
-        for file in (hello, long):  # what it has not, and what it has
-            with pytest.raises(BackendRefused, match=r"its disk has .* left.*`seoro rm` forgets runs"):
+        monkeypatch.setattr("seoro.executor.storage.disk_quota.shutil.disk_usage", lambda _folder: usage)
+        for file in (hello, long):  # missing and present ones
+            with pytest.raises(BackendRefused, match=r"its disk has .* left.*remove old runs by `seoro rm`"):
                 await client.submit("lab-a", file)
         await run.stop()
         assert (await run.result()).status.value == "cancelled"
 
 
-async def test_turns_go_by_the_names_in_certificates(tmp_path: Path) -> None:
+async def test_turns_are_by_the_names_in_certificates(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     long = tmp_path / "long.osc"
     long.write_text(LONG)
     endpoint = f"tls/127.0.0.1:{free_port()}"
     made = ExecutorOptions(NAME, tmp_path / "state", listen=endpoint, keys=lab.keys(NAME))
     async with (  # of one user at one machine
-        executing(made),
+        open_executor(made),
         seoro.Client(endpoint, lab.keys("anna")) as anna,
         seoro.Client(endpoint, lab.keys("ada")) as ada,
     ):

@@ -1,7 +1,7 @@
-"""What an executor has acknowledged outlasts a loss of power, and no run is carried out twice.
+"""Acknowledged changes of an executor survive a loss of power, and no run is executed twice.
 
-What a disk would have is followed by what is forced to it: contents and entries of folders that were not are taken
-for lost. The real parts are all there: files, SQLite, and executors that start with what is left.
+The simulated disk contains only synchronised data: other contents and folder entries are lost. All other parts
+are real: files, SQLite, and executors that start with the remaining files.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ import pytest
 import seoro
 from seoro.bridges.executor.messages import State
 from seoro.client.runs import RemoteRun
-from seoro.executor.frames import Job
-from seoro.executor.running import ExecutorOptions, executing
-from seoro.executor.store import Store
-from seoro.executor.workers import Worker
+from seoro.executor.process.frames import Frame
+from seoro.executor.process.pool import Worker
+from seoro.executor.service import ExecutorOptions, open_executor
+from seoro.executor.storage.store import Store
 from tests.executors import HELLO, LONG
 from tests.labs import NAME, free_port, make_lab
 
@@ -36,14 +36,14 @@ PRINTING = "import osc.helpers\nimport osc.mine\nscenario main:\n    do serial:\
 
 @dataclass
 class Disk:
-    """What a disk has of a folder: by the numbers of files, contents and entries that were forced to it."""
+    """Synchronised content of a folder on a disk, by inode numbers: contents and entries."""
 
     folder: Path
     contents: dict[int, bytes] = field(default_factory=dict)
     entries: dict[int, dict[str, tuple[int, bool]]] = field(default_factory=dict)  # with whether each is a folder
 
     def force(self, descriptor: int) -> None:
-        """Follow what `fsync` does."""
+        """Record the effect of `fsync`."""
         found = os.fstat(descriptor)
         path = _path(descriptor)
         if not stat.S_ISDIR(found.st_mode):
@@ -64,7 +64,7 @@ class Disk:
                 entries[name] = path.stat().st_ino, False
 
     def left(self, to: Path) -> None:
-        """Make a folder with what would be there if power were lost now."""
+        """Create a folder with the content after a power failure at this time."""
         self._make(self.folder.stat().st_ino, to)
 
     def _make(self, number: int, to: Path) -> None:
@@ -120,52 +120,52 @@ async def until_begun(run: RemoteRun) -> None:
             return
 
 
-async def test_a_run_that_was_taken_in_is_carried_out_after_it(tmp_path: Path, disk: Disk) -> None:
-    """With all files of its bundle."""
+async def test_an_accepted_run_is_executed_after_a_power_failure(tmp_path: Path, disk: Disk) -> None:
+    """The disk contains all files of its bundle."""
     long, hello, left = tmp_path / "long.osc", tmp_path / "hello.osc", tmp_path / "left"
     long.write_text(LONG)
     (tmp_path / "other.osc").write_text("struct unused\n")
     hello.write_text(HELLO.replace("\n", '\nimport "other.osc"\n', 1))
     with anyio.fail_after(DEADLINE):
         made = options(disk.folder, tmp_path)
-        async with executing(made), seoro.Client(made.listen) as client:
+        async with open_executor(made), seoro.Client(made.listen) as client:
             await until_begun(await client.submit(NAME, long))
             waiting = await client.submit(NAME, hello)
             disk.left(left)
         made = options(left, tmp_path)
-        async with executing(made), seoro.Client(made.listen) as client:
+        async with open_executor(made), seoro.Client(made.listen) as client:
             assert {run.info.file: run.state for run in await client.runs()}[str(long)] is State.LOST
             run = await client.run(waiting.id)
             assert (await run.result()).passed
             assert await messages(run) == ["hello"]
 
 
-async def test_a_run_that_has_begun_is_not_carried_out_again(
+async def test_a_started_run_is_not_repeated_after_a_power_failure(
     tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file, left, begin = tmp_path / "hello.osc", tmp_path / "left", Worker.begin
+    file, left, send = tmp_path / "hello.osc", tmp_path / "left", Worker.send
     file.write_text(HELLO)
 
-    def begin_after_loss(worker: Worker, job: Job) -> None:
+    def send_after_loss(worker: Worker, kind: Frame, data: bytes = b"") -> None:
         if not left.exists():
             disk.left(left)
-        begin(worker, job)
+        send(worker, kind, data)
 
-    monkeypatch.setattr(Worker, "begin", begin_after_loss)
+    monkeypatch.setattr(Worker, "send", send_after_loss)
     with anyio.fail_after(DEADLINE):
         made = options(disk.folder, tmp_path)
-        async with executing(made), seoro.Client(made.listen) as client:
+        async with open_executor(made), seoro.Client(made.listen) as client:
             run = await client.submit(NAME, file)
             assert (await run.result()).passed
         made = options(left, tmp_path)
-        async with executing(made), seoro.Client(made.listen) as client:
+        async with open_executor(made), seoro.Client(made.listen) as client:
             again = await client.run(run.id)
             assert again.state is State.LOST
             assert await messages(again) == []
 
 
-async def test_the_end_of_a_run_is_there_after_it(tmp_path: Path, disk: Disk) -> None:
-    """With its trace, with what it has printed, and in the audit log."""
+async def test_the_outcome_of_a_run_survives_a_power_failure(tmp_path: Path, disk: Disk) -> None:
+    """It includes the trace, the printed output and the audit log."""
     lab, left, port = make_lab(tmp_path / "lab"), tmp_path / "left", free_port()
     file, libraries = tmp_path / "main.osc", tmp_path / "seoro.libraries"
     libraries.mkdir()
@@ -178,7 +178,7 @@ async def test_the_end_of_a_run_is_there_after_it(tmp_path: Path, disk: Disk) ->
     others = {"listen": f"tls/127.0.0.1:{port}", "keys": lab.keys(NAME), "allowed": frozenset({"python"})}
     with anyio.fail_after(DEADLINE):
         made = options(disk.folder, tmp_path, **others)
-        async with executing(made), seoro.Client(made.listen, lab.keys("anna")) as client:
+        async with open_executor(made), seoro.Client(made.listen, lab.keys("anna")) as client:
             run = await client.submit(NAME, file)
             records = [record async for record in run.records()]
             assert (await run.result()).passed
@@ -188,7 +188,7 @@ async def test_the_end_of_a_run_is_there_after_it(tmp_path: Path, disk: Disk) ->
         assert ("submit", "taken") in said
         assert ("run", "passed") in said
         made = options(left, tmp_path, **others)
-        async with executing(made), seoro.Client(made.listen, lab.keys("anna")) as client:
+        async with open_executor(made), seoro.Client(made.listen, lab.keys("anna")) as client:
             again = await client.run(run.id)
             assert (await again.result()).passed
             assert [record async for record in again.records()] == records
@@ -196,14 +196,14 @@ async def test_the_end_of_a_run_is_there_after_it(tmp_path: Path, disk: Disk) ->
             assert printed.read_text() == "said\n"
 
 
-async def test_an_emergency_stop_holds_after_it(tmp_path: Path, disk: Disk) -> None:
+async def test_an_emergency_stop_survives_a_power_failure(tmp_path: Path, disk: Disk) -> None:
     left = tmp_path / "left"
     with anyio.fail_after(DEADLINE):
         made = options(disk.folder, tmp_path)
-        async with executing(made), seoro.Client(made.listen) as client:
+        async with open_executor(made), seoro.Client(made.listen) as client:
             await client.lab().stop_all("smoke")
             disk.left(left)
         made = options(left, tmp_path)
-        async with executing(made), seoro.Client(made.listen) as client:
+        async with open_executor(made), seoro.Client(made.listen) as client:
             [status] = await client.describe()
             assert "smoke" in status.info.stopped

@@ -1,4 +1,4 @@
-"""What must not get in does not: real keys, real sessions, real processes."""
+"""Rejection of unauthorised clients: real keys, real sessions, real processes."""
 
 import asyncio
 import hashlib
@@ -19,20 +19,20 @@ import pytest
 
 import seoro
 from seoro.bridges.executor import messages as wire
-from seoro.bridges.secured import CLIENTS, keys_for, security_of
 from seoro.bridges.session import NoAnswer, NoServer, Refused, Security, Session, SessionError, open_session
 from seoro.bridges.wire import encode
+from seoro.bridges.wire.authentication import DENIED, Challenge, Proof
 from seoro.bridges.wire.keys import executor_command, executor_token
 from seoro.bridges.wire.message import decode
-from seoro.bridges.wire.proving import DENIED, Challenge, Proof
-from seoro.bridges.wire.refusal import said_in
-from seoro.bundle.packing import pack
+from seoro.bridges.wire.refusal import read_refusal
+from seoro.bundle.pack import pack
 from seoro.embed.options import Options
-from seoro.errors import BackendRefused, InvalidUse
-from seoro.keys.audit import check_log
-from seoro.keys.folder import read_keys
-from seoro.keys.roles import Role
-from seoro.keys.sealing import Sealer
+from seoro.errors import BackendRefused, UsageError
+from seoro.security.keys.folder import read_keys
+from seoro.security.keys.roles import Role
+from seoro.security.network.endpoint_keys import CLIENTS, keys_for, security_of
+from seoro.security.signing.audit_log import check_log
+from seoro.security.signing.commands import CommandSigner
 from tests.executors import HELLO, LONG
 from tests.labs import NAME, KeyedLab, RunningCommand, keyed_executor, make_lab
 
@@ -64,7 +64,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def log_of(place: Path, lab: KeyedLab) -> list[dict[str, Any]]:
-    """What the executor has written down, which holds."""
+    """Return the entries of the valid audit log."""
     path = place / "state" / "audit.jsonl"
     check_log(path, read_keys(lab.keys("vera")).authority)
     return [json.loads(line) for line in path.read_bytes().splitlines()]
@@ -83,9 +83,9 @@ def security(lab: KeyedLab, name: str, endpoint: str) -> Security | None:
     return security_of(endpoint, keys_for(endpoint, CLIENTS, lab.keys(name)))
 
 
-async def sealer(session: Any, lab: KeyedLab, name: str) -> Sealer:
-    """What somebody seals with who does not care what they may."""
-    made, nonce = Sealer(read_keys(lab.keys(name)), NAME), secrets.token_bytes(16)
+async def signer(session: Any, lab: KeyedLab, name: str) -> CommandSigner:
+    """Return a signer of a client that ignores its permissions."""
+    made, nonce = CommandSigner(read_keys(lab.keys(name)), NAME), secrets.token_bytes(16)
     asked = time.time_ns()
     key = executor_command("default", NAME, "challenge")
     proof = decode(Proof, await session.query(key, encode(Challenge(nonce=nonce)), 5.0))
@@ -106,23 +106,23 @@ async def test_an_operator_runs_a_scenario(there: RunningCommand, lab: KeyedLab,
     assert entries[1]["of"] == entries[0]["number"]
 
 
-async def test_without_a_certificate_there_is_no_connection(there: RunningCommand, lab: KeyedLab) -> None:
+async def test_connections_without_a_certificate_are_refused(there: RunningCommand, lab: KeyedLab) -> None:
     with pytest.raises(SessionError):
         Session(connect=there.endpoint)
-    with pytest.raises(InvalidUse, match="contains no keys"):
+    with pytest.raises(UsageError, match="contains no keys"):
         async with seoro.Client(there.endpoint, lab.path):
             pass
 
 
-async def test_plain_text_is_not_spoken(there: RunningCommand) -> None:
+async def test_unencrypted_connections_are_refused(there: RunningCommand) -> None:
     with pytest.raises(SessionError):
         Session(connect=there.endpoint.replace("tls/", "tcp/"))
 
 
-async def test_another_executor_of_the_lab_ends_none(
+async def test_the_token_of_another_executor_ends_no_executor(
     there: RunningCommand, lab: KeyedLab, tmp_path: Path, file: Path
 ) -> None:
-    """By a token of its name, of a start before its own."""
+    """The other executor announces a token of the same name with an earlier start."""
     lab.authority.add("lab-b", Role.EXECUTOR, tmp_path / "lab-b")
     keys = read_keys(tmp_path / "lab-b")
     async with (
@@ -136,7 +136,7 @@ async def test_another_executor_of_the_lab_ends_none(
 
 async def test_keys_of_another_lab_are_refused(there: RunningCommand, tmp_path: Path) -> None:
     other = make_lab(tmp_path, "demo")
-    with pytest.raises(InvalidUse, match="it belongs to another lab"):
+    with pytest.raises(UsageError, match="it belongs to another lab"):
         async with seoro.Client(there.endpoint, other.keys("ada")):
             pass
 
@@ -149,17 +149,40 @@ async def test_a_viewer_cannot_submit(there: RunningCommand, lab: KeyedLab, file
     assert await runs(there, lab) == before
 
 
-async def test_the_hub_passes_nothing_of_a_viewer_but_questions(there: RunningCommand, lab: KeyedLab) -> None:
+async def test_an_operator_emits_events_and_a_viewer_receives_them(
+    there: RunningCommand, lab: KeyedLab, place: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "waiting.osc"
+    path.write_text(
+        "scenario main:\n    event asks\n    event go\n    do serial:\n        emit asks\n        wait @go\n"
+    )
+    async with (
+        seoro.Client(there.endpoint, lab.keys("anna")) as anna,
+        seoro.Client(there.endpoint, lab.keys("vera")) as vera,
+    ):
+        run = await anna.submit(NAME, path, clock="virtual", external=["go"])
+        seen = await vera.run(run.id)
+        async with seen.subscribe("asks") as asks:
+            await anext(asks)
+        with pytest.raises(BackendRefused, match=r"vera \(viewer\)"):
+            await seen.emit("go")
+        await run.emit("go")
+        assert (await seen.result()).passed
+    written = [(each["what"], each.get("outcome")) for each in log_of(place, lab) if each.get("run") == run.id]
+    assert ("emit_event", "done") in written
+
+
+async def test_publications_and_tokens_of_a_viewer_are_dropped(there: RunningCommand, lab: KeyedLab) -> None:
     endpoint = there.endpoint
     async with open_session(connect=endpoint, security=security(lab, "vera", endpoint)) as session:
-        made = await sealer(session, lab, "vera")
-        for verb in ("submit", "put_blob", "stop_run", "remove_run", "revoke", "*"):
+        made = await signer(session, lab, "vera")
+        for verb in ("submit", "put_blob", "stop_run", "emit_event", "remove_run", "revoke", "*"):
             key = f"seoro/1/default/exec/{NAME}/cmd/{verb}"
             with pytest.raises(NoServer):
-                await session.query(key, b"", 2.0, made.seal(key, b""))
+                await session.query(key, b"", 2.0, made.sign(key, b""))
         key = executor_command("default", NAME, "list_runs")
         payload = encode(wire.ListRuns())
-        decode(wire.Runs, await session.query(key, payload, 5.0, made.seal(key, payload)))
+        decode(wire.Runs, await session.query(key, payload, 5.0, made.sign(key, payload)))
 
 
 async def test_a_viewer_cannot_be_an_executor(there: RunningCommand, lab: KeyedLab) -> None:
@@ -172,23 +195,27 @@ async def test_a_viewer_cannot_be_an_executor(there: RunningCommand, lab: KeyedL
         assert await client.executors() == [NAME]
 
 
-async def test_what_is_not_sealed_or_by_another_is_refused(
+async def test_commands_without_a_valid_signature_are_refused(
     there: RunningCommand, lab: KeyedLab, place: Path
 ) -> None:
     key, payload = executor_command("default", NAME, "list_runs"), encode(wire.ListRuns())
     endpoint = there.endpoint
     async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
-        made = await sealer(session, lab, "anna")
-        seal = made.seal(key, payload)
+        made = await signer(session, lab, "anna")
+        seal = made.sign(key, payload)
         forged = seal[:-1] + bytes([seal[-1] ^ 1])
-        for attachment, reason in ((None, "with keys only"), (forged, "signature is wrong"), (b"x", "is no seal")):
+        for attachment, reason in (
+            (None, "signed commands only"),
+            (forged, "invalid signature"),
+            (b"x", "invalid signature"),
+        ):
             with pytest.raises(Refused) as caught:
                 await session.query(key, payload, 5.0, attachment)
-            assert said_in(caught.value.payload).code == DENIED
+            assert read_refusal(caught.value.payload).code == DENIED
             assert any(reason in each for each in refused(place, lab))
 
 
-async def test_a_command_that_is_replayed_is_refused(
+async def test_a_replayed_command_is_refused(
     there: RunningCommand, lab: KeyedLab, place: Path, file: Path
 ) -> None:
     endpoint = there.endpoint
@@ -197,29 +224,29 @@ async def test_a_command_that_is_replayed_is_refused(
         run = await client.submit_bundle(NAME, bundle)
         await run.result()
     async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
-        made = await sealer(session, lab, "anna")
+        made = await signer(session, lab, "anna")
         key = executor_command("default", NAME, "submit")
         payload = encode(wire.Submission(run=secrets.token_hex(16), manifest=bundle.manifest))
-        seal = made.seal(key, payload)
+        seal = made.sign(key, payload)
         await session.query(key, payload, 5.0, seal)
         before = await runs(there, lab)
         with pytest.raises(Refused) as caught:
             await session.query(key, payload, 5.0, seal)
-    assert "said before" in said_in(caught.value.payload).message
+    assert "received before" in read_refusal(caught.value.payload).message
     assert await runs(there, lab) == before
-    assert any("said before" in each for each in refused(place, lab))
+    assert any("received before" in each for each in refused(place, lab))
 
 
-async def test_a_forged_run_is_refused(there: RunningCommand, lab: KeyedLab, place: Path) -> None:
+async def test_an_unknown_run_is_refused(there: RunningCommand, lab: KeyedLab, place: Path) -> None:
     endpoint = there.endpoint
     async with open_session(connect=endpoint, security=security(lab, "ada", endpoint)) as session:
-        made = await sealer(session, lab, "ada")
+        made = await signer(session, lab, "ada")
         for verb, run in (("stop_run", "f" * 32), ("remove_run", "../../" + "f" * 26), ("read_file", "*")):
             key, payload = executor_command("default", NAME, verb), encode(wire.ListRuns())
             payload = _packed(run=run, path="log.txt")
             with pytest.raises(Refused):
-                await session.query(key, payload, 5.0, made.seal(key, payload))
-    assert any("there is no run ffff" in each for each in refused(place, lab))
+                await session.query(key, payload, 5.0, made.sign(key, payload))
+    assert any("unknown run ffff" in each for each in refused(place, lab))
 
 
 def _packed(**content: object) -> bytes:
@@ -229,17 +256,19 @@ def _packed(**content: object) -> bytes:
     return packed
 
 
-async def test_somebody_else_is_not_believed(there: RunningCommand, lab: KeyedLab, file: Path) -> None:
-    """Who has submitted a run stands in the certificate, not in the submission."""
+async def test_the_submitter_is_the_name_in_the_certificate(
+    there: RunningCommand, lab: KeyedLab, file: Path
+) -> None:
+    """The submitter of a run comes from the certificate, not from the submission."""
     bundle = pack(seoro.load(file), Options())
     endpoint = there.endpoint
     async with seoro.Client(endpoint, lab.keys("anna")) as client:
         await (await client.submit_bundle(NAME, bundle)).result()
     async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
-        made, key = await sealer(session, lab, "anna"), executor_command("default", NAME, "submit")
+        made, key = await signer(session, lab, "anna"), executor_command("default", NAME, "submit")
         run = secrets.token_hex(16)
         payload = encode(wire.Submission(run=run, manifest=bundle.manifest, by="ada", role="admin"))
-        info = decode(wire.RunInfo, await session.query(key, payload, 5.0, made.seal(key, payload)))
+        info = decode(wire.RunInfo, await session.query(key, payload, 5.0, made.sign(key, payload)))
     assert (info.run, info.by) == (run, "anna")
 
 
@@ -259,7 +288,7 @@ async def test_an_operator_cannot_start_programs(
 
 
 @pytest.mark.parametrize("path", ["../mark", "a/../../mark", "/tmp/mark", "a\\..\\mark", "a/./b", "a//b"])
-async def test_a_bundle_cannot_lead_out_of_its_folder(
+async def test_a_bundle_with_paths_out_of_its_folder_is_refused(
     there: RunningCommand, lab: KeyedLab, place: Path, file: Path, path: str
 ) -> None:
     bundle = pack(seoro.load(file), Options())
@@ -268,51 +297,51 @@ async def test_a_bundle_cannot_lead_out_of_its_folder(
         before = await runs(there, lab)
         files = tuple(each.model_copy(update={"path": path}) for each in bundle.manifest.files)
         manifest = bundle.manifest.model_copy(update={"files": files, "entry": path})
-        with pytest.raises(BackendRefused, match="bundle cannot be taken"):
+        with pytest.raises(BackendRefused, match="cannot store the bundle"):
             await client.submit_bundle(NAME, type(bundle)(manifest, bundle.blobs))
     assert await runs(there, lab) == before
     entries = log_of(place, lab)
-    last = next(entry for entry in reversed(entries) if "bundle cannot be taken" in entry.get("reason", ""))
+    last = next(entry for entry in reversed(entries) if "cannot store the bundle" in entry.get("reason", ""))
     assert (last["outcome"], entries[last["of"]]["outcome"]) == ("refused", "taken")
     assert entries[last["of"]]["request"] == last["request"]
 
 
-async def test_sizes_that_lie_are_refused(there: RunningCommand, lab: KeyedLab, place: Path) -> None:
+async def test_wrong_blob_sizes_are_refused(there: RunningCommand, lab: KeyedLab, place: Path) -> None:
     data = os.urandom(1000)
     digest = hashlib.sha256(data).hexdigest()
     lies = {
-        "longer than it says": {"hash": digest, "size": 10, "offset": 0, "data": data},
-        "comes out of turn": {"hash": digest, "size": 1 << 20, "offset": 1 << 19, "data": data},
-        "not what its name says": {"hash": "0" * 64, "size": 1000, "offset": 0, "data": data},
+        "longer than announced": {"hash": digest, "size": 10, "offset": 0, "data": data},
+        "expected byte 0": {"hash": digest, "size": 1 << 20, "offset": 1 << 19, "data": data},
+        "does not match its hash": {"hash": "0" * 64, "size": 1000, "offset": 0, "data": data},
         "less than or equal to": {"hash": digest, "size": 1 << 40, "offset": 0, "data": data},
     }
     endpoint = there.endpoint
     async with open_session(connect=endpoint, security=security(lab, "anna", endpoint)) as session:
-        made, key = await sealer(session, lab, "anna"), executor_command("default", NAME, "put_blob")
+        made, key = await signer(session, lab, "anna"), executor_command("default", NAME, "put_blob")
         for reason, content in lies.items():
             payload = _packed(**content)
             with pytest.raises(Refused) as caught:
-                await session.query(key, payload, 5.0, made.seal(key, payload))
-            assert reason in said_in(caught.value.payload).message
+                await session.query(key, payload, 5.0, made.sign(key, payload))
+            assert reason in read_refusal(caught.value.payload).message
             assert any(reason in each for each in refused(place, lab))
     blobs = [path for path in (place / "state" / "blobs").iterdir() if path.name.startswith((digest, "000"))]
     assert all(path.suffix == ".part" for path in blobs)
 
 
 def memory(process: int) -> int:
-    """What a process has had of memory at most [MiB]."""
+    """Return the peak memory of a process [MiB]."""
     status = Path(f"/proc/{process}/status").read_text()
     found = re.search(r"VmHWM:\s+(\d+) kB", status)
     assert found is not None
     return int(found[1]) // 1024
 
 
-async def test_a_message_that_is_far_too_large_takes_no_memory(there: RunningCommand, lab: KeyedLab) -> None:
+async def test_a_too_large_message_takes_little_memory(there: RunningCommand, lab: KeyedLab) -> None:
     before = memory(there.process.pid)
     script = f"""
 import asyncio
 from pathlib import Path
-from seoro.bridges.secured import CLIENTS, keys_for, security_of
+from seoro.security.network.endpoint_keys import CLIENTS, keys_for, security_of
 from seoro.bridges.session import NoAnswer, open_session
 
 async def main():
@@ -331,8 +360,10 @@ asyncio.run(main())
     await runs(there, lab)  # it still answers
 
 
-async def test_who_listens_on_the_wire_reads_nothing(there: RunningCommand, lab: KeyedLab, tmp_path: Path) -> None:
-    """A proxy between both ends sees what goes over the wire: names and texts of scenarios are not in it."""
+async def test_the_wire_has_no_readable_names_and_texts(
+    there: RunningCommand, lab: KeyedLab, tmp_path: Path
+) -> None:
+    """A proxy between both ends records all bytes; they contain no names or texts of scenarios."""
     secret = "the-robot-goes-to-the-vault"
     file = tmp_path / f"{secret}.osc"
     file.write_text(HELLO.replace('"hello"', f'"{secret}"'))
@@ -361,8 +392,8 @@ async def test_who_listens_on_the_wire_reads_nothing(there: RunningCommand, lab:
     assert b"seoro/1/" not in seen
 
 
-async def test_whose_keys_are_revoked_is_out_at_once(lab: KeyedLab, tmp_path: Path, file: Path) -> None:
-    """Those who are connected, too; others go on without losing anything."""
+async def test_revoked_keys_are_disconnected_at_once(lab: KeyedLab, tmp_path: Path, file: Path) -> None:
+    """Connected clients are rejected, too; others continue without a loss."""
     lab.authority.add("rob", read_keys(lab.keys("anna")).identity.role, lab.keys("rob"))
     file.write_text(LONG.replace("60s", "3s"))
     with keyed_executor(tmp_path, lab) as there:
@@ -380,14 +411,16 @@ async def test_whose_keys_are_revoked_is_out_at_once(lab: KeyedLab, tmp_path: Pa
             with pytest.raises(seoro.BackendError):
                 await run.stop()
             assert time.monotonic() - began < DEADLINE
-        with pytest.raises(InvalidUse, match="whose keys are revoked sees none"):
+        with pytest.raises(UsageError, match="clients with revoked keys see no executors"):
             async with seoro.Client(there.endpoint, lab.keys("rob")) as rob:
                 await rob.submit(NAME, file)
         lab.authority.revoke("vera")
         lab.authority.add("vera", read_keys(lab.keys("vera")).identity.role, lab.path / "vera-again")
 
 
-async def test_a_session_without_rights_sees_nothing(there: RunningCommand, lab: KeyedLab, file: Path) -> None:
+async def test_a_session_without_rights_receives_no_reply(
+    there: RunningCommand, lab: KeyedLab, file: Path
+) -> None:
     endpoint = there.endpoint
     keys = read_keys(lab.keys("hub"))
     async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:

@@ -1,4 +1,4 @@
-"""The analysis of the experiment on faults of a lidar, on tables that were made up."""
+"""The analysis of the experiment on faults of a lidar, on synthetic tables."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def analysis() -> ModuleType:
 
 
 def write(folder: Path, *, measured: bool = True) -> None:
-    """Errors that grow with the noise and not with the lost beams, and differ by seed."""
+    """Write errors that grow with the noise, not with the lost beams, and differ by seed."""
     names = ["noise.parameter_value", "drop.parameter_value", "turtlebot4.localisation_error"]
     with (folder / "results.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -43,7 +43,7 @@ def write(folder: Path, *, measured: bool = True) -> None:
                     writer.writerow([number, seed, "", noise, drop, value, int(noise < 0.2)])
 
 
-def test_intervals_are_of_the_mean_over_seeds(analysis: ModuleType, tmp_path: Path) -> None:
+def test_confidence_intervals_refer_to_the_mean_over_seeds(analysis: ModuleType, tmp_path: Path) -> None:
     write(tmp_path)
     runs = analysis.read(tmp_path / "results.csv")
     found = analysis.over_seeds(runs, runs.noise == 0.1)
@@ -54,7 +54,7 @@ def test_intervals_are_of_the_mean_over_seeds(analysis: ModuleType, tmp_path: Pa
     assert math.isnan(single.low)
 
 
-def test_the_analysis_leaves_a_picture_a_table_and_what_it_prints(
+def test_the_analysis_writes_a_plot_a_table_and_a_summary(
     analysis: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write(tmp_path)
@@ -72,7 +72,7 @@ def test_the_analysis_leaves_a_picture_a_table_and_what_it_prints(
     assert (tmp_path / "localisation.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_run_without_an_error_is_named(
+def test_a_run_without_a_localisation_error_is_reported(
     analysis: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write(tmp_path, measured=False)
@@ -81,9 +81,7 @@ def test_a_run_without_an_error_is_named(
     assert analysis.main([str(tmp_path / "nowhere")]) == 2
 
 
-def test_what_lost_beams_do_is_told_by_runs_that_differ_in_nothing_else(
-    analysis: ModuleType, tmp_path: Path
-) -> None:
+def test_the_effect_of_lost_beams_is_measured_by_paired_runs(analysis: ModuleType, tmp_path: Path) -> None:
     """The error is a tenth larger in every pair, which the noise hides from a correlation over all runs."""
     write(tmp_path)
     runs = analysis.read(tmp_path / "results.csv")

@@ -10,7 +10,7 @@ import pytest
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
 
-def test_a_table_has_only_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_table_contains_only_measured_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(BENCHMARKS)
     seeds = import_module("seeds")
     results = [

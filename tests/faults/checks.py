@@ -1,4 +1,4 @@
-"""What has to hold whatever happens."""
+"""Conditions that hold under all faults."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ async def follow(run: RemoteRun) -> list[dict[str, Any]]:
 
 
 def measured(text: str) -> None:
-    """Say what was measured, for the documentation: `pytest -s` shows it."""
+    """Print measured values for the documentation; `pytest -s` shows them."""
     sys.stdout.write(f"\n{text}\n")

@@ -33,10 +33,10 @@ class Link:
     """A link.
 
     Args:
-        process: That carries what passes.
-        prefix: Of commands that are run at its far end.
-        far: Endpoint of the router there, for those who are there.
-        near: The same for those who are here.
+        process: Process that carries the traffic.
+        prefix: Prefix of commands that run at its far end.
+        far: Endpoint of the router for clients at the far end.
+        near: Endpoint of the router for clients at the near end.
     """
 
     process: subprocess.Popen[str]
@@ -132,4 +132,4 @@ def far(link: Link, tmp_path: Path) -> Iterator[RunningExecutor]:
 @pytest.fixture(autouse=True)
 def _closed_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """The far network leads nowhere else, so that no keys are needed there."""
-    monkeypatch.setattr("seoro.bridges.secured.is_local", lambda endpoint: True)
+    monkeypatch.setattr("seoro.security.network.endpoint_keys.is_local", lambda endpoint: True)

@@ -1,10 +1,10 @@
-"""A link with faults, as a process: it is told by lines of JSON what to do to what passes.
+"""A link with faults, as a process; lines of JSON on its stdin set the faults of its traffic.
 
-    python link.py packets NAMESPACE          between this network namespace and another, which it makes
-    python link.py connection LISTEN TARGET   between those who connect to a port and another port
+    python link.py packets NAMESPACE          between this network namespace and a new one
+    python link.py connection LISTEN TARGET   between clients of a port and another port
 
-The first carries IP packets between two TUN devices, so that the kernel's own TCP has to cope with those that are
-lost, late or doubled. The second needs no rights: what is lost comes late there, as it does for those who use TCP.
+The first carries IP packets between two TUN devices; the TCP of the kernel handles lost, late and duplicate
+packets. The second needs no privileges: lost data arrives late, as with TCP.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from itertools import count
 from pathlib import Path
 
 NEAR, FAR = "10.231.7.1", "10.231.7.2"
-RETRANSMISSION = 0.3  # [s] that a connection waits for what was lost
+RETRANSMISSION = 0.3  # [s] until a connection delivers lost data
 _TUNSETIFF, _IFF_TUN, _IFF_NO_PI = 0x400454CA, 0x0001, 0x1000  # linux/if_tun.h
 
 
 @dataclass
 class Faults:
-    """What happens to what passes, each way.
+    """Faults of the traffic in each direction.
 
     Args:
-        loss: Share that is lost.
-        duplicate: Share that arrives twice.
-        delay: [s].
-        cut: Whether nothing passes.
+        loss: Share of lost data.
+        duplicate: Share of duplicate data.
+        delay: Delay [s].
+        cut: Whether all traffic is stopped.
     """
 
     loss: float = 0.0
@@ -48,7 +48,7 @@ class Faults:
 
 
 def packets(namespace: str) -> None:
-    """Carry packets until nobody tells us anything any more; one at a time, as devices have names."""
+    """Carry packets until stdin ends. Only one such link runs at a time, because its devices have names."""
     alone = Path(tempfile.gettempdir(), "seoro-link.lock").open("w")  # noqa: SIM115 - until the process ends
     fcntl.flock(alone, fcntl.LOCK_EX)
     near, far = _tun("seoro-near"), _tun("seoro-far")
@@ -112,7 +112,7 @@ class Proxy:
         self._whole.set()
 
     def set(self, faults: Faults) -> None:
-        """Change what happens to what passes."""
+        """Change the faults of the traffic."""
         self._faults = faults
         (self._whole.clear if faults.cut else self._whole.set)()
 
@@ -121,7 +121,7 @@ class Proxy:
         await self._whole.wait()
         try:
             other_reader, other_writer = await asyncio.open_connection("127.0.0.1", self._target)
-        except ConnectionError:  # nobody listens: the other side is being killed or restarted
+        except ConnectionError:  # no listener: the other side is being killed or restarted
             writer.close()
             return
         ways = [self._pump(reader, other_writer), self._pump(other_reader, writer)]
@@ -156,7 +156,7 @@ class Proxy:
 
 
 async def connection(listen: int, target: int) -> None:
-    """Carry connections until nobody tells us anything any more."""
+    """Carry connections until stdin ends."""
     proxy, loop, commands = Proxy(target), asyncio.get_running_loop(), asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(commands), sys.stdin)
     async with await asyncio.start_server(proxy.carry, "127.0.0.1", listen):

@@ -26,7 +26,7 @@ LIBRARIES = ("/usr/lib/*/faketime/libfaketimeMT.so.1", "/usr/lib*/faketime/libfa
 
 @pytest.fixture(params=["libfaketime", "injected"])
 def ahead(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[RunningExecutor]:
-    """An executor whose clock is an hour ahead of ours."""
+    """An executor whose clock is an hour ahead of this machine."""
     if request.param == "injected":
         with executor(tmp_path, before=INJECTED) as running:
             yield running
@@ -39,7 +39,9 @@ def ahead(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[RunningExe
         yield running
 
 
-async def test_how_far_it_is_off_is_known_and_nothing_else_changes(ahead: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_wrong_clock_of_an_executor_is_reported_and_has_no_other_effect(
+    ahead: RunningExecutor, tmp_path: Path
+) -> None:
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
     async with seoro.Client(ahead.endpoint) as client:
@@ -52,9 +54,7 @@ async def test_how_far_it_is_off_is_known_and_nothing_else_changes(ahead: Runnin
         assert abs(run.info.ended - time.time() - HOUR) < DEADLINE
 
 
-async def test_runs_are_stopped_when_their_watcher_is_gone_and_no_sooner(
-    ahead: RunningExecutor, tmp_path: Path
-) -> None:
+async def test_runs_are_stopped_only_after_their_client_disappears(ahead: RunningExecutor, tmp_path: Path) -> None:
     file = tmp_path / "long.osc"
     file.write_text(LONG)
     async with seoro.Client(ahead.endpoint) as client:
@@ -65,10 +65,10 @@ async def test_runs_are_stopped_when_their_watcher_is_gone_and_no_sooner(
         assert run.state is State.RUNNING
         with anyio.fail_after(DEADLINE):
             found = await client.run(run.id)
-            assert "watcher was gone" in (await found.result()).reason
+            assert "lost its client" in (await found.result()).reason
 
 
-def test_people_see_times_by_their_own_clock(
+def test_times_are_shown_by_the_clock_of_the_client(
     ahead: RunningExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("SEORO_EXECUTOR", ahead.endpoint)
@@ -82,4 +82,4 @@ def test_people_see_times_by_their_own_clock(
     assert float(since) < DEADLINE
     assert "3600.0 s ahead" in out or "3599.9 s ahead" in out
     assert main(["attach", run]) == 0
-    assert "3600.0 s ahead of ours" in capsys.readouterr().err.replace("3599.9", "3600.0")
+    assert "3600.0 s ahead of this machine" in capsys.readouterr().err.replace("3599.9", "3600.0")

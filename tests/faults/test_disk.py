@@ -71,11 +71,13 @@ async def test_a_trace_that_fills_the_disk_ends_its_run_and_no_other(
         assert "this run has written most" in run.info.reason
         check_sequence([record async for record in run.records()])
         assert (await client.run(before.id)).state is State.PASSED
-        await follow(await client.submit(NAME, hello))  # for which there is room again
+        await follow(await client.submit(NAME, hello))  # there is space again
         assert len(await client.runs()) == 3
 
 
-async def test_who_fills_the_disk_with_bundles_is_told(small: RunningExecutor, tmp_path: Path) -> None:
+async def test_a_client_that_fills_the_disk_with_bundles_is_refused(
+    small: RunningExecutor, tmp_path: Path
+) -> None:
     folder = tmp_path / "models"
     folder.mkdir()
     (folder / "large.bin").write_bytes(bytes(4 << 20))
@@ -104,10 +106,10 @@ async def test_runs_leave_the_reserve_of_the_executor_free(keeping: RunningExecu
                 state = info.state
                 lowest = min(lowest, shutil.disk_usage(least).free)
         assert state is State.ERROR
-        assert "of which it keeps 4.0 MiB" in run.info.reason
+        assert "4.0 MiB have to stay free" in run.info.reason
         assert "`free`" in run.info.reason
         assert lowest > 2 << 20  # half of the reserve, in which runs record their ends
-        # The next run is taken without anybody having to remove anything, and none but the culprit has ended.
+        # The next run is accepted without a manual clean-up, and only the culprit has ended.
         await follow(await client.submit(NAME, hello))
         assert (await client.run(innocent.id)).state is State.RUNNING
         await innocent.stop()

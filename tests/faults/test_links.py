@@ -30,9 +30,7 @@ def write(folder: Path, text: str) -> Path:
 
 
 @pytest.mark.parametrize("seconds", [1, *(pytest.param(each, marks=pytest.mark.slow) for each in (5, 30))])
-async def test_a_link_that_is_cut_costs_time_only(
-    link: Link, far: RunningExecutor, seconds: int, tmp_path: Path
-) -> None:
+async def test_a_cut_link_only_costs_time(link: Link, far: RunningExecutor, seconds: int, tmp_path: Path) -> None:
     noticed: list[float] = []
     async with seoro.Client(link.near) as client:
         run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=seconds + 2)))
@@ -62,7 +60,7 @@ async def test_a_link_that_is_cut_costs_time_only(
     ],
     ids=str,
 )
-async def test_a_bad_link_costs_time_only(
+async def test_a_bad_link_only_costs_time(
     link: Link, far: RunningExecutor, faults: dict[str, float], tmp_path: Path
 ) -> None:
     file = write(tmp_path, TICKS.format(seconds=1))
@@ -78,7 +76,7 @@ async def test_a_bad_link_costs_time_only(
             assert [each.id for each in await client.runs()] == [run.id]
 
 
-async def test_a_scenario_that_is_sent_while_the_link_is_cut_runs_once(
+async def test_a_scenario_submitted_during_a_cut_runs_once(
     link: Link, far: RunningExecutor, tmp_path: Path
 ) -> None:
     file = write(tmp_path, HELLO)
@@ -100,7 +98,7 @@ async def test_a_scenario_that_is_sent_while_the_link_is_cut_runs_once(
         assert len(await client.runs()) == 2
 
 
-async def test_packets_that_arrive_twice_are_one(tmp_path: Path) -> None:
+async def test_repeated_packets_have_no_effect(tmp_path: Path) -> None:
     with packet_link() as link, far_router(link), executor(tmp_path, connect=link.far, prefix=link.prefix):
         async with seoro.Client(link.near) as client:
             link.have(duplicate=0.5)

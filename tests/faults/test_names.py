@@ -18,7 +18,7 @@ from tests.routers import free_endpoint, router_process
 
 
 @pytest.mark.slow
-async def test_the_second_one_gives_the_name_up_as_soon_as_both_are_reached(tmp_path: Path) -> None:
+async def test_the_second_executor_releases_the_name_once_both_are_connected(tmp_path: Path) -> None:
     near, far = free_endpoint(), free_endpoint()
     hello, long = tmp_path / "hello.osc", tmp_path / "long.osc"
     hello.write_text(HELLO)
@@ -47,7 +47,7 @@ async def test_the_second_one_gives_the_name_up_as_soon_as_both_are_reached(tmp_
     with sqlite3.connect(tmp_path / "second" / "state" / "runs.sqlite") as database:
         [[state, reason]] = database.execute("SELECT state, reason FROM runs").fetchall()
     assert state == "cancelled"
-    assert "another executor 'lab-a', which has started before this one, is reached again" in reason
+    assert "an older executor 'lab-a' is reachable again" in reason
 
 
 def port(endpoint: str) -> str:

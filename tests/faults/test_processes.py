@@ -77,7 +77,7 @@ def worker_of(lab: RunningExecutor) -> int:
 
 
 @pytest.mark.slow
-async def test_a_router_that_is_killed_and_comes_back_costs_time_only(tmp_path: Path) -> None:
+async def test_a_restart_of_a_killed_router_only_costs_time(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with ExitStack() as stack:
         router = stack.enter_context(router_process(endpoint))
@@ -111,7 +111,7 @@ async def test_a_router_that_is_killed_and_comes_back_costs_time_only(tmp_path: 
 
 
 @pytest.mark.slow
-async def test_a_router_that_is_frozen_costs_time_only(tmp_path: Path) -> None:
+async def test_a_frozen_router_only_costs_time(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with router_process(endpoint) as router, executor(tmp_path, connect=endpoint):
         async with seoro.Client(endpoint) as client:
@@ -127,7 +127,7 @@ async def test_a_router_that_is_frozen_costs_time_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-async def test_an_executor_that_is_frozen_loses_nothing_and_its_runs_go_on(tmp_path: Path) -> None:
+async def test_a_frozen_executor_loses_no_run_and_its_runs_continue(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
             run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=6)))
@@ -136,11 +136,11 @@ async def test_an_executor_that_is_frozen_loses_nothing_and_its_runs_go_on(tmp_p
             await anyio.sleep(4.0)
             lab.process.send_signal(signal.SIGCONT)
             records = await follow(run)
-    assert 5.9 < records[-1]["t"] < 6.1  # nobody waited for it
+    assert 5.9 < records[-1]["t"] < 6.1  # the run did not wait for it
 
 
 @pytest.mark.slow
-def test_an_executor_that_is_frozen_hides_no_other(
+def test_a_frozen_executor_does_not_hide_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     endpoint, file = free_endpoint(), write(tmp_path, HELLO)
@@ -161,7 +161,7 @@ def test_an_executor_that_is_frozen_hides_no_other(
         out, err = capsys.readouterr()
         measured(f"executor frozen: `seoro ps` said so after {took:.1f} s")
         assert "lab-b     passed" in out
-        assert "note: the executor 'lab-a' does not answer: its runs are not listed" in err
+        assert "note: the executor 'lab-a' does not answer; its runs are not listed" in err
         frozen.process.send_signal(signal.SIGCONT)
 
 
@@ -189,7 +189,7 @@ async def test_the_robots_of_a_run_stop_when_its_executor_is_killed(tmp_path: Pa
 
 
 @pytest.mark.slow
-async def test_when_what_forks_runs_is_killed_they_go_on(tmp_path: Path) -> None:
+async def test_runs_continue_after_the_fork_server_is_killed(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
             run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=2)))
@@ -204,7 +204,7 @@ async def test_when_what_forks_runs_is_killed_they_go_on(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-async def test_the_process_of_a_run_that_is_frozen_goes_on_where_it_was(tmp_path: Path) -> None:
+async def test_a_frozen_process_of_a_run_resumes(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
             run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=6)))
@@ -226,7 +226,7 @@ def simulator(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
 
 
 @pytest.mark.engine("mujoco")
-async def test_a_simulator_that_is_killed_ends_its_run_as_an_error_and_the_next_begins(
+async def test_a_killed_simulator_ends_its_run_as_an_error_and_the_next_run_starts(
     tmp_path: Path, simulator: tuple[str, subprocess.Popen[bytes]]
 ) -> None:
     endpoint, node = simulator
@@ -251,7 +251,7 @@ async def test_a_simulator_that_is_killed_ends_its_run_as_an_error_and_the_next_
 
 
 @pytest.mark.slow
-async def test_a_client_that_is_killed_while_it_submits_leaves_no_run_twice(tmp_path: Path) -> None:
+async def test_a_client_killed_during_a_submission_causes_no_second_run(tmp_path: Path) -> None:
     file = write(tmp_path, HELLO)
     with executor(tmp_path, "--jobs", "2") as lab:
         command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--on", NAME]
@@ -267,7 +267,7 @@ async def test_a_client_that_is_killed_while_it_submits_leaves_no_run_twice(tmp_
                 await follow(run)
 
 
-async def test_what_is_stopped_while_the_executor_is_away_is_stopped(tmp_path: Path) -> None:
+async def test_a_run_stopped_while_the_executor_is_down_stays_stopped(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
             run = await client.submit(NAME, write(tmp_path, LONG))
@@ -283,7 +283,7 @@ async def test_what_is_stopped_while_the_executor_is_away_is_stopped(tmp_path: P
 
 
 @pytest.mark.slow
-async def test_who_has_asked_for_long_enough_is_told_and_the_run_is_found_later(tmp_path: Path) -> None:
+async def test_a_client_gives_up_after_its_patience_and_finds_the_run_later(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint, patience=1.0) as client:
             run = await client.submit(NAME, write(tmp_path, TICKS.format(seconds=6)))

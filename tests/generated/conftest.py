@@ -1,4 +1,4 @@
-"""What all tests of made-up programs have in common."""
+"""Fixtures of all tests with generated programs."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from seoro.runtime import blocking
+from seoro.runtime.execution import blocking
 
 
 @pytest.fixture(autouse=True, scope="package")
 def _no_word_of_blocking() -> Iterator[None]:
-    """A machine that holds a process up for a tenth of a second has it say so in the trace, which is compared."""
+    """On a busy machine, a delay of a tenth of a second would add a record to the trace, which is compared."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(blocking, "LIMIT", math.inf)
         yield

@@ -1,7 +1,7 @@
-"""Made-up programs as data, which shrinks well, and their text.
+"""Generated programs as data, which shrinks well, and their text.
 
-Labels are numbered where they stand, and who refers to one picks it by a number, whatever it is: so every part of
-a program can be taken away or put elsewhere, and what is left still is a program.
+Labels are numbered by place, and references choose a label by any number. So a program stays valid if parts of it
+are removed or moved.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ modifier anyhow:
 scenario base:
     event one
     event two
-    event told(level: int)
+    event sent(level: int)
     event derived is @one if n % 2 == 1
     var n: int = 0
     var seen: int = sample(n, @two, 0)
@@ -57,8 +57,8 @@ class Line:
     Args:
         template: With `{any}` and `{other}` for labels of any behavior, `{worker}` for one of an invocation of
             `worker`, and `{number}` for a number of its own.
-        pick: Which labels.
-        instead: What stands there if its scenario has no such label; None for nothing.
+        pick: Labels of the overridden and the overriding behavior.
+        instead: Text if its scenario has no such label; None to omit the line.
     """
 
     template: str
@@ -81,12 +81,12 @@ class Statement:
 
 @dataclass(frozen=True)
 class Block:
-    """A composition, or an invocation with what modifies it.
+    """A composition, or an invocation with modifiers.
 
     Args:
         head: Its first line, without a colon.
-        members: Of a composition; an invocation has none.
-        within: What stands in its `with`.
+        members: Members of a composition; empty for an invocation.
+        within: Lines of its `with` block.
         is_labelled: Whether it has a label.
     """
 
@@ -104,9 +104,9 @@ class Scenario:
     """A scenario that inherits `base`.
 
     Args:
-        body: What it does.
+        body: Its body.
         extra: The specification of its event `extra`.
-        members: What else it has: `on`, variables, modifiers.
+        members: Other members: `on`, variables, modifiers.
     """
 
     body: Behavior
@@ -123,9 +123,9 @@ class Program:
     main: Scenario
 
     def text(self, mirrored: bool = False) -> str:
-        """Its text; mirrored, with the members of every `parallel` in reverse order.
+        """Return its text; mirrored, with the members of every `parallel` in reverse order.
 
-        Where the first of them is the primary one, that stays the first.
+        A primary first member stays the first.
         """
         scenarios = {"inner": self.inner, "worker": self.worker, "main": self.main}
         return HEADER + "".join(_scenario(name, scenario, mirrored) for name, scenario in scenarios.items())
@@ -143,7 +143,7 @@ def _scenario(name: str, scenario: Scenario, mirrored: bool) -> str:
 
 
 def _labels(behavior: Behavior) -> Iterator[bool]:
-    """Of each behavior that has a label whether it is an invocation of `worker`, in the order of the text."""
+    """Yield for each labelled behavior, in source order, whether it invokes `worker`."""
     if behavior.is_labelled:
         yield isinstance(behavior, Block) and behavior.head.startswith("worker")
     for member in behavior.members if isinstance(behavior, Block) else ():
@@ -154,8 +154,8 @@ class _Text:
     """The text of one scenario.
 
     Args:
-        labels: What `_labels` gives for it.
-        mirrored: As `Program.text`.
+        labels: Result of `_labels` for it.
+        mirrored: See `Program.text`.
     """
 
     def __init__(self, labels: tuple[bool, ...], mirrored: bool) -> None:
@@ -166,7 +166,7 @@ class _Text:
         self._numbers = itertools.count()
 
     def line(self, line: Line) -> str | None:
-        """The text of a line; None if there is none."""
+        """Return the text of a line, or None to omit it."""
         names = {"number": str(next(self._numbers))}
         if self._all:
             names["any"] = self._all[line.pick % len(self._all)]

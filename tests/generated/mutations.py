@@ -1,4 +1,4 @@
-"""Faults of the runtime, put in on purpose: what checks traces has to find each of them."""
+"""Injected faults of the runtime: the trace check has to find each of them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from typing import Any
 
 import pytest
 
-from seoro.runtime.behaviors import emit, modifier, override, parallel, perform, reactions, until, wait
-from seoro.runtime.behaviors.one_of import _Choice
-from seoro.runtime.conditions import Conditions
-from seoro.runtime.events import Events
-from seoro.runtime.flows import Waiter
-from seoro.runtime.listening import Listener
-from seoro.runtime.timetable import Timer
+from seoro.runtime.behaviors import emit, modifier, override, perform
+from seoro.runtime.behaviors.choice import Choice
+from seoro.runtime.behaviors.overlap import Overlap
+from seoro.runtime.events.conditions import Conditions
+from seoro.runtime.events.subscriptions import Subscriptions
+from seoro.runtime.events.ticks import Ticks
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.kernel.channel import Channel
+from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.kernel.timers import Timer
 from seoro.runtime.verdict import SUCCEEDED
 
 LATE = 0.25  # [s]; nothing else in the scenarios takes that long
@@ -25,10 +28,10 @@ class Mutation:
     """A fault.
 
     Args:
-        name: What goes wrong.
-        put_in: Puts it into the runtime.
-        body: What a scenario does that has to do with it.
-        members: What else the scenario has.
+        name: Effect of the fault.
+        put_in: Injects it into the runtime.
+        body: Body of a scenario that it affects.
+        members: Other members of the scenario.
     """
 
     name: str
@@ -37,20 +40,38 @@ class Mutation:
     members: str = ""
 
 
-def _listening_late(module: Any) -> Callable[[pytest.MonkeyPatch], None]:
-    """What a module listens for is heard late."""
+def _late_subscriptions(patch: pytest.MonkeyPatch) -> None:
+    """Delay the events of subscriptions."""
 
-    class LateListener(Listener):
-        def listen(self, specification: Any, environment: Any, meet: Any) -> Any:
-            agenda = self._services.agenda
+    def connect(
+        self: Subscriptions, subscription: Any, specification: Any, environment: Any, context: Any
+    ) -> None:
+        deliver = _late(self._scheduler, subscription.deliver)
+        subscription.on_close(self.listen(specification, environment, context, deliver))
 
-            def late(occurrence: Any) -> bool:
-                agenda.at(agenda.now + LATE, Timer(lambda: meet(occurrence)))
-                return True
+    patch.setattr(Subscriptions, "connect_own", lambda self, *arguments: False)
+    patch.setattr(Subscriptions, "connect", connect)
 
-            return super().listen(specification, environment, late)
 
-    return lambda patch: patch.setattr(module, "Listener", LateListener)
+def _late_reactions(patch: pytest.MonkeyPatch) -> None:
+    """Delay the events of reactions."""
+    listen = Subscriptions.listen
+
+    def listen_late(self: Subscriptions, specification: Any, environment: Any, context: Any, receive: Any) -> Any:
+        return listen(self, specification, environment, context, _late(self._scheduler, receive))
+
+    patch.setattr(Subscriptions, "listen", listen_late)
+
+
+def _late(scheduler: Scheduler, receive: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    def late(occurrence: Any) -> bool:
+        def act() -> None:
+            receive(occurrence)
+
+        scheduler.act_at(scheduler.now + LATE, Timer(act))
+        return True
+
+    return late
 
 
 def _replacing(
@@ -76,9 +97,7 @@ def _late_members(carry: Any) -> Any:
     async def late(plan: Any, place: Any, perform_member: Any) -> Any:
         async def perform_late(member: Any, inside: Any) -> Any:
             if inside.position[-1] > 0:
-                waiter = Waiter(inside.flow)
-                inside.agenda.at(inside.agenda.now + LATE, waiter)
-                await inside.agenda.wait(waiter)
+                await inside.task.sleep(LATE)
             return await perform_member(member, inside)
 
         return await carry(plan, place, perform_late)
@@ -100,24 +119,24 @@ def _going_on(carry: Any) -> Any:
 
 
 def _decide_for_two(patch: pytest.MonkeyPatch) -> None:
-    def choose(self: _Choice) -> None:
-        for flow, go_on in self._held.items():
-            self._decided = flow
-            go_on()
+    def choose(self: Choice) -> None:
+        for task, resume in self._held.items():
+            self._decided = task
+            resume()
 
-    patch.setattr(_Choice, "_choose", choose)
+    patch.setattr(Choice, "_choose", choose)
 
 
 def _early(patch: pytest.MonkeyPatch) -> None:
-    end = Conditions._end
-    patch.setattr(Conditions, "_end", lambda *arguments: end(*arguments) - LATE)
+    end = ExecutionContext.end_of
+    patch.setattr(ExecutionContext, "end_of", lambda *arguments: end(*arguments) - LATE)
 
 
 def _shifted_ticks(patch: pytest.MonkeyPatch) -> None:
-    from seoro.runtime.conditions import _Ticks
-
-    begin = _Ticks.__init__
-    patch.setattr(_Ticks, "__init__", lambda self, agenda, first, *rest: begin(self, agenda, first + LATE, *rest))
+    begin = Ticks.__init__
+    patch.setattr(
+        Ticks, "__init__", lambda self, scheduler, first, *rest: begin(self, scheduler, first + LATE, *rest)
+    )
 
 
 def _unlimited(_: Any) -> Any:
@@ -128,7 +147,7 @@ def _unlimited(_: Any) -> Any:
 
 
 def _lost_occurrence(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(Events, "_take_hold", lambda self, event, occurrence: None)
+    patch.setattr(Channel, "_deliver", lambda self, occurrence: None)
 
 
 def _together(make: Any) -> Any:
@@ -144,7 +163,7 @@ async def _without(place: Any, inner: Any) -> Any:
 
 
 def _not_failing(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(parallel._Course, "_fail", lambda self, outcome: None)
+    patch.setattr(Overlap, "_fail", lambda self, outcome: None)
 
 
 def _no_checks(patch: pytest.MonkeyPatch) -> None:
@@ -160,11 +179,11 @@ def _nothing(*_: Any) -> None:
 
 
 MUTATIONS = (
-    Mutation("until ends late", _listening_late(until), "parallel:\n    wait elapsed(3s)\nwith:\n    until @one"),
-    Mutation("wait ends late", _listening_late(wait), "wait @one"),
+    Mutation("until ends late", _late_subscriptions, "parallel:\n    wait elapsed(3s)\nwith:\n    until @one"),
+    Mutation("wait ends late", _late_subscriptions, "wait @one"),
     Mutation("elapsed is early", _early, "wait elapsed(2s)"),
     Mutation("every is late", _shifted_ticks, "wait every(2s, offset: 1s)"),
-    Mutation("on is late", _listening_late(reactions), "wait elapsed(4s)", "on @one:\n    emit two"),
+    Mutation("on is late", _late_reactions, "wait elapsed(4s)", "on @one:\n    emit two"),
     Mutation(
         "parallel forgets a member",
         _replacing("run_parallel", _with_members(lambda members: members[:2])),
@@ -216,7 +235,7 @@ MUTATIONS = (
     Mutation("parallel goes on after a failure", _not_failing, "parallel:\n    give_up()\n    wait elapsed(2s)"),
     Mutation(
         "a modifier is ignored",
-        _replacing("run_modifier", _ignoring),
+        _replacing("run_modifier", _ignoring, modifier),
         "serial:\n    log(1)\nwith:\n    repeat(2)",
     ),
     Mutation(

@@ -13,17 +13,18 @@ from types import ModuleType
 from typing import Any
 
 from seoro import ActionContext, ActionFailed, action
-from seoro.bindings.implementations import BoundFunctions
+from seoro.bindings.bound_functions import BoundFunctions
 from seoro.embed import check_file
 from seoro.lang.frontend import lower
 from seoro.lang.plan import Plan
-from seoro.runtime.clock import VirtualClock
-from seoro.runtime.run import Execution, Settings
+from seoro.runtime.execution.settings import Settings
+from seoro.runtime.kernel.clock import VirtualClock
+from seoro.runtime.run import Execution
 from seoro.runtime.verdict import Verdict
 
 Record = dict[str, Any]
 _BEHAVIORS = {"id", "parent", "behavior", "by", "modifier"}  # fields with numbers of behaviors
-_HOLDERS = {"instance", "of", "object"}  # of what has events and variables
+_HOLDERS = {"instance", "of", "object"}  # fields with numbers of instances and objects
 
 
 @action("hold", open_ended=True)
@@ -78,13 +79,13 @@ def load_text(text: str) -> Loaded:
 
 @dataclass(eq=False)
 class Ran:
-    """What became of a run.
+    """Result of a run.
 
     Args:
-        round: Gives the number of the present round.
-        records: What happened.
-        rounds: In which round each of that did.
-        verdict: How it ended.
+        round: Returns the number of the current round.
+        records: Records of events.
+        rounds: Round of each record.
+        verdict: End state.
     """
 
     round: Callable[[], int] = lambda: 0
@@ -93,7 +94,7 @@ class Ran:
     verdict: Verdict | None = None
 
     def record(self, record: Record) -> None:
-        """An observer; stamps of the wall clock are no part of what happened."""
+        """Observer that ignores stamps of the wall clock."""
         self.records.append({name: value for name, value in record.items() if name != "wall"})
         self.rounds.append(self.round())
 
@@ -103,8 +104,7 @@ async def execute(loaded: Loaded, order: int | None = None) -> Ran:
 
     Args:
         loaded: The program.
-        order: From what number the order is drawn in which the flows of a round are stepped; None for the order
-            of the runtime.
+        order: Seed of the order of the tasks in a round; None for the order of the runtime.
     """
     ran, functions = Ran(), loaded.functions
     chance = random.Random(order)
@@ -117,14 +117,14 @@ async def execute(loaded: Loaded, order: int | None = None) -> Ran:
         step_order=None if order is None else lambda path: chance.random(),
     )
     execution = Execution(loaded.plan, settings)
-    ran.round = lambda: execution._agenda._rounds.number
+    ran.round = lambda: execution._scheduler.cycle
     ran.verdict = await execution.run()
     assert execution.fault is None
     return ran
 
 
 def in_any_order(ran: Ran) -> list[tuple[int, list[str]]]:
-    """What happened in each round, whatever the order in it, but for changes of variables, which have one."""
+    """Return the sorted records of each round; changes of variables are numbered, as their order matters."""
     names = _Names(ran.records)
     changes: Counter[int] = Counter()
     found: dict[int, list[str]] = {}
@@ -138,8 +138,9 @@ def in_any_order(ran: Ran) -> list[tuple[int, list[str]]]:
 
 
 class _Names:
-    """Names for what has numbers in the order in which it began: behaviors are called by their paths, instances by
-    what invoked them, structs and actors by where they are told.
+    """Names instead of numbers, which depend on the order of starts.
+
+    Behaviors are named by path, instances by their invocation, structs and actors by their place in the trace.
 
     Args:
         records: All records of a run.
@@ -162,15 +163,15 @@ class _Names:
         self._seen[path] += 1
         return f"{path}*{self._seen[path]}"
 
-    def _name_objects(self, told: Any, path: str) -> None:
-        if isinstance(told, dict):
-            if "object" in told:
-                self._holders.setdefault(told["object"], path)
-            for name, value in told.items():
+    def _name_objects(self, traced: Any, path: str) -> None:
+        if isinstance(traced, dict):
+            if "object" in traced:
+                self._holders.setdefault(traced["object"], path)
+            for name, value in traced.items():
                 self._name_objects(value, f"{path}.{name}")
 
     def named(self, field: str, value: Any) -> Any:
-        """What a field of a record holds, with names instead of numbers."""
+        """Return the value of a field of a record, with names instead of numbers."""
         if isinstance(value, dict):
             return {name: self.named(name, inside) for name, inside in value.items()}
         if field in _BEHAVIORS:

@@ -1,7 +1,7 @@
-"""Hypothesis strategies for programs: well-typed, and over after a bounded time.
+"""Hypothesis strategies for programs: well-typed, with a bounded duration.
 
-Everything in them takes place in a few seconds, so that things meet in one instant; repetitions are bounded, and a
-timeout stands around all of it.
+Programs take a few seconds, so that many events occur in one instant. Repetitions are bounded, and a timeout
+surrounds the body.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from hypothesis import strategies as st
 from tests.generated.model import Behavior, Block, Line, Program, Scenario, Statement
 
 _PLAIN = (
-    "@one", "@two", "@told", "@two if n > 0", "@told as t if t.level == n", "@told as t if t.level > 1",
+    "@one", "@two", "@sent", "@two if n > 0", "@sent as t if t.level == n", "@sent as t if t.level > 1",
     "@derived", "@one if elapsed(1s)", "@one if every(0.5s)", "@two if rise(n > 0)", "n == 2",
     "n >= 1 and seen < 2", "twice(n) == 4", "rise(n > 1)", "fall(n % 2 == 0)", "seen == 1",
     "every(1s, offset: 1s)", "every(0.7s)", "elapsed(0s)", "elapsed(0.5s)", "elapsed(1s)", "elapsed(2s)",
 )  # fmt: skip
 _LABELLED = (
     "@{any}.start", "@{any}.end", "@{any}.fail", "@{any}.end if n > 0", "@{worker}.one", "@{worker}.extra",
-    "@{worker}.told as t if t.level == 1", "{worker}.size == 2", "rise({worker}.n > 0)",
+    "@{worker}.sent as t if t.level == 1", "{worker}.size == 2", "rise({worker}.n > 0)",
 )  # fmt: skip
 _DRAWN = ("elapsed([0s..2s])", "elapsed([1s..3s])")
 _STATEMENTS = (
-    'log("{number}")', "log(n)", "log(twice(seen))", "emit one", "emit two", "emit told(1)", "emit told(n)",
-    "emit told(level: n + 1)", "increment(n)", "decrement(n)", 'compare(n, "<", 2)', "call twice(n)", "hold()",
+    'log("{number}")', "log(n)", "log(twice(seen))", "emit one", "emit two", "emit sent(1)", "emit sent(n)",
+    "emit sent(level: n + 1)", "increment(n)", "decrement(n)", 'compare(n, "<", 2)', "call twice(n)", "hold()",
     "work(0s)", "work(1s)", "give_up()", "emit end", "emit fail",
 )  # fmt: skip
 _OPERATORS = (
@@ -50,7 +50,7 @@ _INVOCATIONS = (
 )
 _DRAWN_WITH = ("keep(it.size in [1..3])",)
 _ON = "on {specification}:\n    {answer}"
-_ANSWERS = ("emit one", "emit two", "emit told(2)", "emit told(n)", "call twice(n)", "emit end", "emit fail")
+_ANSWERS = ("emit one", "emit two", "emit sent(2)", "emit sent(n)", "call twice(n)", "emit end", "emit fail")
 _MAX_LEAVES = 9
 _PICKS = st.integers(0, 60)
 
@@ -103,7 +103,7 @@ def _specifications(drawn: bool) -> st.SearchStrategy[Line]:
 
 
 def _behaviors(scenario: str, drawn: bool, leaves: int) -> st.SearchStrategy[Behavior]:
-    """What a scenario does."""
+    """Strategy for the body of a scenario."""
     specifications = _specifications(drawn)
     waits = specifications.map(lambda line: _around(line, "wait {}", "wait @one"))
     if scenario == "main":
@@ -128,10 +128,10 @@ def _behaviors(scenario: str, drawn: bool, leaves: int) -> st.SearchStrategy[Beh
 
 
 def _within(specifications: st.SearchStrategy[Line], drawn: bool) -> st.SearchStrategy[tuple[Line, ...]]:
-    """What stands in `with`."""
+    """Generate the lines of `with` blocks."""
     untils = specifications.map(lambda line: _around(line, "until {}", "until @one"))
     lines = st.one_of(st.sampled_from(_MODIFIERS).map(Line), untils)
-    if drawn:  # of behaviors that override each other the first in the text goes on
+    if drawn:  # if behaviors override each other, the first in the text continues
         overrides = st.sampled_from(("override({any}, {other})", "override({any}, {other}, when_active)"))
         lines |= st.builds(Line, overrides, _PICKS)
     return st.one_of(st.just(()), st.lists(lines, max_size=2).map(tuple))

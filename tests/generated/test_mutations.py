@@ -1,4 +1,4 @@
-"""The independent checker of traces finds faults of the runtime, and none where there are none."""
+"""The independent checker of traces finds faults of the runtime, without false alarms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.generated.running import execute, load_text
 
 
 def acceptance(mutation: Mutation) -> Acceptance:
-    """What the checker says of the trace of the mutation's scenario."""
+    """Return the violations in the trace of the mutation's scenario."""
     body = indent(mutation.body, " " * 12)
     text = f"""scenario worker inherits base:
     pace: time = 1s

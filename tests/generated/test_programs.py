@@ -1,8 +1,8 @@
-"""What the runtime promises of every scenario, it keeps for made-up ones (section 7.6.2 and the rules of rounds).
+"""Guarantees of the runtime for generated scenarios (section 7.6.2 and the rules of rounds).
 
-The order in which the flows of a round are stepped changes nothing but the order of its records, the order of the
-members of `parallel` nothing at all; a run with the same seed is the same again, on any event loop.
-What happened is accepted by the rules of the standard, as `seoro.runtime.accept` has them.
+The order of tasks in a round affects only the order of its records. The order of members of `parallel` has no
+effect. Runs with equal seeds are equal on any event loop. Traces obey the rules of the standard, by
+`seoro.runtime.accept`.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ LONG = settings(
 
 
 def on(loop_factory: Any, running: Coroutine[Any, Any, Ran]) -> Ran:
-    """What comes of a run on an event loop."""
+    """Return the result of a run on an event loop."""
     with asyncio.Runner(loop_factory=loop_factory) as runner:
         return runner.run(asyncio.wait_for(running, MAX_SECONDS))
 
 
 def keeps_its_promises(program: Program, order: int) -> None:
-    """Hold the runtime to what it promises of any program.
+    """Check the guarantees of the runtime for a program.
 
     Args:
         program: The program.
-        order: Decides the order in which the flows of a round are stepped.
+        order: Seed of the order of the tasks in a round.
     """
     loaded = load_text(program.text())
     ran = on(asyncio.new_event_loop, execute(loaded))
@@ -60,12 +60,12 @@ def keeps_its_promises(program: Program, order: int) -> None:
 
 
 def lines(ran: Ran) -> list[str]:
-    """The trace as it stands in a file."""
+    """Return the lines of the trace file."""
     return [json.dumps(record) for record in ran.records]
 
 
 def is_the_same_mirrored(program: Program) -> None:
-    """Hold the runtime to it that the order of the members of `parallel` changes nothing."""
+    """Check that the order of the members of `parallel` has no effect."""
     forward, backward = (
         outcome(on(asyncio.new_event_loop, execute(load_text(program.text(mirrored)))))
         for mirrored in (False, True)
@@ -74,13 +74,13 @@ def is_the_same_mirrored(program: Program) -> None:
 
 
 def outcome(ran: Ran) -> Any:
-    """What of a run must not depend on the order of members: its verdict, its length, what was logged when."""
+    """Return the results that are independent of the order of members: verdict, duration, logs and changes."""
     assert ran.verdict is not None
-    # Of two things that end the run in one round the first in the text is named as the reason.
+    # If two causes end the run in one round, the reason is the first one in the text.
     status = "stuck" if "nothing can happen" in ran.verdict.reason else ran.verdict.status
     logs = sorted((r["t"], r["message"]) for r in ran.records if r["kind"] == "log")
-    # Changes of one round take hold one after the other, and no flow sees what lies between: how many there are,
-    # and what comes of them, is the same.
+    # Changes of one round are committed one after the other, and tasks see only the final values. So the number of
+    # changes and the final values are equal.
     changes = [(r["t"], r["path"], r["value"]) for r in ran.records if r["kind"] == "variable"]
     variables = {(t, path): value for t, path, value in changes}
     counts = Counter((t, path) for t, path, _ in changes)

@@ -1,1 +1,1 @@
-"""The command, the runtime and a simulator node together, as users have them."""
+"""The command, the runtime and a simulator node together, as users run them."""

@@ -21,8 +21,8 @@ StartSeoro = Callable[..., subprocess.Popen[str]]
 
 @pytest.fixture(autouse=True)
 def _temporary_files_of_its_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """What else runs on the machine does not make or remove temporary files where a test looks for its own."""
-    with tempfile.TemporaryDirectory(prefix="own-") as folder:  # short, since addresses of sockets are
+    """Use a folder for temporary files that other processes of the machine do not use."""
+    with tempfile.TemporaryDirectory(prefix="own-") as folder:  # short, because socket addresses are limited
         monkeypatch.setenv("TMPDIR", folder)
         monkeypatch.setattr(tempfile, "tempdir", folder)
         yield
@@ -30,7 +30,7 @@ def _temporary_files_of_its_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[Non
 
 @pytest.fixture
 def start_seoro() -> Iterator[StartSeoro]:
-    """Starts `seoro` with arguments; whatever is left of it is killed after the test."""
+    """Return a function that starts `seoro`; remaining processes are killed after the test."""
     started: list[subprocess.Popen[str]] = []
 
     def start(*arguments: str) -> subprocess.Popen[str]:
@@ -51,12 +51,12 @@ def start_seoro() -> Iterator[StartSeoro]:
 
 
 def read_trace(path: Path) -> list[dict[str, Any]]:
-    """The records of a trace file."""
+    """Return the records of a trace file."""
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
 def wait_until(condition: Callable[[], object], timeout: float) -> bool:
-    """Wait for something that another process does, which no clock of a run knows of."""
+    """Wait for an effect of another process, by the wall clock."""
     deadline = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > deadline:
@@ -66,7 +66,7 @@ def wait_until(condition: Callable[[], object], timeout: float) -> bool:
 
 
 def children(pid: int) -> list[int]:
-    """Process ids of the children of a process that runs simulator nodes."""
+    """Return the process ids of the children of a process that runs simulator nodes."""
     found = []
     for entry in Path("/proc").iterdir():
         if entry.name.isdecimal():
@@ -81,7 +81,7 @@ def children(pid: int) -> list[int]:
 
 
 def is_alive(pid: int) -> bool:
-    """Whether a process is there and no zombie."""
+    """Return whether a process exists and is not a zombie."""
     try:
         os.kill(pid, 0)
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
@@ -90,7 +90,7 @@ def is_alive(pid: int) -> bool:
 
 
 def marked(mark: str) -> set[int]:
-    """Living processes that have a mark, `NAME=value`, in their environment."""
+    """Return the living processes with a mark, `NAME=value`, in their environment."""
     found = set()
     for entry in Path("/proc").iterdir():
         if entry.name.isdecimal() and is_alive(int(entry.name)):

@@ -1,4 +1,4 @@
-"""Cameras of scenarios, and the pictures that they leave."""
+"""Cameras of scenarios, and their saved images."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def test_snapshots_are_in_the_output_folder(
     assert pictures["before"] != pictures["after"]
 
 
-def test_what_cameras_cannot_do_fails_with_a_reason(tmp_path: Path) -> None:
+def test_impossible_camera_actions_fail_with_a_reason(tmp_path: Path) -> None:
     needs_pictures("mujoco")
     file = tmp_path / "wrong.osc"
     file.write_text(
@@ -58,19 +58,19 @@ def test_what_cameras_cannot_do_fails_with_a_reason(tmp_path: Path) -> None:
     assert status == 0
     reasons = [str(r["reason"]) for r in records if r["kind"] == "attempt.end"]
     wanted = (
-        "there is no camera 'eye': put one somewhere with `eye.place`",
-        "there is no camera 'eye'",
-        "there is no camera 'turtlebot4/back'; there are turtlebot4/front",
-        "'../up.png' cannot name a file",
-        "'top_down.png' cannot name a file",
-        "there is no entity 'ghost'",
+        "spawn it with `eye.place`",
+        "unknown camera 'eye'",
+        "unknown camera 'turtlebot4/back' (cameras: turtlebot4/front)",
+        "invalid output file name '../up.png'",
+        "invalid output file name 'top_down.png'",
+        "unknown entity 'ghost'",
     )
     for words in wanted:
         assert any(words in reason for reason in reasons), (words, reasons)
     assert (tmp_path / "twice.png").read_bytes() == (tmp_path / "twice_2.png").read_bytes()
 
 
-async def test_without_an_output_folder_pictures_are_taken_and_not_kept() -> None:
+async def test_images_are_not_kept_without_an_output_folder() -> None:
     needs_pictures("mujoco")
     simulator = seoro.Simulator(name="mujoco", world="empty")
     async with seoro.start(seoro.load(SNAPSHOTS), seed=0, simulator=simulator, keep_trace=True) as started:
@@ -78,4 +78,4 @@ async def test_without_an_output_folder_pictures_are_taken_and_not_kept() -> Non
         logs = [record["message"] async for record in started.trace() if record["kind"] == "log"]
     assert verdict.passed
     assert started.files == ()
-    assert any("was taken (640 by 480 pixels), and not kept" in message for message in logs), logs
+    assert any("(640 by 480 pixels); not saved" in message for message in logs), logs

@@ -1,4 +1,4 @@
-"""What becomes of runs in which robots touch something, in real simulators."""
+"""Verdicts of runs in which robots touch entities, in real simulators."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ engines = pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", 
 
 
 def run(folder: Path, body: str, engine: str = "mujoco") -> tuple[int, list[dict[str, Any]]]:
-    """Exit status and trace of a run."""
+    """Return the exit status and trace of a run."""
     world, file, trace = folder / "parcels.yaml", folder / "main.osc", folder / "trace.jsonl"
     world.write_text(WORLD)
     file.write_text(HEAD + body + "\n")
@@ -41,7 +41,7 @@ def run(folder: Path, body: str, engine: str = "mujoco") -> tuple[int, list[dict
 
 
 @engines
-def test_an_action_that_moves_the_robot_into_something_fails(
+def test_an_action_that_moves_the_robot_into_an_obstacle_fails(
     tmp_path: Path, engine: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     status, records = run(tmp_path, PUSH, engine)
@@ -54,8 +54,8 @@ def test_an_action_that_moves_the_robot_into_something_fails(
     assert "turtlebot4 moves into parcel" in capsys.readouterr().out
 
 
-def test_contacts_that_are_allowed_and_forbidden(tmp_path: Path) -> None:
-    """In one run, one after another: each step fails where it says so."""
+def test_contacts_are_allowed_and_forbidden_by_actions(tmp_path: Path) -> None:
+    """The steps are in one run; each fails as its comment states."""
     allowed = [
         f"{PUSH} with:\n            allow_contact(['parcel'])",
         f"{PUSH} with:\n            allow_contact()",
@@ -82,7 +82,7 @@ def test_contacts_that_are_allowed_and_forbidden(tmp_path: Path) -> None:
     ]
 
 
-def test_whoever_stands_does_not_fail_when_it_is_struck(tmp_path: Path) -> None:
+def test_a_struck_standing_robot_does_not_fail(tmp_path: Path) -> None:
     strike = (
         "set_entity_state('parcel', pose_3d(position_3d(x: 0.5m, z: 0.251m)), "
         "velocity_6d(translational_velocity_3d(x: -2mps)))"
@@ -97,7 +97,7 @@ def test_whoever_stands_does_not_fail_when_it_is_struck(tmp_path: Path) -> None:
     assert "turtlebot4 was struck by 'parcel'" in records[-1]["reason"]
 
 
-def test_a_robot_that_is_unknown_cannot_be_watched(tmp_path: Path) -> None:
+def test_watching_an_unknown_robot_fails(tmp_path: Path) -> None:
     status, records = run(tmp_path, f"{PUSH} with:\n        forbid_contact(['tb5'])")
     assert status == 1
     assert "unknown robot 'tb5' (robots of this run: turtlebot4)" in records[-1]["reason"]

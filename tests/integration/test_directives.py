@@ -33,10 +33,10 @@ def _project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "test.osc").write_text(SCENARIO)
 
 
-EXPECTED = "test.osc: seed 7, mujoco with world 'yard', actor `cart` is the robot `rover`"
+EXPECTED = "test.osc: seed 7, mujoco with world 'yard', actor `cart` is robot `rover`"
 
 
-def test_exec_needs_no_options_for_what_the_file_says(capsys: pytest.CaptureFixture[str]) -> None:
+def test_exec_uses_the_directives_of_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", "test.osc", "--rate", "max"]) == 0
     assert EXPECTED in capsys.readouterr().out
 
@@ -50,6 +50,6 @@ def test_an_executor_gets_the_world_of_the_file(
     assert EXPECTED in capsys.readouterr().out
 
 
-def test_options_go_before_the_file(capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_override_directives(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", "test.osc", "--world", "empty", "--seed", "3", "--rate", "max"]) == 0
     assert "seed 3, mujoco with world 'empty'" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""`osc.driving` and commands of velocity, on simulator nodes."""
+"""`osc.driving` and velocity commands, on simulator nodes."""
 
 from pathlib import Path
 
@@ -51,7 +51,7 @@ def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture
 @pytest.mark.parametrize(
     ("action", "words"),
     [
-        ("robot.drive(linear: 2mps, duration: 1s)", "turtlebot4 drives with up to 0.306 m/s"),
+        ("robot.drive(linear: 2mps, duration: 1s)", "expected up to 0.306 m/s"),
         pytest.param(
             'topic_publish("/odom", "geometry_msgs.msg.Twist", "{}")',
             "/ROBOT/cmd_vel for each",
@@ -64,12 +64,12 @@ def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture
         ),
         pytest.param(
             'topic_publish("/cmd_vel", "geometry_msgs.msg.Twist", "data: hi")',
-            "this is no twist",
+            "invalid twist",
             marks=pytest.mark.slow,
         ),
     ],
 )
-def test_what_cannot_be_done_fails_with_its_reason(
+def test_impossible_actions_fail_with_a_reason(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], action: str, words: str
 ) -> None:
     assert run(tmp_path, action) == 1

@@ -1,4 +1,4 @@
-"""Runs with simulators of their own in one program."""
+"""Runs of one program with their own simulators."""
 
 import asyncio
 import tempfile
@@ -21,12 +21,12 @@ async def trace_of(scenario: seoro.Scenario, seed: int) -> Records:
 
 
 def folders() -> set[Path]:
-    """What runs have in the folder for temporary files."""
+    """Return the folders of runs among temporary files."""
     return set(Path(tempfile.gettempdir()).glob("seoro-*"))
 
 
 @pytest.mark.slow
-async def test_runs_with_simulators_at_once_have_the_traces_that_they_have_alone() -> None:
+async def test_simultaneous_runs_have_the_traces_of_single_runs() -> None:
     scenario = seoro.load(GO_TO_POSE)
     at_once = await asyncio.gather(*(trace_of(scenario, seed) for seed in (1, 2)))
     assert at_once == [await trace_of(scenario, seed) for seed in (1, 2)]
@@ -34,7 +34,7 @@ async def test_runs_with_simulators_at_once_have_the_traces_that_they_have_alone
 
 
 @pytest.mark.slow
-async def test_a_cancellation_while_the_simulator_starts_or_runs_leaves_nothing() -> None:
+async def test_a_cancelled_run_leaves_no_files_and_processes() -> None:
     scenario = seoro.load(GO_TO_POSE)
     await trace_of(scenario, 1)  # Zenoh keeps some files for the process
     held: Counter[str] = holdings()

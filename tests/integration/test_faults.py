@@ -117,7 +117,7 @@ def run(text: str, folder: Path) -> list[dict[str, Any]]:
 
 
 def reasons(records: list[dict[str, Any]]) -> list[str]:
-    """Why actions failed whose failure is allowed, in order."""
+    """Return the reasons of allowed failures of actions, in order."""
     return [r["reason"].partition(" failed: ")[2] for r in records if r["kind"] == "attempt.end"]
 
 
@@ -125,24 +125,24 @@ def logs(records: list[dict[str, Any]]) -> list[str]:
     return [r["message"] for r in records if r["kind"] == "log"]
 
 
-def test_parameters_of_the_node_that_spoils_scans_are_faults_of_the_lidar(tmp_path: Path) -> None:
+def test_parameters_of_the_scan_modifier_are_faults_of_the_lidar(tmp_path: Path) -> None:
     records = run(PARAMETERS, tmp_path)
     assert records[-1]["status"] == "passed", records[-1]
     noise, drop = logs(records)
     assert noise.startswith("gaussian_noise of turtlebot4/lidar takes effect: the errors of 3")
     assert drop.startswith("beam_loss of turtlebot4/lidar takes effect: of ")
-    nodes = "of the nodes with parameters there are `laserscan_modification`, `turtlebot4/laserscan_modification`"
+    nodes = "(nodes with parameters: `laserscan_modification`, `turtlebot4/laserscan_modification`)"
     assert reasons(records) == [
-        f"there is no node `/camera` here: {nodes}",
-        f"there is no node `/second/laserscan_modification` here: {nodes}",
-        "the node `laserscan_modification` has no parameter `blur` here: "
-        "it has gaussian_noise_std_deviation, random_drop_percentage",
-        "the parameter `random_drop_percentage` is a number, not `half`",
-        "the share is 7: it has to be above 0, and 1 at most",
+        f"unknown node `/camera` {nodes}",
+        f"unknown node `/second/laserscan_modification` {nodes}",
+        "unknown parameter `blur` of the node `laserscan_modification` "
+        "(parameters: gaussian_noise_std_deviation, random_drop_percentage)",
+        "invalid value of the parameter `random_drop_percentage`: expected a number, found `half`",
+        "invalid share 7; expected more than 0, and at most 1",
     ]
 
 
-def test_faults_are_measured_and_what_was_measured_stands_in_the_trace(tmp_path: Path) -> None:
+def test_measurements_of_faults_are_in_the_trace(tmp_path: Path) -> None:
     records = run(FAULTS, tmp_path)
     assert records[-1]["status"] == "passed", records[-1]
     told = [message.partition(" takes effect: ")[0] for message in logs(records)]
@@ -156,16 +156,17 @@ def test_faults_are_measured_and_what_was_measured_stands_in_the_trace(tmp_path:
         "power_loss of turtlebot4/lidar",
     ]
     angle, nose, limit = reasons(records)
-    assert angle == "lidar cannot have gaussian_noise of angle: it can be of length"
-    assert nose == "turtlebot4 has no device 'nose': it has bumper, front, imu, lidar, motors, odometry, robot"
+    assert angle == "lidar cannot have gaussian_noise of angle; quantities: length"
+    assert (
+        nose == "unknown device 'nose' of turtlebot4; devices: bumper, front, imu, lidar, motors, odometry, robot"
+    )
     assert limit == (
-        "gaussian_noise of turtlebot4/lidar was not found to take effect: "
-        "no value of length to compare has arrived"
+        "no effect of gaussian_noise of turtlebot4/lidar was confirmed: no comparable value of length has arrived"
     )
 
 
 @pytest.mark.slow
-def test_faults_of_cameras_are_measured_and_a_picture_that_does_not_come_is_told(tmp_path: Path) -> None:
+def test_camera_faults_are_measured_and_missing_images_are_reported(tmp_path: Path) -> None:
     needs_pictures("mujoco")
     records = run(CAMERAS, tmp_path)
     assert records[-1]["status"] == "passed", records[-1]
@@ -174,7 +175,7 @@ def test_faults_of_cameras_are_measured_and_a_picture_that_does_not_come_is_told
     of_robot = [f"{kind} of turtlebot4/front" for kind in ("bias", "dead_pixels", "dead_area")]
     assert told == [*(f"{kind} of eye" for kind in kinds), *of_robot, "bias of eye"]
     power, ghost, nothing, sector = reasons(records)
-    assert power == "no picture of 'eye' has come: the camera has no power"
-    assert ghost.startswith("there is no camera 'ghost': put one somewhere with `ghost.place`")
-    assert nothing == "deviations are zero or more, and not all of them zero: nothing"
+    assert power == "no image from 'eye': the camera has no power"
+    assert ghost.startswith("unknown camera 'ghost'")
+    assert nothing == "invalid deviations nothing; expected zero or more, and not all zero"
     assert sector == "front cannot have dead_sector: it has no beams"

@@ -1,4 +1,4 @@
-"""Films that are recorded of runs."""
+"""Videos of runs."""
 
 from pathlib import Path
 from typing import Any
@@ -21,13 +21,13 @@ def _pictures() -> None:
 
 
 def length(film: Path) -> float:
-    """The time of the last picture [s]."""
+    """Return the time of the last image [s]."""
     with av.open(str(film)) as container:
         return float([frame.time for frame in container.decode(video=0)][-1])
 
 
 @pytest.mark.slow
-def test_a_film_is_as_long_as_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_video_is_as_long_as_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = main(["exec", SNAPSHOTS, *SMALL, "--rate", "max", "-o", str(tmp_path), "--record-video"])
     assert status == 0
     assert length(tmp_path / "video.mp4") == 2.0
@@ -35,16 +35,14 @@ def test_a_film_is_as_long_as_the_run(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.slow
-def test_a_film_that_cannot_be_written_makes_the_run_an_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unwritable_video_ends_the_run_as_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     full = tmp_path / "full.mp4"
     full.symlink_to("/dev/full")
     assert main(["exec", SNAPSHOTS, *SMALL, "--rate", "max", "--record-video", str(full)]) == 3
     assert "the film ends early: No space left on device; the run itself: passed" in capsys.readouterr().err
 
 
-def test_what_was_recorded_of_a_run_that_is_killed_plays(start_seoro: StartSeoro, tmp_path: Path) -> None:
+def test_the_video_of_a_killed_run_is_playable(start_seoro: StartSeoro, tmp_path: Path) -> None:
     film = tmp_path / "film.mp4"
     endless = tmp_path / "endless.osc"
     endless.write_text("import osc.cameras\nscenario endless:\n    eye: camera\n    do serial:\n")
@@ -58,15 +56,15 @@ def test_what_was_recorded_of_a_run_that_is_killed_plays(start_seoro: StartSeoro
     assert length(film) > 0.5
 
 
-def test_nothing_is_left_where_nothing_can_be_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failed_recording_leaves_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     film = tmp_path / "film.mp4"
     assert main(["exec", SNAPSHOTS, *SMALL, "--record-video", str(film), "--video-follow", "ghost"]) == 2
-    assert "there is no entity 'ghost'" in capsys.readouterr().err
+    assert "unknown entity 'ghost'" in capsys.readouterr().err
     assert not film.exists()
 
 
 @pytest.mark.slow
-def test_a_sweep_records_a_film_of_each_run(tmp_path: Path) -> None:
+def test_a_sweep_records_a_video_of_each_run(tmp_path: Path) -> None:
     varied = tmp_path / "varied.osc"
     varied.write_text(
         "import osc.types\nscenario varied:\n    pause: time\n    keep(pause in [0.5s, 1s])\n"

@@ -12,7 +12,7 @@ from seoro.cli.main import main
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """An installed distribution with a library `garden` and models of the same name."""
+    """Install a distribution with a library `garden` and models of the same name."""
     package = tmp_path / "site" / "my_garden"
     package.mkdir(parents=True)
     (package / "__init__.py").write_text("")
@@ -53,7 +53,7 @@ def test_an_installed_library_adds_to_the_language(installed: Path, capsys: pyte
     assert "tom gives 1.5 l to the rose with a can" in capsys.readouterr().out
 
 
-def test_its_action_may_fail(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_action_of_an_installed_library_may_fail(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("test.osc").write_text(
         "import osc.garden\nscenario main:\n    tom: gardener\n    do tom.water('cactus')\n"
     )
@@ -61,7 +61,9 @@ def test_its_action_may_fail(installed: Path, capsys: pytest.CaptureFixture[str]
     assert "it has had enough" in capsys.readouterr().err
 
 
-def test_its_methods_are_functions_of_its_package(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_methods_of_a_library_are_functions_of_its_package(
+    installed: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     Path("test.osc").write_text(
         "import osc.garden\nscenario main:\n    tom: gardener\n    x: temperature = tom.feels()\n"
         "    do serial:\n        emit end\n"
@@ -71,7 +73,7 @@ def test_its_methods_are_functions_of_its_package(installed: Path, capsys: pytes
     assert "my_garden.weather" in sys.modules
 
 
-def test_what_does_not_fit_is_found_before_anything_runs(
+def test_signature_mismatches_are_found_before_the_run(
     installed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     module = installed / "site/my_garden/garden.py"
@@ -80,11 +82,11 @@ def test_what_does_not_fit_is_found_before_anything_runs(
     assert main(["check", "test.osc"]) == main(["exec", "test.osc"]) == 2
     err = capsys.readouterr().err
     assert "E0604" in err
-    assert "`my_garden.garden.water` cannot carry out the action `gardener.water`" in err
+    assert "`my_garden.garden.water` does not match the action `gardener.water`" in err
     assert "<osc.garden>:5:8" in err
 
 
-def test_nothing_of_it_is_imported_when_nothing_may_be(installed: Path) -> None:
+def test_checks_without_code_import_no_library_code(installed: Path) -> None:
     module = installed / "site/my_garden/__init__.py"
     module.write_text("raise RuntimeError")
     Path("test.osc").write_text("import osc.garden\nscenario main:\n    tom: gardener\n    do tom.water('rose')\n")
@@ -96,11 +98,11 @@ def test_nothing_of_it_is_imported_when_nothing_may_be(installed: Path) -> None:
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
-        ("nowhere.garden", "belongs to the Python module `nowhere.garden`, which there is not"),
-        ("my_garden.nowhere", "belongs to the Python module `my_garden.nowhere`, which there is not"),
+        ("nowhere.garden", "Python module `nowhere.garden` of the library"),
+        ("my_garden.nowhere", "Python module `my_garden.nowhere` of the library"),
     ],
 )
-def test_an_entry_point_without_a_module_is_said(
+def test_an_entry_point_without_a_module_is_reported(
     entry: str, message: str, installed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     points = installed / "site/my_garden-1.0.dist-info/entry_points.txt"
@@ -120,7 +122,7 @@ def test_two_packages_with_one_library_are_refused(installed: Path, capsys: pyte
     assert "several installed packages have a library `osc.garden`" in capsys.readouterr().err
 
 
-def test_an_unknown_library_lists_what_is_near(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_library_lists_similar_names(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("test.osc").write_text("import osc.gardens\nscenario main:\n    do serial:\n        emit end\n")
     assert main(["exec", "test.osc"]) == 2
     err = capsys.readouterr().err

@@ -74,15 +74,15 @@ def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("action", "words"),
     [
-        ("robot.grip()", "ur10e closed its gripper, and does not hold anything that can be lifted"),
+        ("robot.grip()", "ur10e closed its gripper but does not hold anything that can be lifted"),
         (
             "robot.move_to_pose(above, namespace_override: 'x')",
-            "`namespace_override` cannot be chosen here; leave it out",
+            "`namespace_override` cannot be set in a scenario; omit it",
         ),
-        ("robot.move_to_joint_pose([0.01, 0.02], move_group: move_group_type!gripper)", "or the same for each"),
+        ("robot.move_to_joint_pose([0.01, 0.02], move_group: move_group_type!gripper)", "or two equal positions"),
     ],
 )
-def test_what_cannot_be_done_fails_with_its_reason(
+def test_impossible_actions_fail_with_a_reason(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], action: str, words: str
 ) -> None:
     assert run(tmp_path, action) == 1

@@ -49,12 +49,12 @@ def test_the_robot_goes_around_the_box_in_pybullet(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow  # the same
-def test_its_simpler_sister(tmp_path: Path) -> None:
+def test_the_simple_navigation_scenario_passes(tmp_path: Path) -> None:
     assert run(GO_TO_POSE, tmp_path, 3)[-1]["duration"] < 60.0
 
 
 @pytest.mark.slow
-def test_the_same_seed_gives_the_same_trace_and_another_seed_another(tmp_path: Path) -> None:
+def test_traces_are_equal_for_equal_seeds_only(tmp_path: Path) -> None:
     first, second, other = (
         [{key: value for key, value in record.items() if key != "wall"} for record in records]
         for records in (run(OBSTACLE, tmp_path / name, seed) for name, seed in (("a", 5), ("b", 5), ("c", 8)))
@@ -65,13 +65,13 @@ def test_the_same_seed_gives_the_same_trace_and_another_seed_another(tmp_path: P
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
-def test_every_seed_passes_without_touching_anything(tmp_path: Path, seed: int) -> None:
+def test_every_seed_passes_without_contacts(tmp_path: Path, seed: int) -> None:
     records = run(OBSTACLE, tmp_path, seed)
     assert records[-1]["duration"] < 60.0
     assert [r for r in records if r["kind"] == "event" and r["name"] == "contact"] == []
 
 
-def test_a_goal_inside_a_wall_fails_with_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_goal_inside_a_wall_fails_with_its_position(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = Path(OBSTACLE).read_text().replace("x: 3.0m, y: -3.0m", "x: 0.75m, y: 0.0m")
     file = tmp_path / "wall.osc"
     file.write_text(text)
@@ -82,7 +82,7 @@ def test_a_goal_inside_a_wall_fails_with_its_place(tmp_path: Path, capsys: pytes
     assert f"{file}:15:17" in err
 
 
-def test_an_unknown_model_fails_and_says_where_was_looked(
+def test_an_unknown_model_fails_with_the_searched_folders(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "model.osc"
@@ -94,7 +94,7 @@ def test_an_unknown_model_fails_and_says_where_was_looked(
     )
     assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max", "--model-path", str(tmp_path)]) == 1
     err = capsys.readouterr().err
-    assert f"looked at {tmp_path}/shop/box.sdf" in err
+    assert f"(searched: {tmp_path}/shop/box.sdf" in err
 
 
 def test_an_action_without_a_simulator_is_refused_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
@@ -104,13 +104,13 @@ def test_an_action_without_a_simulator_is_refused_before_the_run(capsys: pytest.
     assert "--sim mujoco" in err
 
 
-def test_an_unknown_world_is_told_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_world_is_refused_with_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exec", OBSTACLE, "--sim", "mujoco", "--world", "castle"]) == 2
     assert "maze" in capsys.readouterr().err
 
 
-def test_contacts_stand_in_the_trace(tmp_path: Path) -> None:
-    """The same eyes that see nothing in the runs above do see a robot that is dropped on."""
+def test_contacts_are_in_the_trace(tmp_path: Path) -> None:
+    """The check that finds no contacts in the runs above finds the contact of a dropped robot."""
     file = tmp_path / "drop.osc"
     file.write_text(
         "import osc.ros\n"
@@ -127,7 +127,7 @@ def test_contacts_stand_in_the_trace(tmp_path: Path) -> None:
     assert [each["t"] for each in contacts] == [each["arguments"]["time"] for each in contacts]
 
 
-def test_the_actions_of_osc_sim_and_the_other_ways_to_drive(tmp_path: Path) -> None:
+def test_simulator_actions_and_other_driving_actions_succeed(tmp_path: Path) -> None:
     file = tmp_path / "all.osc"
     file.write_text(
         """
@@ -160,7 +160,7 @@ scenario main:
 
 
 @pytest.mark.slow
-def test_a_goal_that_nobody_waits_for_gives_way_to_what_is_next(tmp_path: Path) -> None:
+def test_a_goal_without_a_client_is_replaced_by_the_next(tmp_path: Path) -> None:
     file = tmp_path / "left.osc"
     file.write_text(
         """import osc.nav2
@@ -181,13 +181,11 @@ scenario main:
     assert {r["status"] for r in records if r["kind"] == "behavior.end"} == {"succeeded"}
 
 
-def test_an_entity_that_is_not_there_fails_with_what_there_is(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_entity_fails_with_the_known_ones(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "missing.osc"
     file.write_text("import osc.gazebo\nscenario main:\n    do actor_exists('box')\n")
     assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
-    assert "there is no entity 'box'; there are turtlebot4, walls" in capsys.readouterr().err
+    assert "unknown entity 'box' (entities: turtlebot4, walls)" in capsys.readouterr().err
 
 
 def test_a_parameter_for_ros_robots_is_refused_in_a_simulator(
@@ -197,4 +195,4 @@ def test_a_parameter_for_ros_robots_is_refused_in_a_simulator(
     file = tmp_path / "ros.osc"
     file.write_text(text)
     assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
-    assert "`namespace_override` cannot be chosen here; leave it out" in capsys.readouterr().err
+    assert "`namespace_override` cannot be set in a scenario; omit it" in capsys.readouterr().err

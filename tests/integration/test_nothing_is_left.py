@@ -1,4 +1,4 @@
-"""Whatever ends a run, nothing is left of it, in its own process, in others, or at the simulator that it used."""
+"""Remains of runs in their process, in others, and at their simulator, after each kind of end."""
 
 import asyncio
 import os
@@ -98,12 +98,12 @@ export MARK={mark}
 sleep 1000 &
 wait
 """
-STARTED = 2  # processes that the program starts, and leaves to themselves
+STARTED = 2  # processes that outlive the program by design
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A scenario whose run has, after a second, something of all that a run can have."""
+    """Write a scenario whose run uses all kinds of resources after a second."""
     program = tmp_path / "program"
     program.write_text(PROGRAM.format(mark=tmp_path))
     program.chmod(0o755)
@@ -116,7 +116,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Where a simulator that was started by hand is reached."""
+    """Run a manually started simulator; return its endpoint."""
     found = f"unixsock-stream/{tmp_path_factory.mktemp('node')}/node.sock"
     command = [sys.executable, "-m", "seoro.cli.main", "sim", "mujoco", "--listen", found]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as node:
@@ -126,11 +126,11 @@ def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         node.send_signal(signal.SIGINT)
 
 
-# ---------------------------------------------------------------- what is left
+# ---------------------------------------------------------------- remains of runs
 
 
 async def left_at(endpoint: str) -> list[str]:
-    """What a run has left at a simulator."""
+    """Return the remains of a run at a simulator."""
     async with open_session(connect=endpoint) as session:
         address = NodeAddress(session, "default", "mujoco")
         names = (await ask(address, wire.GET_ENTITIES, wire.EntityFilter())).names
@@ -152,7 +152,7 @@ async def _is_there(cancelled: Awaitable[wire.Empty]) -> bool:
 
 
 async def _moves(address: NodeAddress) -> bool:
-    """Whether the robot drives on when time passes."""
+    """Return whether the robot drives when time passes."""
     robot = wire.EntityName(name="turtlebot4")
     now = (await ask(address, wire.GET_SIMULATOR_FEATURES, wire.Empty())).time
     before = (await ask(address, wire.GET_ENTITY_STATE, robot)).pose.position
@@ -168,7 +168,7 @@ End = Callable[[seoro.Run], None]
 
 @asynccontextmanager
 async def nothing_left(mark: str, endpoint: str | None) -> AsyncIterator[None]:
-    """After the block, nothing is left of what runs in it have had."""
+    """Expect that runs in the block leave nothing behind."""
     held, temporary = holdings(), folders()
     yield
     for _ in range(20):  # threads of Zenoh close their files a moment after the session
@@ -183,30 +183,30 @@ async def nothing_left(mark: str, endpoint: str | None) -> AsyncIterator[None]:
 
 
 def stop(run: seoro.Run) -> None:
-    """The program stops it."""
+    """Stop the run."""
     run.stop("enough")
 
 
 def cancel(_: seoro.Run) -> None:
-    """The program's task is cancelled."""
+    """Cancel the task of the program."""
     task = asyncio.current_task()
     assert task is not None
     task.cancel()
 
 
 def leave(_: seoro.Run) -> None:
-    """The program has an error of its own."""
+    """Raise an error of the program."""
     raise LookupError
 
 
 def go_on(_: seoro.Run) -> None:
-    """The run ends by itself."""
+    """Let the run end."""
 
 
 async def carry(
     folder: Path, simulator: seoro.Simulator, how: str, end: End, runs: list[seoro.Run]
 ) -> seoro.Verdict:
-    """A program that does something when all is there that its run can have."""
+    """Run a scenario; call a function once the run uses all resources."""
     scenario = seoro.load(folder / "main.osc")
     overrides = {"how": f'"{how}"'}
     async with seoro.start(scenario, seed=1, simulator=simulator, overrides=overrides) as run:
@@ -229,7 +229,7 @@ async def carry(
         ("last", leave, seoro.RunStatus.CANCELLED),
     ],
 )
-async def test_however_a_run_of_a_program_ends_nothing_is_left(
+async def test_an_embedded_run_leaves_nothing_behind(
     how: str, end: End, status: seoro.RunStatus, folder: Path, endpoint: str
 ) -> None:
     await left_at(endpoint)  # Zenoh keeps some files for the process
@@ -252,7 +252,7 @@ async def test_however_a_run_of_a_program_ends_nothing_is_left(
 
 
 def start_run(start_seoro: StartSeoro, folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    """Start a run; returns when all is there that it can have."""
+    """Start a run; return once it uses all resources."""
     run = start_seoro("exec", str(folder / "main.osc"), *arguments, "--rate", "1")
     assert run.stdout is not None
     assert any("all is there" in line for line in run.stdout)
@@ -261,7 +261,7 @@ def start_run(start_seoro: StartSeoro, folder: Path, *arguments: str) -> subproc
 
 
 @pytest.mark.parametrize("how", ["last", "hang"])
-def test_ctrl_c_once_or_twice_leaves_nothing(
+def test_ctrl_c_once_or_twice_leaves_nothing_behind(
     how: str, folder: Path, endpoint: str, start_seoro: StartSeoro
 ) -> None:
     mine = folders()
@@ -279,7 +279,7 @@ def test_ctrl_c_once_or_twice_leaves_nothing(
 
 
 @pytest.mark.parametrize(("arguments", "number", "code"), [((), signal.SIGTERM, 4), (("--timeout", "4"), None, 3)])
-def test_a_signal_or_the_time_limit_of_a_run_leaves_nothing(
+def test_a_signal_or_time_limit_leaves_nothing_behind(
     arguments: tuple[str, ...],
     number: int | None,
     code: int,
@@ -297,7 +297,7 @@ def test_a_signal_or_the_time_limit_of_a_run_leaves_nothing(
 
 
 @pytest.mark.slow
-def test_the_death_of_the_simulator_leaves_nothing(folder: Path, start_seoro: StartSeoro) -> None:
+def test_the_death_of_the_simulator_leaves_nothing_behind(folder: Path, start_seoro: StartSeoro) -> None:
     mine = folders()
     run = start_run(start_seoro, folder, "--sim", "mujoco")
     [node] = children(run.pid)

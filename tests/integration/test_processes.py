@@ -1,4 +1,4 @@
-"""However a run ends, nothing is left of the processes that it started."""
+"""Ends of the processes of a run, after each kind of end."""
 
 import random
 import signal
@@ -33,7 +33,7 @@ wait
 
 @pytest.fixture
 def mark(tmp_path: Path) -> str:
-    """What the environment of all processes of a run has."""
+    """Return the mark in the environment of all processes of a run."""
     (tmp_path / "forks").write_text(FORKS.format(mark=tmp_path))
     (tmp_path / "forks").chmod(0o755)
     (tmp_path / "main.osc").write_text(SCENARIO.format(forks=tmp_path / "forks"))
@@ -54,7 +54,7 @@ def test_a_signal_ends_all_processes_of_a_run(
     assert wait_until(lambda: not marked(mark), 3)
 
 
-def test_signals_that_are_blocked_where_a_run_is_started_are_not_for_its_processes(
+def test_processes_of_a_run_do_not_inherit_blocked_signals(
     mark: str, tmp_path: Path, start_seoro: StartSeoro
 ) -> None:
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGCHLD, signal.SIGTERM})
@@ -71,27 +71,25 @@ def test_signals_that_are_blocked_where_a_run_is_started_are_not_for_its_process
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
-def test_a_run_that_is_killed_at_any_moment_leaves_nothing(
-    seed: int, mark: str, tmp_path: Path, start_seoro: StartSeoro
-) -> None:
+def test_a_killed_run_leaves_no_processes(seed: int, mark: str, tmp_path: Path, start_seoro: StartSeoro) -> None:
     process = start_seoro("exec", str(tmp_path / "main.osc"))
     time.sleep(random.Random(seed).uniform(0.2, 2.0))
     process.kill()
     try:
-        process.communicate(timeout=10)  # its keepers hold its output open, until they have ended
+        process.communicate(timeout=10)  # its supervisors hold its output open, until they have ended
     except subprocess.TimeoutExpired:
         pytest.fail("something of it lives on")
-    assert wait_until(lambda: not marked(mark) and not keepers(tmp_path), 3)
+    assert wait_until(lambda: not marked(mark) and not supervisors(tmp_path), 3)
 
 
-def keepers(folder: Path) -> list[str]:
-    """Process ids of the keepers of programs in a folder."""
-    return [entry.name for entry in Path("/proc").iterdir() if _is_keeper_of(entry, folder)]
+def supervisors(folder: Path) -> list[str]:
+    """Return the process ids of the supervisors of programs in a folder."""
+    return [entry.name for entry in Path("/proc").iterdir() if _is_supervisor_of(entry, folder)]
 
 
-def _is_keeper_of(process: Path, folder: Path) -> bool:
+def _is_supervisor_of(process: Path, folder: Path) -> bool:
     try:
         command = (process / "cmdline").read_bytes()
     except OSError:
         return False
-    return b"keeper.py" in command and str(folder).encode() in command
+    return b"supervisor.py" in command and str(folder).encode() in command

@@ -1,4 +1,4 @@
-"""What the README shows is what one sees."""
+"""The example of the README behaves as stated there."""
 
 import re
 import shlex
@@ -17,7 +17,7 @@ def test_the_example_takes_the_simulated_time_that_the_readme_states(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     readme = (PROJECT / "README.md").read_text()
-    found = re.search(r"^\$ seoro (exec .*)\n(passed  \w+ in [\d.]+ s of its clock)", readme, re.MULTILINE)
+    found = re.search(r"^\$ seoro (exec .*)\n\.\.\.\n(passed  \w+ in [\d.]+ s of its clock)", readme, re.MULTILINE)
     assert found is not None
     monkeypatch.chdir(PROJECT)
     arguments = [str(tmp_path) if each == "out/" else each for each in shlex.split(found[1])]

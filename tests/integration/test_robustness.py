@@ -1,4 +1,4 @@
-"""Runs that meet with what should not happen: each ends as documented, with a clear message, and cleans up."""
+"""Runs in exceptional conditions: each ends as documented, with a clear message, and cleans up."""
 
 import os
 import resource
@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
-from seoro.runtime.outputs import INDEX
+from seoro.runtime.execution.outputs import INDEX
 from tests.integration.conftest import StartSeoro, children, is_alive, read_trace, wait_until
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -40,7 +40,7 @@ robots:
 
 
 def driving(start_seoro: StartSeoro, folder: Path) -> tuple[subprocess.Popen[str], int]:
-    """A run at real time, whose robot has just set off; its process, and that of its simulator."""
+    """Start a real-time run with a driving robot; return its process and that of its simulator."""
     file = folder / "drive.osc"
     file.write_text(DRIVE)
     process = start_seoro("exec", str(file), "--sim", "mujoco", "--world", "empty", "-o", str(folder / "out"))
@@ -53,7 +53,7 @@ def driving(start_seoro: StartSeoro, folder: Path) -> tuple[subprocess.Popen[str
 
 
 def stopped_for(start_seoro: StartSeoro, folder: Path, seconds: float) -> tuple[int, str]:
-    """What becomes of a run whose simulator is stopped for a while: its exit status, and what it says."""
+    """Suspend the simulator of a run for a duration; return exit status and output."""
     process, node = driving(start_seoro, folder)
     os.kill(node, signal.SIGSTOP)
     try:
@@ -67,22 +67,22 @@ def stopped_for(start_seoro: StartSeoro, folder: Path, seconds: float) -> tuple[
 
 
 @pytest.mark.slow
-def test_a_run_waits_for_a_simulator_that_is_stopped(start_seoro: StartSeoro, tmp_path: Path) -> None:
+def test_a_run_waits_for_a_suspended_simulator(start_seoro: StartSeoro, tmp_path: Path) -> None:
     assert stopped_for(start_seoro, tmp_path, 2.5) == (0, "")
     ended = [r for r in read_trace(tmp_path / "out" / "trace.jsonl") if r["kind"] == "run.end"]
     assert [r["t"] for r in ended] == [2.0], "time has passed that the simulator has not simulated"
 
 
 @pytest.mark.slow
-def test_a_run_waits_for_ten_seconds(start_seoro: StartSeoro, tmp_path: Path) -> None:
+def test_a_run_waits_for_ten_seconds_at_most(start_seoro: StartSeoro, tmp_path: Path) -> None:
     assert stopped_for(start_seoro, tmp_path, 10.0) == (0, "")
 
 
 @pytest.mark.slow
-def test_a_simulator_that_hangs_is_given_up(start_seoro: StartSeoro, tmp_path: Path) -> None:
+def test_a_hanging_simulator_ends_the_run(start_seoro: StartSeoro, tmp_path: Path) -> None:
     status, err = stopped_for(start_seoro, tmp_path, 24.0)
     assert status == 3
-    assert "simulator 'mujoco' is gone: the connection to it was lost" in err
+    assert "the connection to simulator 'mujoco' was lost" in err
     assert read_trace(tmp_path / "out" / "trace.jsonl")[-1]["status"] == "error"
 
 
@@ -91,7 +91,7 @@ def test_a_simulator_that_hangs_is_given_up(start_seoro: StartSeoro, tmp_path: P
     [
         pytest.param(
             3_000,
-            "the trace cannot be written to {}/trace.jsonl: File too large",
+            "cannot write the trace to {}/trace.jsonl: File too large",
             ["trace.jsonl"],
             marks=pytest.mark.slow,
         ),
@@ -117,16 +117,16 @@ def test_a_full_disk_ends_the_run_as_an_error(tmp_path: Path, size: int, words: 
     assert sorted(found - {INDEX}) == left
 
 
-def test_a_world_file_with_a_mistake_is_refused_with_its_line(
+def test_an_invalid_world_file_is_refused_with_its_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, world = tmp_path / "drive.osc", tmp_path / "hall.yaml"
     file.write_text(DRIVE)
     world.write_text(WORLD)
-    others = children(os.getpid())  # which fixtures of other tests keep
+    others = children(os.getpid())  # kept by fixtures of other tests
     assert main(["exec", str(file), "--sim", "mujoco", "--world", str(world)]) == 2
     err = capsys.readouterr().err
-    assert f"{world}:7: robots.0.robot: unknown kind 'turtlebot', known are" in err
+    assert f"{world}:7: robots.0.robot: unknown kind of robot 'turtlebot' (kinds:" in err
     assert children(os.getpid()) == others
 
 
@@ -144,13 +144,13 @@ def test_a_world_file_with_a_mistake_is_refused_with_its_line(
         ),
         pytest.param(
             "robot.nav_to_pose(pose_3d(position_3d(x: 0m * (1.0e308 * 10.0))))",
-            "is no place within 1000 m",
+            "expected numbers within 1000 m",
             marks=pytest.mark.slow,
         ),
-        ("robot.drive(linear: 0mps * (1.0e308 * 10.0), duration: 1s)", "a part that is no finite number"),
+        ("robot.drive(linear: 0mps * (1.0e308 * 10.0), duration: 1s)", "expected finite numbers"),
     ],
 )
-def test_what_cannot_be_fails_with_its_reason_and_cleans_up(
+def test_impossible_requests_fail_with_a_reason_and_clean_up(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], action: str, words: str
 ) -> None:
     file = tmp_path / "wrong.osc"

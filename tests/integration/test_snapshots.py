@@ -50,7 +50,7 @@ scenario main:
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a run that has saved a snapshot."""
+    """Return the folder of a run that has saved a snapshot."""
     folder = tmp_path_factory.mktemp("saved")
     (folder / "save.osc").write_text(SAVE)
     (folder / "rest.osc").write_text(REST)
@@ -60,7 +60,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def ends(trace: Path) -> dict[str, float]:
-    """When behaviors ended, by name."""
+    """Return the end times of behaviors by name."""
     names = {r["id"]: r["name"] for r in read_trace(trace) if r["kind"] == "behavior.start"}
     return {names[r["id"]]: r["t"] for r in read_trace(trace) if r["kind"] == "behavior.end"}
 
@@ -71,7 +71,7 @@ def begin(folder: Path, *options: str, scenario: str = "rest.osc", snapshot: Pat
 
 
 @pytest.mark.slow
-def test_a_run_from_a_snapshot_is_the_rest_of_the_run_that_saved_it(saved: Path, tmp_path: Path) -> None:
+def test_a_run_from_a_snapshot_continues_the_saved_run(saved: Path, tmp_path: Path) -> None:
     before = ends(saved / "out" / "trace.jsonl")
     assert begin(saved, "--seed", "7", "-o", str(tmp_path)) == 0
     after = ends(tmp_path / "trace.jsonl")
@@ -82,19 +82,19 @@ def test_a_run_from_a_snapshot_is_the_rest_of_the_run_that_saved_it(saved: Path,
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--world", "maze"), "a snapshot has its own world"),
-        (("--clock", "virtual"), "the clock 'virtual' does not go with a simulator"),
+        (("--world", "maze"), "a world contradicts a snapshot"),
+        (("--clock", "virtual"), "the clock 'virtual' is impossible with a simulator"),
     ],
 )
-def test_what_does_not_go_with_a_snapshot_is_refused(
+def test_options_in_conflict_with_a_snapshot_are_refused(
     saved: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], words: str
 ) -> None:
     assert begin(saved, *options) == 2
     assert words in capsys.readouterr().err
 
 
-def test_files_that_hold_no_snapshot_are_refused(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name, words in (("save.osc", "holds no snapshot"), ("none", "cannot be read: No such file")):
+def test_files_without_a_snapshot_are_refused(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, words in (("save.osc", "invalid snapshot"), ("none", "cannot read the snapshot")):
         assert begin(saved, snapshot=saved / name) == 2
         assert words in capsys.readouterr().err
 
@@ -108,18 +108,18 @@ def test_a_snapshot_of_another_version_is_refused(
     file.write_bytes(wire.encode(snapshot.model_copy(update={"engine_version": "1.0"})))
     assert begin(saved, snapshot=file) == 2
     message = capsys.readouterr().err
-    assert "cannot begin from the snapshot: the snapshot was made with the version of mujoco 1.0" in message
+    assert "cannot begin from the snapshot: the snapshot requires the version of mujoco 1.0" in message
     assert "it was made by mujoco 1.0" in message
 
 
 @pytest.mark.slow
-def test_what_cannot_be_saved_or_restored_fails_with_its_reason(
+def test_failed_saves_and_restores_report_their_reason(
     saved: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     shutil.copy(saved / "rest.osc", tmp_path)
     for action, words in (
-        ("restore_snapshot('never')", "nothing was saved as 'never' in this run; saved are none"),
-        ("save_snapshot('../outside')", "'../outside' cannot name a snapshot"),
+        ("restore_snapshot('never')", "unknown snapshot 'never' (saved in this run: none)"),
+        ("save_snapshot('../outside')", "invalid name '../outside' of a snapshot"),
     ):
         (tmp_path / "wrong.osc").write_text(REST + f"        {action}\n")
         snapshot = saved / "out" / "on_the_way.snapshot"
@@ -128,7 +128,7 @@ def test_what_cannot_be_saved_or_restored_fails_with_its_reason(
 
 
 @pytest.mark.slow
-def test_a_sweep_begins_each_run_from_the_snapshot(
+def test_a_sweep_starts_each_run_from_the_snapshot(
     saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "rest.osc").write_text(REST.replace("1.5m, y", "x, y").replace("    do", AXIS + "    do"))
@@ -138,7 +138,7 @@ def test_a_sweep_begins_each_run_from_the_snapshot(
     rows = (tmp_path / "results" / "results.csv").read_text().splitlines()
     assert len(rows) == 3
     assert main(["sweep", str(tmp_path / "rest.osc"), "--from-snapshot", str(saved / "save.osc"), *options]) == 2
-    assert "holds no snapshot" in capsys.readouterr().err
+    assert "invalid snapshot" in capsys.readouterr().err
 
 
 AXIS = """    x: length with:

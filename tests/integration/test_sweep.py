@@ -25,8 +25,8 @@ COMMON = ["--sim", "mujoco", "--world", "maze", "--rate", "max", "--seed", "3"]
 
 
 @pytest.mark.slow
-def test_a_run_of_a_sweep_is_the_same_by_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both runs have the same simulator, one after the other, and it leaves nothing of the first to the second."""
+def test_a_run_of_a_sweep_equals_a_single_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both runs use one simulator in turn; the first does not affect the second."""
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text(SCENARIO)
     assert main(["sweep", "main.osc", *COMMON, "--jobs", "1", "-o", "swept"]) == 0

@@ -1,4 +1,4 @@
-"""A run that drives one robot, for tests that let it die: `python driver.py ENDPOINT ROBOT`."""
+"""A run that drives one robot, for tests that kill it: `python driver.py ENDPOINT ROBOT`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nodes of labs in processes of their own."""
+"""Nodes of labs in separate processes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.sim_nodes.engines import make_engine
 
 @dataclass(frozen=True)
 class Hall:
-    """A simulator node that plays by itself, with two robots: where it is, and its process."""
+    """A playing simulator node with two robots: endpoint and process."""
 
     endpoint: str
     process: subprocess.Popen[bytes]
@@ -22,7 +22,7 @@ class Hall:
 
 @contextmanager
 def hall_at(folder: Path, name: str = "hall", rate: str | None = "1") -> Iterator[Hall]:
-    """One with its socket in a folder."""
+    """Yield a simulator node with its socket in a folder."""
     make_engine("mujoco")
     endpoint = f"unixsock-stream/{folder}/{name}"
     options = () if rate is None else ("--rate", rate)

@@ -1,4 +1,4 @@
-"""`seoro lab`: what people see, and what they may type wrong."""
+"""Output of `seoro lab`, and its usage errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from seoro.cli.main import main
 from seoro.client import Client
 from seoro.client.lab import LabControl
-from seoro.errors import BackendError, InvalidUse
+from seoro.errors import BackendError, UsageError
 from seoro.lab.reading import read_lab
 from tests.bridges.robot.conftest import Rails
 from tests.lab.test_runs import ALONE
@@ -33,17 +33,19 @@ def seoro(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str
     return status, found.out, found.err
 
 
-def test_the_robots_of_a_lab_are_a_table(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_lab_status_prints_a_table_of_robots(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status, out, _ = seoro(capsys, "lab", "status", "--lab", str(lab))
     assert status == 0
     assert [line.split() for line in out.splitlines()] == [
         ["ROBOT", "TYPE", "AT", "STATE", "BATTERY", "LOCALISED", "SEEN"],
-        ["cart1", "cart", "line", "of", "rails", "(bridge)", "free", "50%", "to", "0.00", "m", "now"],
-        ["cart2", "cart", "second", "of", "rails", "(bridge)", "free", "50%", "to", "0.00", "m", "now"],
+        ["cart1", "cart", "line", "of", "rails", "(bridge)", "free", "50%", "within", "0.00", "m", "now"],
+        ["cart2", "cart", "second", "of", "rails", "(bridge)", "free", "50%", "within", "0.00", "m", "now"],
     ]
 
 
-def test_a_lease_is_had_all_or_none_and_ends_by_its_id(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_lease_covers_all_robots_or_none_and_is_released_by_its_id(
+    lab: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     at = ("--lab", str(lab))
     status, out, _ = seoro(capsys, "lab", "lease", "cart2", "--for", "2min", "--purpose", "new wheels", *at)
     assert status == 0
@@ -57,10 +59,10 @@ def test_a_lease_is_had_all_or_none_and_ends_by_its_id(lab: Path, capsys: pytest
     assert seoro(capsys, "lab", "release", name, *at)[0] == 0
     status, _, err = seoro(capsys, "lab", "release", name, *at)
     assert status == 2
-    assert f"nothing is leased by the name '{name}'" in err
+    assert f"unknown lease or leased robot '{name}'" in err
 
 
-def test_an_emergency_stop_is_seen_and_released_with_a_reason(
+def test_an_emergency_stop_is_listed_and_released_with_a_reason(
     lab: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at = ("--lab", str(lab))
@@ -71,30 +73,32 @@ def test_an_emergency_stop_is_seen_and_released_with_a_reason(
     assert out.startswith("EMERGENCY STOP of rails by ")
     status, _, err = seoro(capsys, "lab", "release", "--all", *at)
     assert status == 2
-    assert "with a reason" in err
-    status, _, err = seoro(capsys, "lab", "release", "--all", "--reason", "toast", *at)  # nobody is at a terminal
+    assert "missing reason" in err
+    status, _, err = seoro(capsys, "lab", "release", "--all", "--reason", "toast", *at)  # without a terminal
     assert status == 2
-    assert "confirm it by `--yes`" in err
+    assert "confirm with `--yes`" in err
     assert seoro(capsys, "lab", "release", "--all", "--yes", "--reason", "toast", *at)[0] == 0
     assert "EMERGENCY" not in seoro(capsys, "lab", "status", *at)[1]
 
 
-def test_an_emergency_stop_of_named_robots_stops_them_and_names_unknown_ones(
+def test_an_emergency_stop_of_named_robots_reports_unknown_ones(
     lab: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at = ("--lab", str(lab))
     status, out, _ = seoro(capsys, "estop", "second", "train", *at)
     assert status == 3
     assert "ok     the node 'rails': stopped second" in out
-    assert "FAILED train: no node that was reached has this robot (robots there: line, second)" in out
+    assert "FAILED train: unknown robot (robots of the reached nodes: line, second)" in out
     assert "EMERGENCY STOP of second of rails by " in seoro(capsys, "lab", "status", *at)[1]
     assert seoro(capsys, "lab", "release", "--all", "--yes", "--reason", "toast", *at)[0] == 0
 
 
-def test_what_is_not_there_is_said(lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_robots_and_unreachable_endpoints_are_reported(
+    lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     status, _, err = seoro(capsys, "lab", "stop", "train", "--lab", str(lab))
     assert status == 2
-    assert "there is no robot 'train'" in err
+    assert "unknown robot 'train'" in err
     nowhere = f"unixsock-stream/{tmp_path}/nobody"
     status, out, _ = seoro(capsys, "lab", "status", "--connect", nowhere)
     assert status == 3
@@ -104,11 +108,11 @@ def test_what_is_not_there_is_said(lab: Path, tmp_path: Path, capsys: pytest.Cap
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("release",), "it is not said what to release"),
-        (("release", "cart1", "--all", "--reason", "x"), "`--all` releases all emergency stops"),
+        (("release",), "expected robots, a lease or `--all`"),
+        (("release", "cart1", "--all", "--reason", "x"), "`--all` cannot be combined with robots"),
     ],
 )
-def test_half_sentences_are_refused(
+def test_incomplete_lab_commands_are_refused(
     lab: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: str
 ) -> None:
     status, _, err = seoro(capsys, "lab", *arguments, "--lab", str(lab))
@@ -116,7 +120,7 @@ def test_half_sentences_are_refused(
     assert words in err
 
 
-def test_a_run_says_for_whom_it_waits_and_for_how_long(
+def test_a_waiting_run_prints_the_holder_and_its_limit(
     lab: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "go.osc"
@@ -129,13 +133,13 @@ def test_a_run_says_for_whom_it_waits_and_for_how_long(
     assert "cart2: leased" in err
     status, out, err = seoro(capsys, *command, "--wait", "0.5")
     assert status == 3
-    assert "waiting: the robots of the bridge 'rails' cannot be had: 'line' is leased until" in out
+    assert "waiting: cannot acquire the robots of the bridge 'rails': 'line' is leased until" in out
     status, _, err = seoro(capsys, "exec", str(file), "--wait", "0.5")
     assert status == 2
-    assert "`--lab` or `--connect` says what it has" in err
+    assert "add `--lab` or `--connect`" in err
 
 
-async def test_a_program_looks_after_a_lab(start_rails: Callable[..., Rails], lab: Path) -> None:
+async def test_a_program_leases_and_releases_robots_of_a_lab(start_rails: Callable[..., Rails], lab: Path) -> None:
     hub = start_rails("--listen", f"unixsock-stream/{lab.parent}/hub", "third").endpoint
     async with Client(hub) as client:
         there = client.lab(lab)
@@ -147,19 +151,19 @@ async def test_a_program_looks_after_a_lab(start_rails: Callable[..., Rails], la
                 BackendError, match="cannot lease cart2: the node 'rails': 'second' is leased until"
             ):
                 await there.lease("cart2")
-            with pytest.raises(InvalidUse, match="there is no robot 'third'"):
+            with pytest.raises(UsageError, match="unknown robot 'third'"):
                 await there.lease("third")
         assert [outcome.done for outcome in await there.stop("cart1")] == ["stopped"]
         assert (await there.stop_all("smoke"))[0].done == "stopped line, second"
-        with pytest.raises(InvalidUse, match="with a reason"):
+        with pytest.raises(UsageError, match="missing reason"):
             await there.release_all(" ")
         assert [outcome.error for outcome in await there.release_all("toast")] == [""]
-        with pytest.raises(InvalidUse, match="nothing is leased"):
+        with pytest.raises(UsageError, match="unknown lease"):
             await there.release(lease.name)
         assert [member.endpoint for member in await client.lab().status()] == [hub]
 
 
-async def test_a_lease_ends_also_where_its_block_is_cancelled(lab: Path) -> None:
+async def test_a_lease_ends_when_its_block_is_cancelled(lab: Path) -> None:
     there = LabControl(read_lab(lab).endpoints, read_lab(lab))
     with anyio.CancelScope() as scope:
         async with there.leased("cart1"):

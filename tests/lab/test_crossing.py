@@ -1,7 +1,7 @@
 """One scenario, three labs: both robots simulated, both behind the bridge to ROS 2, and one of each.
 
-The robots behind the bridge are those of a simulator that another process shows as a ROS 2 system, and that plays
-by itself: between its physics and the run lie two processes and a router.
+The bridge serves the robots of a playing simulator, which another process exposes as a ROS 2 system. Between
+its physics and the run lie two processes and a router.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ WRITTEN = "tcp/127.0.0.1:7460"  # where the lab files expect the bridge
 
 @contextmanager
 def command(*arguments: str) -> Iterator[None]:
-    """A command of seoro, once it has said that it is ready."""
+    """Yield a command of seoro that has printed that it is ready."""
     with subprocess.Popen([sys.executable, "-m", "seoro.cli.main", *arguments], stdout=subprocess.PIPE) as running:
         try:
             assert running.stdout is not None
@@ -40,7 +40,7 @@ def command(*arguments: str) -> Iterator[None]:
 
 @pytest.fixture
 def bridge() -> Iterator[str]:
-    """The endpoint of a bridge to both robots of a simulator that is shown as a ROS 2 system."""
+    """Yield the endpoint of a bridge to both robots of an exposed simulator."""
     make_engine("mujoco")
     simulator, ros, bridge = free_endpoint(), free_endpoint(), free_endpoint()
     robots = ("--robot", "turtlebot4:leader@/turtlebot4", "--robot", "turtlebot4:follower@/second")
@@ -59,13 +59,15 @@ def crossing(lab: Path, rate: float | None = None) -> None:
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
-def test_both_robots_in_a_simulator() -> None:
+def test_the_crossing_passes_with_both_robots_in_a_simulator() -> None:
     make_engine("mujoco")
     crossing(CROSSING / "labs" / "simulated.yaml", math.inf)
 
 
 @pytest.mark.parametrize("name", ["bridged", "mixed"])
-def test_robots_behind_the_bridge_to_ros_2(bridge: str, name: str, tmp_path: Path) -> None:
+def test_the_crossing_passes_with_robots_behind_the_bridge_to_ros_2(
+    bridge: str, name: str, tmp_path: Path
+) -> None:
     lab = tmp_path / "lab.yaml"
     lab.write_text((CROSSING / "labs" / f"{name}.yaml").read_text().replace(WRITTEN, bridge))
     crossing(lab)

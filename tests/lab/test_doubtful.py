@@ -1,4 +1,4 @@
-"""Goals that were called off and may go on: runs are told, and no emergency stop says that all is well."""
+"""Cancelled goals that may continue: runs get a warning, and emergency stops report them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pytest
 
 import seoro
 from seoro.bridges import wire
-from seoro.bridges.door import node_door
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import serving
-from seoro.bridges.serving.robot import Handlers, Health
+from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
-from seoro.lab.commanding import stop_all
+from seoro.lab.commands import emergency_stop_all
+from seoro.security.network.listener import node_listener
 
 pytestmark = pytest.mark.anyio
 
@@ -32,12 +32,12 @@ LEFT = "tb.nav_to_pose(pose_3d(position_3d(x: 5m)), success_on_acceptance: true)
 
 
 class Stubborn:
-    """A robot that drives on when it should not."""
+    """A robot that ignores cancellations."""
 
     info = wire.RobotInfo(name="tb", kinds=("differential_drive_robot", "robot"), frames=())
-    health = Health()
+    health = wire.RobotHealth()
 
-    def __init__(self, work: Work, _happenings: HappeningLog) -> None:
+    def __init__(self, work: Work, _events: EventLog) -> None:
         self.work = work
         self.handlers: Handlers = {wire.NAVIGATE_THROUGH_POSES: self._navigate}
 
@@ -49,8 +49,8 @@ class Stubborn:
             try:
                 await anyio.sleep_forever()
             finally:
-                self.work.caution(request.id, "it may go on")
-                self.work.doubt("tb")
+                self.work.warn(request.id, "it may go on")
+                self.work.mark_unsettled("tb")
             return ""
 
         self.work.start(request.id, go, robot="tb")
@@ -59,19 +59,19 @@ class Stubborn:
 
 @asynccontextmanager
 async def stubborn(endpoint: str) -> AsyncIterator[Stubborn]:
-    """Such a robot, behind a bridge."""
+    """Yield a stubborn robot behind a bridge."""
     robots: list[Stubborn] = []
 
-    def make(work: Work, happenings: HappeningLog) -> Sequence[Stubborn]:
-        robots.append(Stubborn(work, happenings))
+    def make(work: Work, events: EventLog) -> Sequence[Stubborn]:
+        robots.append(Stubborn(work, events))
         return robots
 
-    async with serving(node_door(endpoint, None, "b"), "b", make):
+    async with serving(node_listener(endpoint, None, "b"), "b", make):
         yield robots[0]
 
 
 @pytest.mark.parametrize("do", [CALLED_OFF, LEFT], ids=["called off", "left"])
-async def test_runs_and_emergency_stops_tell_of_goals_that_may_go_on(do: str, tmp_path: Path) -> None:
+async def test_runs_and_emergency_stops_report_goals_that_may_continue(do: str, tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/bridge"
     (tmp_path / "main.osc").write_text(SCENARIO.format(do))
     lab = tmp_path / "lab.yaml"
@@ -81,9 +81,9 @@ async def test_runs_and_emergency_stops_tell_of_goals_that_may_go_on(do: str, tm
             verdict = await run.result()
         assert verdict.passed
         warnings = [line.partition("warning: ")[2] for line in verdict.logs]
-        assert [each for each in warnings if "unobserved" not in each] == ["it may go on"]
-        [outcome] = await stop_all([endpoint], "ana@lab", "smoke")
-        assert outcome.error == "stopped tb; goals of tb have not ended, and may go on"
-        robot.work.settle("tb")
-        [outcome] = await stop_all([endpoint], "ana@lab", "smoke")
+        assert [each for each in warnings if "not reported" not in each] == ["it may go on"]
+        [outcome] = await emergency_stop_all([endpoint], "ana@lab", "smoke")
+        assert outcome.error == "stopped tb; goals of tb have not ended, and may continue"
+        robot.work.mark_settled("tb")
+        [outcome] = await emergency_stop_all([endpoint], "ana@lab", "smoke")
         assert (outcome.error, outcome.done) == ("", "stopped tb")

@@ -1,4 +1,4 @@
-"""The emergency stop: all stands still within 300 ms of the message, and nothing moves until it is released."""
+"""Emergency stop: robots stand still within 300 ms of the message, and do not move until its release."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.session import AsyncSession, SessionError, open_session
-from seoro.cli.lab_table import table
+from seoro.cli.lab_table import lab_table
 from seoro.cli.main import main
 from seoro.client import Client
-from seoro.errors import BackendError, BackendRefused, BackendStopped, InvalidUse
-from seoro.lab import seeing
-from seoro.lab.commanding import Outcome, release_all, release_named, stop_all, stop_named
-from seoro.lab.seeing import Member
+from seoro.errors import BackendError, BackendRefused, BackendStopped, UsageError
+from seoro.lab import status
+from seoro.lab.commands import Outcome, emergency_stop_all, emergency_stop_robots, release_all, release_robots
+from seoro.lab.status import Member
 from tests.bridges.robot.conftest import Rails
 from tests.executors import LONG, NAME, executor
 from tests.lab.nodes import Hall, hall_at
@@ -53,7 +53,7 @@ def seoro(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 @asynccontextmanager
 async def released(*endpoints: str) -> AsyncIterator[None]:
-    """Whatever the test does, things may move again after it."""
+    """Release all stops after a test."""
     try:
         yield
     finally:
@@ -61,7 +61,7 @@ async def released(*endpoints: str) -> AsyncIterator[None]:
 
 
 async def stop(*endpoints: str) -> list[Outcome]:
-    return await stop_all(endpoints, "ana@lab", "smoke")
+    return await emergency_stop_all(endpoints, "ana@lab", "smoke")
 
 
 async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
@@ -83,12 +83,12 @@ async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
             with anyio.fail_after(2.0):
                 while not lost:
                     await anyio.sleep(0.01)
-            assert "nothing moves since the emergency stop by ana@lab" in str(lost[0])
+            assert "no robot may move: emergency stop by ana@lab" in str(lost[0])
             assert isinstance(lost[0], BackendStopped)
     assert min(times) < WITHIN
 
 
-async def test_a_robot_behind_a_bridge_is_told_to_stand_still_in_time(rails: Rails) -> None:
+async def test_a_robot_behind_a_bridge_receives_zero_in_time(rails: Rails) -> None:
     times: list[float] = []
     while len(times) < ATTEMPTS and not (times and min(times) < WITHIN):  # each may be that of a busy machine
         async with released(rails.endpoint), connect_robots(rails.endpoint, "a run") as node:
@@ -103,9 +103,7 @@ async def test_a_robot_behind_a_bridge_is_told_to_stand_still_in_time(rails: Rai
     assert min(times) < WITHIN
 
 
-async def test_an_endpoint_that_does_not_answer_holds_up_no_other(
-    rails: Rails, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_silent_endpoint_delays_no_other_stop(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
     slow = ("tcp/127.0.0.1:1", "tcp/127.0.0.1:2")
     has_stopped = anyio.Event()
     times: list[float] = []
@@ -123,29 +121,29 @@ async def test_an_endpoint_that_does_not_answer_holds_up_no_other(
 
     async with released(rails.endpoint):
         with anyio.fail_after(30.0), monkeypatch.context() as patched:
-            patched.setattr(seeing, "open_session", opening)
+            patched.setattr(status, "open_session", opening)
             outcomes = await stop(slow[0], rails.endpoint, slow[1])
-    assert [outcome.called for outcome in outcomes] == [slow[0], "the node 'rails'", slow[1]]
+    assert [outcome.display_name for outcome in outcomes] == [slow[0], "the node 'rails'", slow[1]]
     assert outcomes[1].done == "stopped line"
-    assert outcomes[1].took >= times[3] - times[0]  # from the beginning, with the time to connect
+    assert outcomes[1].elapsed >= times[3] - times[0]  # from the beginning, with the time to connect
 
 
-async def test_nothing_moves_until_it_is_released(rails: Rails, hall: Hall) -> None:
+async def test_no_robot_moves_until_the_stop_is_released(rails: Rails, hall: Hall) -> None:
     endpoints = (rails.endpoint, hall.endpoint)
     async with released(*endpoints):
         assert [outcome.error for outcome in await stop(*endpoints)] == ["", ""]
         for endpoint in endpoints:
-            with pytest.raises(InvalidUse, match=r"emergency stop by ana@lab at .* \(smoke\)"):
+            with pytest.raises(UsageError, match=r"emergency stop by ana@lab at .* \(smoke\)"):
                 async with connect_robots(endpoint, "a run", robots=()):
                     pass
         outcomes = await release_all(endpoints, "bob", " ")
-        assert all("say why" in outcome.error for outcome in outcomes)
+        assert all("missing reason" in outcome.error for outcome in outcomes)
     for endpoint, robot in zip(endpoints, ("line", "second"), strict=True):
         async with connect_robots(endpoint, "a run", robots=(robot,)) as node:
             await node.drive(robot, 0.1, 0.0, 0.1, lambda report: None)
 
 
-async def test_a_long_grant_of_time_is_cut_short(tmp_path: Path) -> None:
+async def test_an_emergency_stop_ends_a_long_grant_of_time(tmp_path: Path) -> None:
     options = SimulatorOptions("hall", 1, ModelPath())
     with hall_at(tmp_path, rate=None) as running:
         async with connect_simulator(running.endpoint, options, purpose="a run") as node:
@@ -162,13 +160,15 @@ async def test_a_long_grant_of_time_is_cut_short(tmp_path: Path) -> None:
                 await anyio.sleep(0.3)
                 (outcome,) = await stop(running.endpoint)
             assert outcome.error == ""
-            assert outcome.took < WITHIN
+            assert outcome.elapsed < WITHIN
             assert reached[0] < 80_000.0
             with pytest.raises(BackendRefused, match="emergency stop"):
                 await node.drive("second", 0.05, 0.1, 1.0, lambda report: None)
 
 
-async def test_it_outlasts_a_restart_of_the_bridge(start_rails: Callable[..., Rails], tmp_path: Path) -> None:
+async def test_an_emergency_stop_outlasts_a_restart_of_the_bridge(
+    start_rails: Callable[..., Rails], tmp_path: Path
+) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/rails"
     rails = start_rails("--listen", endpoint)
     await stop(endpoint)
@@ -177,12 +177,12 @@ async def test_it_outlasts_a_restart_of_the_bridge(start_rails: Callable[..., Ra
     (tmp_path / "rails").unlink()
     start_rails("--listen", endpoint)
     async with released(endpoint):
-        with pytest.raises(InvalidUse, match="emergency stop by ana@lab"):
+        with pytest.raises(UsageError, match="emergency stop by ana@lab"):
             async with connect_robots(endpoint, "a run"):
                 pass
 
 
-async def test_it_outlasts_a_restart_of_a_simulator_with_a_name_and_of_no_other(
+async def test_an_emergency_stop_outlasts_restarts_of_named_simulators_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     make_engine("mujoco")
@@ -192,7 +192,7 @@ async def test_it_outlasts_a_restart_of_a_simulator_with_a_name_and_of_no_other(
     with process(*command, says=None):
         assert [outcome.error for outcome in await stop(endpoint)] == [""]
     (tmp_path / "hall").unlink()
-    with process(*command, says=None), pytest.raises(InvalidUse, match="emergency stop by ana@lab"):
+    with process(*command, says=None), pytest.raises(UsageError, match="emergency stop by ana@lab"):
         async with connect_robots(endpoint, "a run"):
             pass
     (tmp_path / "hall").unlink()
@@ -201,7 +201,7 @@ async def test_it_outlasts_a_restart_of_a_simulator_with_a_name_and_of_no_other(
             pass
 
 
-async def test_the_command_says_who_has_not_stopped(
+async def test_the_command_lists_nodes_that_have_not_stopped(
     start_rails: Callable[..., Rails], hall: Hall, tmp_path: Path
 ) -> None:
     rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
@@ -217,10 +217,10 @@ async def test_the_command_says_who_has_not_stopped(
         rails.process.send_signal(signal.SIGCONT)
 
 
-def test_nobody_to_stop_is_no_success(tmp_path: Path) -> None:
+def test_an_emergency_stop_without_nodes_fails(tmp_path: Path) -> None:
     found = seoro("estop", "--connect", f"unixsock-stream/{tmp_path}/nobody")
     assert found.returncode == 3
-    assert "nobody was reached" in found.stdout
+    assert "no node was reached" in found.stdout
 
 
 async def test_the_command_stops_and_releases_named_robots_only(hall: Hall, rails: Rails) -> None:
@@ -239,35 +239,35 @@ async def test_the_command_stops_and_releases_named_robots_only(hall: Hall, rail
             while not lost:
                 await anyio.sleep(0.01)
         assert isinstance(lost[0], BackendStopped)
-        assert "the robot 'second' does not move since the emergency stop by" in str(lost[0])
+        assert "the robot 'second' may not move: emergency stop by" in str(lost[0])
         await others.drive("turtlebot4", 0.0, 0.1, 0.1, lambda report: None)
-        (state,) = [member.state for member in await seeing.look([hall.endpoint])]
+        (state,) = [member.state for member in await status.read_states([hall.endpoint])]
         assert state is not None
         assert {robot.name: robot.stopped is not None for robot in state.robots} == {
             "turtlebot4": False,
             "second": True,
         }
-        shown = table([Member(hall.endpoint, "hall", state=state)], (), quiet=())
+        shown = lab_table([Member(hall.endpoint, "hall", state=state)], (), quiet=())
         assert "EMERGENCY STOP of second of hall by " in shown
-        with pytest.raises(InvalidUse, match="no emergency stop holds 'line'"):
-            await release_named([("line", None)], [rails.endpoint], "bob", "toast")
-        (outcome,) = await release_named([("second", None)], [hall.endpoint], "bob", "toast")
+        with pytest.raises(UsageError, match="no emergency stop of 'line'"):
+            await release_robots([("line", None)], [rails.endpoint], "bob", "toast")
+        (outcome,) = await release_robots([("second", None)], [hall.endpoint], "bob", "toast")
         assert outcome.error == ""
     async with connect_robots(hall.endpoint, "a run", robots=("second",)):
         pass
 
 
-async def test_an_unknown_robot_keeps_no_other_from_being_stopped(hall: Hall, rails: Rails) -> None:
+async def test_an_unknown_robot_does_not_prevent_the_stop_of_others(hall: Hall, rails: Rails) -> None:
     endpoints = (hall.endpoint, rails.endpoint)
     places = [("second", None), ("elsewhere", None), ("line", hall.endpoint)]
     async with released(*endpoints):
-        outcomes = await stop_named(places, endpoints, "ana@lab", "smoke")
-        assert [(each.called, each.stopped) for each in outcomes if not each.error] == [
+        outcomes = await emergency_stop_robots(places, endpoints, "ana@lab", "smoke")
+        assert [(each.display_name, each.stopped) for each in outcomes if not each.error] == [
             ("the node 'hall'", ("second",))
         ]
-        assert {each.called: each.error for each in outcomes if each.error} == dict.fromkeys(
+        assert {each.display_name: each.error for each in outcomes if each.error} == dict.fromkeys(
             ("elsewhere", "line"),
-            "no node that was reached has this robot (robots there: line, second, turtlebot4)",
+            "unknown robot (robots of the reached nodes: line, second, turtlebot4)",
         )
         async with connect_robots(rails.endpoint, "a run", robots=("line",)):
             pass
@@ -276,21 +276,21 @@ async def test_an_unknown_robot_keeps_no_other_from_being_stopped(hall: Hall, ra
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--estop", "--reason", "x"), "`--estop` expects robots"),
-        (("--all", "tb1"), "leave out the robots"),
-        (("tb1", "--reason", "x"), "belong to the release of an emergency stop"),
-        (("--estop", "tb1"), "released with a reason"),
+        (("--estop", "--reason", "x"), "expected robots after `--estop`"),
+        (("--all", "tb1"), "cannot be combined with robots"),
+        (("tb1", "--reason", "x"), "are for emergency stops"),
+        (("--estop", "tb1"), "missing reason of the release"),
         (("--estop", "tb1", "--reason", "x"), "needs a confirmation"),
     ],
 )
-def test_a_release_without_what_it_needs_is_refused(
+def test_an_incomplete_release_is_refused(
     arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["lab", "release", *arguments, "--connect", "tcp/127.0.0.1:1"]) == 2
     assert said in capsys.readouterr().err
 
 
-async def test_an_executor_stops_its_runs_and_begins_none(tmp_path: Path) -> None:
+async def test_an_emergency_stop_makes_an_executor_stop_its_runs_and_start_none(tmp_path: Path) -> None:
     scenario = tmp_path / "long.osc"
     scenario.write_text(LONG)
     with executor(tmp_path) as running:
@@ -308,7 +308,7 @@ async def test_an_executor_stops_its_runs_and_begins_none(tmp_path: Path) -> Non
             queued = await client.run(waiting.id, NAME)
             assert queued.state.value == "queued"
             assert "emergency stop by ana@lab" in queued.info.waits
-            with pytest.raises(BackendError, match="takes no run: emergency stop by ana@lab"):
+            with pytest.raises(BackendError, match="accepts no runs: emergency stop by ana@lab"):
                 await client.submit(NAME, scenario)
             await release_all([running.endpoint], "bob", "toast")
             assert not (await client.run(waiting.id, NAME)).info.waits
@@ -353,10 +353,10 @@ async def test_a_run_whose_robot_is_stopped_is_cancelled(rails: Rails, tmp_path:
         await stop(rails.endpoint)
         verdict = await run.result()
     assert verdict.status.value == "cancelled"
-    assert "nothing moves since the emergency stop by ana@lab" in verdict.reason
+    assert "no robot may move: emergency stop by ana@lab" in verdict.reason
 
 
-async def test_a_run_that_grants_time_is_cancelled(tmp_path: Path) -> None:
+async def test_an_emergency_stop_cancels_a_run_that_grants_time(tmp_path: Path) -> None:
     scenario = tmp_path / "long.osc"
     scenario.write_text(LONG.replace("60s", "80000s"))
     with hall_at(tmp_path, rate=None) as running:
@@ -371,9 +371,7 @@ async def test_a_run_that_grants_time_is_cancelled(tmp_path: Path) -> None:
     assert "emergency stop by ana@lab" in verdict.reason
 
 
-async def test_a_run_of_an_executor_is_cancelled_also_if_only_its_robot_hears_of_the_stop(
-    rails: Rails, tmp_path: Path
-) -> None:
+async def test_a_remote_run_is_cancelled_if_only_its_robot_is_stopped(rails: Rails, tmp_path: Path) -> None:
     scenario, lab = tmp_path / "moving.osc", tmp_path / "lab.yaml"
     scenario.write_text(MOVING.format(act=ACTS["one goal"]))
     lab.write_text(FLOOR.format(endpoint=rails.endpoint))

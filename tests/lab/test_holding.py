@@ -1,4 +1,4 @@
-"""Runs and people that hold robots of one node: behind a bridge, and in a simulator that plays by itself."""
+"""Runs and users that hold robots of one node: behind a bridge, and in a playing simulator."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
-from seoro.bridges.robot.connecting import RobotsTaken, connect_robots
+from seoro.bridges.robot.connecting import RobotsBusy, connect_robots
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.errors import BackendRefused, InvalidUse
-from seoro.runtime.contracts import GoalStatus, Report
+from seoro.errors import BackendRefused, UsageError
+from seoro.runtime.contracts.backends import GoalStatus, Report
 from tests.bridges.robot.conftest import Rails
 from tests.lab.nodes import Hall, hall_at
 from tests.routers import process
@@ -36,7 +36,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hall]:
 
 
 async def speed(endpoint: str, robot: str) -> float:
-    """How fast a robot is in truth [m/s]."""
+    """Return the true speed of a robot [m/s]."""
     async with open_session(connect=endpoint) as session:
         address = NodeAddress(session, wire.NAMESPACE, "hall")
         state = await ask(address, wire.GET_ENTITY_STATE, wire.EntityName(name=robot))
@@ -57,7 +57,7 @@ async def drive(node: RobotNode, robot: str, duration: float = 0.1) -> Report:
 
 
 async def both_at_once(endpoint: str, first: str, second: str) -> None:
-    """Two clients with a robot each, of which each sees its own only."""
+    """Drive two robots by two clients; each client sees its own robot only."""
     async with (
         connect_robots(endpoint, "one run", robots=(first,)) as one,
         connect_robots(endpoint, "another run", robots=(second,)) as other,
@@ -70,23 +70,23 @@ async def both_at_once(endpoint: str, first: str, second: str) -> None:
             assert (await ended(reports[robot])).status is GoalStatus.SUCCEEDED
         with pytest.raises(BackendRefused, match=f"the robot '{second}' is held by another run"):
             await one.drive(second, 0.1, 0.0, 0.3, lambda report: None)
-        with pytest.raises(RobotsTaken, match=f"'{first}' is held by one run"):
+        with pytest.raises(RobotsBusy, match=f"'{first}' is held by one run"):
             async with connect_robots(endpoint, "a third run", robots=(first, second)):
                 pass
 
 
-async def test_runs_with_robots_of_their_own_go_on_at_once_behind_a_bridge(
+async def test_runs_with_distinct_robots_are_simultaneous_behind_a_bridge(
     start_rails: Callable[..., Rails], tmp_path: Path
 ) -> None:
     rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails", "line", "second")
     await both_at_once(rails.endpoint, "line", "second")
 
 
-async def test_runs_with_robots_of_their_own_go_on_at_once_in_a_simulator(hall: Hall) -> None:
+async def test_runs_with_distinct_robots_are_simultaneous_in_a_simulator(hall: Hall) -> None:
     await both_at_once(hall.endpoint, "turtlebot4", "second")
 
 
-async def test_the_end_of_one_run_leaves_the_robots_of_another_alone(hall: Hall) -> None:
+async def test_the_end_of_a_run_does_not_affect_robots_of_another(hall: Hall) -> None:
     reports: list[Report] = []
     async with connect_robots(hall.endpoint, "one run", robots=("turtlebot4",)) as one:
         await one.drive("turtlebot4", 0.1, 0.0, 1.0, reports.append)
@@ -112,23 +112,23 @@ async def test_a_run_that_dies_or_hangs_stops_its_simulated_robot(hall: Hall, nu
     assert min(times) < 0.5
 
 
-async def test_a_simulator_that_plays_is_not_started_over_under_those_who_use_it(hall: Hall) -> None:
+async def test_a_playing_simulator_in_use_is_not_reset(hall: Hall) -> None:
     options = SimulatorOptions("hall", 1, ModelPath())
     async with connect_robots(hall.endpoint, "one run", robots=("turtlebot4",)) as node:
-        with pytest.raises(RobotsTaken, match="simulator 'hall' cannot be had: 'turtlebot4' is held by one run"):
+        with pytest.raises(RobotsBusy, match="simulator 'hall': 'turtlebot4' is held by one run"):
             async with connect_simulator(hall.endpoint, options, purpose="another run"):
                 pass
         assert (await drive(node, "turtlebot4")).status is GoalStatus.SUCCEEDED
 
 
-async def test_a_simulator_whose_time_is_granted_is_had_by_one_run(tmp_path: Path) -> None:
+async def test_a_simulator_with_granted_time_is_held_by_one_run(tmp_path: Path) -> None:
     options = SimulatorOptions("hall", 1, ModelPath())
     with hall_at(tmp_path, rate=None) as running:
-        with pytest.raises(InvalidUse, match="time passes here only while one run grants it"):
+        with pytest.raises(UsageError, match="time passes here only by the grants of one run"):
             async with connect_robots(running.endpoint, "a run", robots=("second",)):
                 pass
         async with connect_simulator(running.endpoint, options, purpose="one run") as node:
-            with pytest.raises(RobotsTaken, match="the robots are held by one run"):
+            with pytest.raises(RobotsBusy, match="the robots are held by one run"):
                 async with connect_simulator(running.endpoint, options, purpose="another run"):
                     pass
             assert await node.advance(0.5) == 0.5

@@ -15,8 +15,6 @@ from seoro.bridges import wire
 from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import connect_robots
-from seoro.bridges.seals import node_seals
-from seoro.bridges.secured import security_of
 from seoro.bridges.session import (
     Answer,
     AsyncSession,
@@ -28,17 +26,20 @@ from seoro.bridges.session import (
     publishing,
 )
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.bridges.wire.refusal import said_in
+from seoro.bridges.wire.refusal import read_refusal
 from seoro.cli.main import main
-from seoro.errors import BackendLost, InvalidUse
-from seoro.keys.audit import check_log
-from seoro.keys.folder import VARIABLE, read_keys
-from seoro.keys.roles import Role
-from seoro.keys.sealing import prove, seal_urgently
-from seoro.keys.signing import certificate_der
-from seoro.lab.commanding import release_all, stop_all
-from seoro.lab.seeing import look
-from seoro.runtime.contracts import Report
+from seoro.errors import BackendLost, UsageError
+from seoro.lab.commands import emergency_stop_all, release_all
+from seoro.lab.status import read_states
+from seoro.runtime.contracts.backends import Report
+from seoro.security.keys import VARIABLE
+from seoro.security.keys.folder import read_keys
+from seoro.security.keys.roles import Role
+from seoro.security.network.endpoint_keys import security_of
+from seoro.security.network.peers import node_signer
+from seoro.security.signing.audit_log import check_log
+from seoro.security.signing.commands import prove, sign_emergency_stop
+from seoro.security.signing.statements import certificate_der
 from tests.bridges.robot.conftest import rails_at
 from tests.labs import KeyedLab, command, free_port, make_lab
 from tests.relays import Relay, Sent, honest, relaying, say, unchanged
@@ -61,7 +62,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> KeyedLab:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a node is reached: its endpoint, its name, one of its robots, and its log."""
+    """A node: its endpoint, its name, one of its robots, and its log."""
 
     endpoint: str
     node: str
@@ -69,7 +70,7 @@ class Place:
     log: Path
 
     def entries(self) -> list[tuple[str, str | None, str]]:
-        """What the node has written down, which holds: what, by whom if that is known, and whether it was done."""
+        """Return the entries of the valid audit log: request, sender if known, and outcome."""
         checked = check_log(self.log, read_keys(self.log.parents[3] / "keys" / "vera").authority)
         assert checked.writers == (self.node,)
         lines = [json.loads(line) for line in self.log.read_bytes().splitlines()]
@@ -78,7 +79,7 @@ class Place:
 
 @pytest.fixture(scope="module")
 def places(lab: KeyedLab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Place]]:
-    """A simulator that listens, a bridge behind a router, and one behind a router that lets everything pass."""
+    """Yield a listening simulator, and bridges behind routers with and without access control."""
     ends = {name: f"tls/127.0.0.1:{free_port()}" for name in ("listens", "routed", "open")}
     folders = {name: lab.path.parent / name / "seoro" / "simulators" for name in ends}
     open_hub = Session(listen=ends["open"], security=security_of(ends["open"], read_keys(lab.keys("hub"))))
@@ -124,7 +125,7 @@ def seoro(lab: KeyedLab, name: str, capsys: pytest.CaptureFixture[str], *argumen
     return status, found.out + found.err
 
 
-def test_an_operator_sees_leases_releases_and_stops(
+def test_an_operator_may_list_lease_release_and_stop(
     place: Place, lab: KeyedLab, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at = ("--connect", place.endpoint)
@@ -144,7 +145,7 @@ def test_an_operator_sees_leases_releases_and_stops(
     assert all((verb, "anna", "done") in entries for verb in verbs)
 
 
-def test_a_viewer_sees_and_is_told_who_may_do_the_rest(
+def test_a_viewer_may_list_only_and_refusals_name_the_required_role(
     place: Place, lab: KeyedLab, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at = ("--connect", place.endpoint)
@@ -158,12 +159,12 @@ def test_a_viewer_sees_and_is_told_who_may_do_the_rest(
     ):
         status, out = seoro(lab, "vera", capsys, *arguments, *at)
         assert status == 3
-        assert f"the keys here are those of vera (viewer): `{verb}` is for one who is operator" in out
+        assert f"vera (viewer) may not send `{verb}` (required role: operator)" in out
     assert "EMERGENCY" not in seoro(lab, "anna", capsys, "lab", "status", *at)[1]
 
 
-async def test_a_viewer_without_seoro_is_refused_by_the_node(places: dict[str, Place], lab: KeyedLab) -> None:
-    """Behind a router that somebody else runs, which lets everything pass."""
+async def test_raw_requests_of_a_viewer_are_refused_by_the_node(places: dict[str, Place], lab: KeyedLab) -> None:
+    """A foreign router passes all requests."""
     place, keys = places["open"], read_keys(lab.keys("vera"))
     requests = {
         wire.TAKE_ROBOTS.name: wire.Holder(holder="run-vera"),
@@ -172,24 +173,24 @@ async def test_a_viewer_without_seoro_is_refused_by_the_node(places: dict[str, P
         wire.STEP_SIMULATION.name: wire.StepSimulation(steps=1),
     }
     async with somebody(lab, place.endpoint, "vera") as session:
-        address = NodeAddress(session, wire.NAMESPACE, place.node, seals=node_seals(session, place.node, keys))
+        address = NodeAddress(session, wire.NAMESPACE, place.node, signer=node_signer(session, place.node, keys))
         await address.prove()
-        assert address.seals is not None
+        assert address.signer is not None
         for verb, request in requests.items():
             key, payload = wire.node_command(wire.NAMESPACE, place.node, verb), wire.encode(request)
-            sealed = seal_urgently(keys, key, payload)
+            sealed = sign_emergency_stop(keys, key, payload)
             if verb != wire.EMERGENCY_STOP.name:
-                assert address.seals._sealer is not None
-                sealed = address.seals._sealer.seal(key, payload)
-            for beside in (None, wire.sender("run-vera"), sealed):
+                assert address.signer._signer is not None
+                sealed = address.signer._signer.sign(key, payload)
+            for attachment in (None, wire.encode_sender("run-vera"), sealed):
                 with pytest.raises(Refused) as caught:
-                    await session.query(key, payload, 5.0, beside)
-                assert said_in(caught.value.payload).code == wire.DENIED
+                    await session.query(key, payload, 5.0, attachment)
+                assert read_refusal(caught.value.payload).code == wire.DENIED
         key, payload = wire.emergency_key(wire.NAMESPACE), wire.encode(wire.EmergencyStop(by="vera"))
         async with publishing(session, key) as publisher:
             await publisher.wait_for_subscriber()
             publisher.put(payload)
-            publisher.put(payload, seal_urgently(keys, key, payload))
+            publisher.put(payload, sign_emergency_stop(keys, key, payload))
             with anyio.fail_after(DEADLINE):
                 while ("emergency_stop", "vera", "refused") not in place.entries():
                     await anyio.sleep(0.01)
@@ -198,27 +199,27 @@ async def test_a_viewer_without_seoro_is_refused_by_the_node(places: dict[str, P
     assert not any(by == "vera" and outcome == "done" for _, by, outcome in place.entries())
 
 
-async def test_what_was_said_is_not_taken_again(places: dict[str, Place], lab: KeyedLab) -> None:
+async def test_replayed_requests_are_refused(places: dict[str, Place], lab: KeyedLab) -> None:
     place, keys = places["open"], read_keys(lab.keys("anna"))
     async with somebody(lab, place.endpoint, "anna") as session:
-        seals = node_seals(session, place.node, keys)
-        assert seals is not None
-        await seals.prove()
+        signer = node_signer(session, place.node, keys)
+        assert signer is not None
+        await signer.verify_peer()
         lease = wire.LeaseRobots(lease="hand-1", robots=("second",))
         for verb, request in ((wire.LEASE_ROBOTS, lease), (wire.EMERGENCY_STOP, wire.EmergencyStop(by="anna"))):
             key, payload = wire.node_command(wire.NAMESPACE, place.node, verb.name), wire.encode(request)
-            seal = await seals.seal(verb.name, key, payload)
+            seal = await signer.sign(verb, key, payload)
             await session.query(key, payload, 5.0, seal)
             with pytest.raises(Refused) as caught:
                 await session.query(key, payload, 5.0, seal)
-            assert "said before" in said_in(caught.value.payload).message
+            assert "received before" in read_refusal(caught.value.payload).message
         assert [each.error for each in await release_all([place.endpoint], "anna", "over")] == [""]
-        address = NodeAddress(session, wire.NAMESPACE, place.node, seals=seals)
+        address = NodeAddress(session, wire.NAMESPACE, place.node, signer=signer)
         await ask(address, wire.RELEASE_LEASE, wire.ReleaseLease(lease="hand-1"))
 
 
-async def test_who_holds_robots_is_not_told_to_others(places: dict[str, Place], lab: KeyedLab) -> None:
-    """By that name robots are moved."""
+async def test_names_of_holders_are_not_disclosed_to_others(places: dict[str, Place], lab: KeyedLab) -> None:
+    """Robots accept requests with that name."""
     place = places["open"]
     async with (
         connect_robots(place.endpoint, "", robots=("second",)) as node,
@@ -232,8 +233,8 @@ async def test_who_holds_robots_is_not_told_to_others(places: dict[str, Place], 
         assert not any(name in text for text in (*tokens, state.model_dump_json()))
 
 
-async def test_a_node_has_to_be_the_one_of_its_name(places: dict[str, Place], lab: KeyedLab) -> None:
-    """Who has the keys of another node may take its name at a router, but not prove that it has it."""
+async def test_a_node_with_keys_of_another_node_is_refused(places: dict[str, Place], lab: KeyedLab) -> None:
+    """A client with keys of another node can claim a name at a router, but not prove it."""
     place = places["routed"]
     security = security_of(place.endpoint, read_keys(lab.keys("other")))
     forged, keys = Session(connect=place.endpoint, security=security), read_keys(lab.keys("other"))
@@ -243,7 +244,7 @@ async def test_a_node_has_to_be_the_one_of_its_name(places: dict[str, Place], la
             request.reply(wire.encode(wire.LabState(kind="bridge", version="0.1.0", robots=())))
             return
         if not request.key.endswith(wire.CHALLENGE.name):
-            request.reply(wire.encode(wire.EmergencyStopped(stopped=(), took=0.0)))
+            request.reply(wire.encode(wire.StopAcknowledgement(stopped=(), took=0.0)))
             return
         nonce, exchange = wire.decode(wire.Challenge, request.payload).nonce, bytes(32)
         signature = prove(keys, "floor", nonce, "b00t", 0, exchange)
@@ -251,39 +252,40 @@ async def test_a_node_has_to_be_the_one_of_its_name(places: dict[str, Place], la
         proof = wire.Proof(certificate=certificate, signature=signature, boot="b00t", now=0, exchange=exchange)
         request.reply(wire.encode(proof))
 
-    words = "the node 'floor' is not to be trusted: who answers for the node 'floor' has the keys of other"
+    words = "untrusted: the node 'floor': it answers with the keys of other"
     try:
         forged.answer(wire.node_command(wire.NAMESPACE, "floor", "*"), answer)
         forged.declare_token(wire.node_token(wire.NAMESPACE, "floor", "b00t"))
-        with pytest.raises(InvalidUse, match=words):
+        with pytest.raises(UsageError, match=words):
             async with connect_robots(place.endpoint, "a run", "floor"):
                 pass
-        outcomes = {each.called: each for each in await stop_all([place.endpoint], "anna", "smoke")}
+        asked = await emergency_stop_all([place.endpoint], "anna", "smoke")
+        outcomes = {each.display_name: each for each in asked}
         unsigned = "the answer of the node 'floor' to `emergency_stop` is not authentic: it is not signed"
         assert unsigned in outcomes["the node 'floor'"].error
         assert outcomes["the node 'rails'"].error == ""
-        (floor,) = [each for each in await look([place.endpoint]) if each.node == "floor"]
-        assert words in floor.why
+        (floor,) = [each for each in await read_states([place.endpoint]) if each.node == "floor"]
+        assert words in floor.problem
     finally:
         forged.close()
         await release_all([place.endpoint], "anna", "it was a test")
 
 
-async def test_an_emergency_stop_with_keys_is_as_fast(place: Place) -> None:
+async def test_an_emergency_stop_with_keys_is_in_time(place: Place) -> None:
     times: list[float] = []
     while len(times) < ATTEMPTS and not (times and min(times) < WITHIN):  # each may be that of a busy machine
         try:
             async with connect_robots(place.endpoint, "a run", robots=("second",)) as node:
                 await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
-                (outcome,) = await stop_all([place.endpoint], "anna", "smoke")
+                (outcome,) = await emergency_stop_all([place.endpoint], "anna", "smoke")
                 assert outcome.error == ""
-                times.append(outcome.took)
+                times.append(outcome.elapsed)
         finally:
             await release_all([place.endpoint], "anna", "it is over")
     assert min(times) < WITHIN
 
 
-async def test_whose_keys_are_revoked_is_out_of_a_simulator(places: dict[str, Place], lab: KeyedLab) -> None:
+async def test_revoked_keys_are_disconnected_from_a_simulator(places: dict[str, Place], lab: KeyedLab) -> None:
     lab.authority.add("rob", Role.OPERATOR, lab.keys("rob"))
     place = places["listens"]
     key = wire.node_command(wire.NAMESPACE, place.node, wire.GET_LAB_STATE.name)
@@ -304,15 +306,15 @@ async def test_whose_keys_are_revoked_is_out_of_a_simulator(places: dict[str, Pl
             await rob.query(key, wire.encode(wire.Empty()), 5.0)
 
 
-def test_a_node_has_the_name_in_its_keys(lab: KeyedLab, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_node_name_must_equal_that_of_its_keys(lab: KeyedLab, capsys: pytest.CaptureFixture[str]) -> None:
     where = ("--listen", f"tls/127.0.0.1:{free_port()}", "--keys", str(lab.keys("hall")))
     assert main(["bridge", "ros2", "--robot", "turtlebot4", "--name", "floor", *where]) != 0
-    assert "the node 'floor' cannot have the keys of hall (node)" in capsys.readouterr().err
+    assert "the keys of hall (node) do not fit the node 'floor'" in capsys.readouterr().err
 
 
 @asynccontextmanager
 async def between(lab: KeyedLab, place: Place) -> AsyncIterator[tuple[Relay, str]]:
-    """A router that somebody else runs, and its endpoint."""
+    """Run a foreign router; yield its endpoint."""
     endpoint = f"tls/127.0.0.1:{free_port()}"
     keys = [security_of(endpoint, read_keys(lab.keys(name))) for name in ("hub", "ada")]
     async with relaying(endpoint, place.endpoint, (keys[0], keys[1])) as relay:
@@ -320,26 +322,22 @@ async def between(lab: KeyedLab, place: Place) -> AsyncIterator[tuple[Relay, str
 
 
 @pytest.mark.parametrize("name", ["open", "listens"])
-async def test_answers_of_nodes_are_not_changed_on_the_way(
-    places: dict[str, Place], lab: KeyedLab, name: str
-) -> None:
-    """By whoever runs the router, or is asked in the place of the node."""
+async def test_changed_answers_of_nodes_are_detected(places: dict[str, Place], lab: KeyedLab, name: str) -> None:
+    """The router, or another server in place of the node, replays requests."""
     place = places[name]
     async with between(lab, place) as (relay, endpoint):
-        (member,) = await look([endpoint])
-        assert (member.why, member.state is None) == ("", False)
+        (member,) = await read_states([endpoint])
+        assert (member.problem, member.state is None) == ("", False)
         relay.replace(b"second", b"nobody", "get_lab_state")
-        (member,) = await look([endpoint])
-        unsigned = (
-            f"the answer of the node '{place.node}' to `get_lab_state` is not authentic: the signature is wrong"
-        )
-        assert unsigned in member.why
+        (member,) = await read_states([endpoint])
+        unsigned = f"the answer of the node '{place.node}' to `get_lab_state` is not authentic: invalid signature"
+        assert unsigned in member.problem
         relay.replace(b"stopped", b"stOpped", "emergency_stop")
         try:
-            (outcome,) = await stop_all([endpoint], "anna", "smoke")
-            assert "to `emergency_stop` is not authentic: the signature is wrong" in outcome.error
+            (outcome,) = await emergency_stop_all([endpoint], "anna", "smoke")
+            assert "to `emergency_stop` is not authentic: invalid signature" in outcome.error
             relay.change = unchanged
-            (member,) = await look([endpoint])
+            (member,) = await read_states([endpoint])
             assert member.state is not None
             assert member.state.stopped is not None  # all the same
         finally:
@@ -347,7 +345,7 @@ async def test_answers_of_nodes_are_not_changed_on_the_way(
             assert [each.error for each in await release_all([endpoint], "anna", "it was a test")] == [""]
 
 
-async def test_what_happens_to_robots_is_not_changed_on_the_way(places: dict[str, Place], lab: KeyedLab) -> None:
+async def test_changed_events_of_robots_are_detected(places: dict[str, Place], lab: KeyedLab) -> None:
     async with between(lab, places["open"]) as (relay, endpoint):
         lost: list[Exception] = []
         reports: list[Report] = []
@@ -362,11 +360,11 @@ async def test_what_happens_to_robots_is_not_changed_on_the_way(places: dict[str
             with anyio.fail_after(DEADLINE):
                 while not lost:
                     await anyio.sleep(0.01)
-        assert "to `hold_robots` is not authentic: the signature is wrong" in str(lost[0])
+        assert "to `hold_robots` is not authentic: invalid signature" in str(lost[0])
         assert len(reports) == 1
 
 
-async def test_the_time_of_a_simulator_is_not_changed_on_the_way(places: dict[str, Place], lab: KeyedLab) -> None:
+async def test_a_changed_time_of_a_simulator_is_detected(places: dict[str, Place], lab: KeyedLab) -> None:
     options = SimulatorOptions(None, 1, ModelPath())
     async with (
         between(lab, places["listens"]) as (relay, endpoint),
@@ -382,12 +380,12 @@ async def test_the_time_of_a_simulator_is_not_changed_on_the_way(places: dict[st
         relay.change = keep
         await node.advance(0.2)
         relay.change = lambda verb, answers: kept if verb == wire.ADVANCE.name else answers
-        with pytest.raises(BackendLost, match="to `advance` is not authentic: the signature is wrong"):
+        with pytest.raises(BackendLost, match="to `advance` is not authentic: invalid signature"):
             await node.advance(0.3)
 
 
-async def test_a_router_does_not_move_the_robots_of_a_run(places: dict[str, Place], lab: KeyedLab) -> None:
-    """By requests in the name of the run, by those of the run that are changed, or said again."""
+async def test_requests_of_a_router_move_no_robot_of_a_run(places: dict[str, Place], lab: KeyedLab) -> None:
+    """Forged, changed and repeated requests of the run are refused."""
     place = places["open"]
     drive = wire.Drive(id="run.x", robot="second", linear=0.2, angular=0.0, duration=600.0)
     async with between(lab, place) as (relay, endpoint), somebody(lab, place.endpoint, "ada") as router:
@@ -401,7 +399,7 @@ async def test_a_router_does_not_move_the_robots_of_a_run(places: dict[str, Plac
         async with connect_robots(endpoint, "a run", robots=("second",)) as node:
             goal = await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
             await node.cancel_goal(goal)
-            name = wire.sender(node._holder.holder)
+            name = wire.encode_sender(node._holder.holder)
             driven = next(sent for sent in seen if sent.verb == wire.DRIVE.name)
             held = next(sent for sent in reversed(seen) if sent.verb == wire.HOLD_ROBOTS.name)
             ending = wire.encode(wire.Holder(holder=node._holder.holder))
@@ -409,12 +407,14 @@ async def test_a_router_does_not_move_the_robots_of_a_run(places: dict[str, Plac
                 driven,
                 held,
                 replace(driven, payload=wire.encode(drive)),
-                replace(driven, payload=wire.encode(drive), beside=name),
-                replace(driven, key=driven.key.replace("drive", "release_robots"), payload=ending, beside=name),
+                replace(driven, payload=wire.encode(drive), attachment=name),
+                replace(
+                    driven, key=driven.key.replace("drive", "release_robots"), payload=ending, attachment=name
+                ),
             )
             for sent in forged:
                 (answer,) = await say(router, sent)
-                assert said_in(answer.payload).code == wire.DENIED
+                assert read_refusal(answer.payload).code == wire.DENIED
             relay.forge = lambda sent: replace(sent, payload=wire.encode(drive)) if sent.verb == "drive" else sent
             with pytest.raises(BackendLost, match="to `drive` is not authentic"):
                 await node.drive("second", 0.1, 0.0, 600.0, lambda report: None)
@@ -424,7 +424,7 @@ async def test_a_router_does_not_move_the_robots_of_a_run(places: dict[str, Plac
     assert any((what, by, outcome) == ("drive", None, "refused") for what, by, outcome in place.entries())
 
 
-async def test_a_router_does_not_pass_the_time_of_a_simulator(places: dict[str, Place], lab: KeyedLab) -> None:
+async def test_requests_of_a_router_do_not_advance_a_simulator(places: dict[str, Place], lab: KeyedLab) -> None:
     place = places["listens"]
     async with (
         between(lab, place) as (relay, endpoint),
@@ -444,8 +444,8 @@ async def test_a_router_does_not_pass_the_time_of_a_simulator(places: dict[str, 
         for forged in (
             sent,
             replace(sent, payload=later),
-            replace(sent, beside=wire.sender(node._address.sender)),
+            replace(sent, attachment=wire.encode_sender(node._address.sender)),
         ):
             (answer,) = await say(router, forged)
-            assert said_in(answer.payload).code == wire.DENIED
+            assert read_refusal(answer.payload).code == wire.DENIED
         assert await node.advance(0.2) == pytest.approx(0.2)

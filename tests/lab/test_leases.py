@@ -1,4 +1,4 @@
-"""Leases by hand of robots of two bridges: all are had, or none is kept, whatever goes wrong in between."""
+"""Manual leases of robots of two bridges: all or none, also after failures in between."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.client.lab import LabControl
 from seoro.errors import BackendError, BackendLost
-from seoro.lab import commanding
+from seoro.lab import commands
 from tests.bridges.robot.conftest import Rails, rails_at
 
 pytestmark = pytest.mark.anyio
@@ -34,12 +34,12 @@ def there(rails: Rails, other: Rails) -> LabControl:
 
 @pytest.fixture
 def asking_by(monkeypatch: pytest.MonkeyPatch) -> Callable[[Asking], None]:
-    """Has nodes asked in another way."""
-    return lambda asks: monkeypatch.setattr(commanding, "ask", asks)
+    """Return a function that replaces the requests to nodes."""
+    return lambda asks: monkeypatch.setattr(commands, "ask", asks)
 
 
 def losing(*verbs: str) -> Asking:
-    """Asks, and loses answers; of those to leases, that of the second bridge."""
+    """Return a request function that loses answers; for leases, that of the second bridge."""
 
     async def asks(address: NodeAddress, verb: Any, request: Any, timeout: float) -> Any:
         answer = await ask(address, verb, request, timeout)
@@ -51,13 +51,13 @@ def losing(*verbs: str) -> Asking:
 
 
 async def leases(there: LabControl) -> list[str]:
-    """The ids of leases that robots are under."""
+    """Return the ids of leases of robots."""
     states = [member.state for member in await there.status()]
     assert None not in states
     return [robot.lease.lease for state in states if state for robot in state.robots if robot.lease]
 
 
-async def test_nothing_is_kept_where_an_answer_is_lost(
+async def test_no_lease_remains_after_a_lost_answer(
     there: LabControl, asking_by: Callable[[Asking], None]
 ) -> None:
     asking_by(losing("lease_robots"))
@@ -66,17 +66,17 @@ async def test_nothing_is_kept_where_an_answer_is_lost(
     assert await leases(there) == []
 
 
-async def test_it_is_said_where_a_lease_may_be_kept(
+async def test_nodes_that_may_keep_a_lease_are_reported(
     there: LabControl, asking_by: Callable[[Asking], None]
 ) -> None:
     asking_by(losing("lease_robots", "release_lease"))
-    ends = "if it keeps robots all the same, `seoro lab release hand-.*` ends that"
-    words = f"'rails': it does not answer any more; {ends}; the node 'rails': {LOST}; {ends}"
+    ends = "if it still holds robots, release them by `seoro lab release hand-.*`"
+    words = f"'rails': it no longer answers; {ends}; the node 'rails': {LOST}; {ends}"
     with pytest.raises(BackendError, match=words):
         await there.lease("line", "second")
 
 
-async def test_nothing_is_kept_where_leasing_is_cancelled(
+async def test_no_lease_remains_after_a_cancelled_request(
     there: LabControl, asking_by: Callable[[Asking], None]
 ) -> None:
     released: list[str] = []

@@ -1,4 +1,4 @@
-"""Scenarios by which a lab leaves its robots in order after a run."""
+"""Reset scenarios of a lab after a run."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import pytest
 
 import seoro
 from seoro.client import Client
+from seoro.embed import prepare
 from seoro.embed.options import Options
-from seoro.embed.starting import prepare
-from seoro.lab.commanding import release_all, stop_all
+from seoro.lab.commands import emergency_stop_all, release_all
 from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.conftest import Rails
 from tests.executors import NAME, executor
@@ -48,7 +48,7 @@ def lab_with(folder: Path, rails: Rails, text: str, after: str = "{scenario: bac
     return lab_of(folder, robots(rails, after))
 
 
-def test_it_is_carried_out_with_the_robot_still_held(rails: Rails, tmp_path: Path) -> None:
+def test_a_reset_runs_while_the_robot_is_held(rails: Rails, tmp_path: Path) -> None:
     lab = lab_with(tmp_path, rails, BACK)
     assert run(tmp_path, ALONE, lab).status is RunStatus.PASSED
     velocities = [velocity for _, _, velocity in rails.commands()]
@@ -56,13 +56,13 @@ def test_it_is_carried_out_with_the_robot_still_held(rails: Rails, tmp_path: Pat
     assert velocities[-1] == 0.0
 
 
-def test_what_goes_wrong_is_a_warning_with_its_place(
+def test_a_failed_reset_is_a_warning_with_its_position(
     rails: Rails, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     text = BACK + "        base.drive(linear: 0.3mps, duration: 60s)\n"
     lab = lab_with(tmp_path, rails, text, "{scenario: back.osc, within: 0.3}")
     assert run(tmp_path, ALONE, lab).status is RunStatus.PASSED
-    assert "the robot 'leader' was not left in order" in caplog.text
+    assert "teardown of the robot 'leader' failed" in caplog.text
     assert "error: it takes longer than 0.3 s" in caplog.text
     assert rails.commands()[-1][2] == 0.0
     text = BACK.replace("import osc.driving", "import osc.nav2").partition("        base")[0]
@@ -73,33 +73,31 @@ def test_what_goes_wrong_is_a_warning_with_its_place(
 
 
 ARM = BACK.partition("    base")[0] + "    base: osc_actor\n    do serial:\n        wait elapsed(1s)\n"
-NO_ARM = r"lab\.yaml:4: `base` is of the type osc_actor, for which 'line' of bridge 'rails' cannot stand"
+NO_ARM = r"lab\.yaml:4: 'line' of bridge 'rails' cannot stand for `base` of the type osc_actor"
 TWO = BACK.replace("    do", "    other: differential_drive_robot\n    do")
-NOT_ONE = r"lab\.yaml:4: the scenario back of .*back\.osc has to have one actor, .* it has base, other"
+NOT_ONE = r"lab\.yaml:4: the reset scenario back in .*back\.osc must have .* one actor, .*found base, other"
 
 
 @pytest.mark.parametrize(
     ("text", "words"), [(BACK.replace("drive(", "fly("), r"back\.osc:8:14"), (ARM, NO_ARM), (TWO, NOT_ONE)]
 )
-def test_what_cannot_be_carried_out_is_refused_before_the_run(
-    rails: Rails, tmp_path: Path, text: str, words: str
-) -> None:
+def test_impossible_resets_are_refused_before_the_run(rails: Rails, tmp_path: Path, text: str, words: str) -> None:
     lab = lab_with(tmp_path, rails, text)
     before = len(rails.commands())
-    with pytest.raises((seoro.InvalidUse, seoro.InvalidScenario), match=words):
+    with pytest.raises((seoro.UsageError, seoro.InvalidScenario), match=words):
         run(tmp_path, ALONE, lab)
     assert not any(velocity for _, _, velocity in rails.commands()[before:])
 
 
-def test_a_file_that_is_not_there_is_named_with_the_line_of_the_lab(rails: Rails, tmp_path: Path) -> None:
+def test_a_missing_reset_scenario_is_reported_with_the_line_of_the_lab(rails: Rails, tmp_path: Path) -> None:
     lab = lab_with(tmp_path, rails, BACK, "{scenario: other.osc}")
-    with pytest.raises(seoro.InvalidUse, match=r"lab\.yaml:4: robots\.leader\.after: there is no file .*other"):
+    with pytest.raises(seoro.UsageError, match=r"lab\.yaml:4: robots\.leader\.after: file not found: .*other"):
         run(tmp_path, ALONE, lab)
-    with pytest.raises(seoro.InvalidUse, match="or a `scenario`"):
+    with pytest.raises(seoro.UsageError, match="and `scenario`"):
         run(tmp_path, ALONE, lab_with(tmp_path, rails, BACK, "{scenario: back.osc, home: {x: 0, y: 0}}"))
 
 
-def test_in_a_simulator_it_has_the_time_that_it_may_take(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_reset_in_a_simulator_has_its_time_limit(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     make_engine("mujoco")
     text = "simulators:\n  sim: {simulator: mujoco, world: empty}\nrobots:\n"
     text += "  leader: {in: sim, as: turtlebot4, after: AFTER}\n"
@@ -113,7 +111,7 @@ def test_in_a_simulator_it_has_the_time_that_it_may_take(tmp_path: Path, caplog:
     assert "error: it takes longer than 3.3 s" in caplog.text
 
 
-async def test_a_dry_run_moves_nothing(rails: Rails, tmp_path: Path) -> None:
+async def test_a_dry_run_runs_no_reset(rails: Rails, tmp_path: Path) -> None:
     lab = lab_with(tmp_path, rails, BACK)
     before = len(rails.commands())
     async with prepare(seoro.load(tmp_path / "go.osc"), Options(lab=lab)):
@@ -128,7 +126,7 @@ async def driving_back(rails: Rails) -> None:
 
 
 @pytest.mark.parametrize("after", ["{scenario: back.osc}", "{home: {x: 90, y: 0}}"])
-async def test_an_emergency_stop_ends_it_at_once(
+async def test_an_emergency_stop_ends_a_reset_at_once(
     rails: Rails, tmp_path: Path, caplog: pytest.LogCaptureFixture, after: str
 ) -> None:
     lab = lab_with(tmp_path, rails, FOR_LONG, after)
@@ -140,17 +138,17 @@ async def test_an_emergency_stop_ends_it_at_once(
 
                 async def stop() -> None:
                     await asyncio.sleep(0.7)
-                    await stop_all([rails.endpoint], "ana@lab", "smoke")
+                    await emergency_stop_all([rails.endpoint], "ana@lab", "smoke")
 
                 stopping = asyncio.create_task(stop())
             await stopping
     finally:
         await release_all([rails.endpoint], "a test", "it is over")
-    assert "nothing moves since the emergency stop by ana@lab" in caplog.text
+    assert "no robot may move: emergency stop by ana@lab" in caplog.text
     assert rails.commands()[-1][2] == 0.0
 
 
-async def test_a_program_ends_it_by_stopping_the_run_that_is_over(
+async def test_stopping_a_finished_run_ends_its_reset(
     rails: Rails, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     lab = lab_with(tmp_path, rails, FOR_LONG)
@@ -164,11 +162,11 @@ async def test_a_program_ends_it_by_stopping_the_run_that_is_over(
                 started.stop()
 
             tasks.start_soon(stop)
-    assert "that was cut short" in caplog.text
+    assert "failed: cancelled" in caplog.text
     assert rails.commands()[-1][2] == 0.0
 
 
-async def test_ctrl_c_ends_it_at_once(rails: Rails, tmp_path: Path) -> None:
+async def test_ctrl_c_ends_a_reset_at_once(rails: Rails, tmp_path: Path) -> None:
     lab = lab_with(tmp_path, rails, FOR_LONG)
     command = [sys.executable, "-m", "seoro.cli.main", "exec", str(tmp_path / "go.osc"), "--lab", str(lab.file)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
@@ -177,12 +175,12 @@ async def test_ctrl_c_ends_it_at_once(rails: Rails, tmp_path: Path) -> None:
         out, err = await anyio.to_thread.run_sync(running.communicate, None, 20)
     assert running.returncode == 130
     assert "passed" in out
-    assert "was not left in order after the run: that was cut short" in err
+    assert "failed: cancelled" in err
     assert rails.commands()[-1][2] == 0.0
 
 
 @pytest.mark.slow
-async def test_it_goes_along_to_an_executor_where_it_ends_with_a_stop(rails: Rails, tmp_path: Path) -> None:
+async def test_a_reset_runs_on_an_executor_and_ends_with_a_stop(rails: Rails, tmp_path: Path) -> None:
     folder = tmp_path / "labs"
     folder.mkdir()
     (tmp_path / "shared.osc").write_text("import osc.driving\n")
@@ -198,7 +196,7 @@ async def test_it_goes_along_to_an_executor_where_it_ends_with_a_stop(rails: Rai
     assert rails.commands()[-1][2] == 0.0
 
 
-async def test_an_emergency_stop_of_the_executor_leaves_it_out(rails: Rails, tmp_path: Path) -> None:
+async def test_an_emergency_stop_of_the_executor_skips_the_reset(rails: Rails, tmp_path: Path) -> None:
     lab = lab_with(tmp_path, rails, FOR_LONG)
     (tmp_path / "go.osc").write_text(ALONE.replace("0.2m", "50m"))
     with executor(tmp_path) as there:
@@ -207,7 +205,7 @@ async def test_an_emergency_stop_of_the_executor_leaves_it_out(rails: Rails, tmp
             with anyio.fail_after(DEADLINE):
                 while rails.commands()[-1][2] != 0.5:
                     await anyio.sleep(0.02)
-                await stop_all([there.endpoint], "ana@lab", "smoke")
+                await emergency_stop_all([there.endpoint], "ana@lab", "smoke")
                 assert (await run.result()).status is RunStatus.CANCELLED
             await release_all([there.endpoint], "a test", "it is over")
     assert -0.3 not in [velocity for _, _, velocity in rails.commands()]

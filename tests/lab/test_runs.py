@@ -54,7 +54,7 @@ def test_a_scenario_runs_on_a_robot_behind_a_bridge(rails: Rails, tmp_path: Path
     assert rails.commands()[-1][2] == 0.0
 
 
-def test_velocities_go_to_the_bridge_of_the_robot_that_they_name(
+def test_velocities_are_sent_to_the_bridge_of_their_robot(
     rails: Rails, start_rails: Callable[..., Rails], tmp_path: Path
 ) -> None:
     other = start_rails("--listen", f"unixsock-stream/{tmp_path}/other", "second")
@@ -70,7 +70,7 @@ def test_velocities_go_to_the_bridge_of_the_robot_that_they_name(
     assert [velocity for _, _, velocity in other.commands() if velocity] == [0.2]
 
 
-def test_what_a_robot_cannot_do_fails_the_run_with_its_reason(rails: Rails, tmp_path: Path) -> None:
+def test_an_impossible_goal_fails_the_run_with_its_reason(rails: Rails, tmp_path: Path) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
     verdict = run(tmp_path, ALONE.replace("x: 0.2m", "x: 200m"), lab)
     assert verdict.status is RunStatus.FAILED
@@ -97,37 +97,37 @@ def test_a_robot_that_dies_with_its_bridge_ends_the_run_as_an_error(
 @pytest.mark.parametrize(
     ("robots", "words"),
     [
-        (("leader=train",), r"lab\.yaml:4: robots\.leader: there is no robot 'train': there are line in floor"),
-        (("leader=line", "driver=other"), r"lab\.yaml:5: robots\.driver: there is no robot 'other'"),
+        (("leader=train",), r"lab\.yaml:4: robots\.leader: unknown robot 'train' .robots: line. in floor"),
+        (("leader=line", "driver=other"), r"lab\.yaml:5: robots\.driver: unknown robot 'other'"),
     ],
 )
-def test_robots_that_are_not_there_are_named(
+def test_unknown_robots_are_refused_with_their_names(
     rails: Rails, tmp_path: Path, robots: tuple[str, ...], words: str
 ) -> None:
-    with pytest.raises(seoro.InvalidUse, match=words):
+    with pytest.raises(seoro.UsageError, match=words):
         run(tmp_path, ALONE, lab_of(tmp_path, floor(rails, *robots)))
 
 
-def test_actors_and_robots_have_to_fit(start_rails: Callable[..., Rails], tmp_path: Path) -> None:
+def test_mismatches_of_actors_and_robots_are_refused(start_rails: Callable[..., Rails], tmp_path: Path) -> None:
     rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails", "line", "second")
-    with pytest.raises(seoro.InvalidUse, match=r"lab\.yaml:5: the scenario has no actor 'driver'"):
+    with pytest.raises(seoro.UsageError, match=r"lab\.yaml:5: unknown actor 'driver' in this scenario"):
         run(tmp_path, ALONE, lab_of(tmp_path, floor(rails, "leader=line", "driver=second")))
     actor = ALONE.partition("    timeout")[0] + "    leader: osc_actor\n    do serial:\n        wait elapsed(0s)\n"
     with pytest.raises(
-        seoro.InvalidUse, match=r"lab\.yaml:4: `leader` is of the type osc_actor, for which 'line' .* cannot stand"
+        seoro.UsageError, match=r"lab\.yaml:4: 'line' .* cannot stand for `leader` of the type osc_actor"
     ):
         run(tmp_path, actor, lab_of(tmp_path, floor(rails, "leader=line")))
-    with pytest.raises(seoro.InvalidUse, match="there is neither a simulator nor a robot"):
+    with pytest.raises(seoro.UsageError, match="the run has neither a simulator nor a robot"):
         run(tmp_path, ALONE, lab_of(tmp_path, f"bridges:\n  floor: {{connect: {rails.endpoint}}}\n"))
 
 
-def test_options_that_do_not_go_with_a_lab_are_refused(rails: Rails, tmp_path: Path) -> None:
+def test_options_that_contradict_a_lab_are_refused(rails: Rails, tmp_path: Path) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
-    with pytest.raises(seoro.InvalidUse, match="the clock 'virtual' does not go with robots"):
+    with pytest.raises(seoro.UsageError, match="the clock 'virtual' is impossible with robots"):
         run(tmp_path, ALONE, lab, clock="virtual")
-    with pytest.raises(seoro.InvalidUse, match="the rate is 1, not 2"):
+    with pytest.raises(seoro.UsageError, match="invalid rate 2: expected 1"):
         run(tmp_path, ALONE, seoro.Lab(lab.file, rate=2.0))
-    with pytest.raises(seoro.InvalidUse, match="a lab has its own simulator"):
+    with pytest.raises(seoro.UsageError, match="a simulator contradicts a lab"):
         run(tmp_path, ALONE, lab, simulator=seoro.Simulator(name="mujoco"))
 
 
@@ -148,7 +148,7 @@ scenario go:
 """
 
 
-def test_a_robot_in_a_simulator_drives_beside_one_behind_a_bridge(rails: Rails, tmp_path: Path) -> None:
+def test_a_run_has_a_robot_in_a_simulator_and_one_behind_a_bridge(rails: Rails, tmp_path: Path) -> None:
     make_engine("mujoco")
     text = f"simulators:\n  sim: {{simulator: mujoco, world: empty}}\n{floor(rails, 'leader=line')}"
     verdict = run(tmp_path, MIXED, lab_of(tmp_path, f"{text}  follower: {{in: sim, as: turtlebot4}}\n"))
@@ -157,7 +157,7 @@ def test_a_robot_in_a_simulator_drives_beside_one_behind_a_bridge(rails: Rails, 
 
 
 class Hang:
-    """Holds up the process of the run once a robot drives, as a loaded machine does."""
+    """An observer that blocks the process of the run once a robot drives."""
 
     def record(self, record: dict[str, object]) -> None:
         if record.get("kind") == "behavior.start" and "nav_to_pose" in str(record.get("name")):
@@ -165,11 +165,11 @@ class Hang:
 
 
 @pytest.mark.parametrize("handler", ["", " with:\n                failure_is_success()"])
-def test_a_hold_that_was_lost_is_an_error_whatever_the_scenario_makes_of_failures(
+def test_a_lost_hold_is_an_error_even_if_the_scenario_handles_failures(
     rails: Rails, tmp_path: Path, handler: str
 ) -> None:
     text = ALONE.partition("        parallel:")[0]
     text += f"        leader.nav_to_pose(pose_3d(position: position_3d(x: 50m))){handler}\n"
     verdict = run(tmp_path, text, lab_of(tmp_path, floor(rails, "leader=line")), observers=(Hang(),))
     assert verdict.status is RunStatus.ERROR, verdict.reason
-    assert "no sign of life for 0.4 s" in verdict.reason
+    assert "no heartbeat for 0.4 s" in verdict.reason

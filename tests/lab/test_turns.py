@@ -1,4 +1,4 @@
-"""Runs on an executor that wait for robots: they hold nobody up, and have a turn once they have their robots."""
+"""Runs on an executor that wait for robots: they block no other runs, and get a slot with their robots."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ import seoro
 from seoro.bridges.executor.messages import State
 from seoro.cli.main import main
 from seoro.client.runs import RemoteRun
-from seoro.executor import turns
 from seoro.executor.limits import Limits, Policy
-from seoro.executor.running import ExecutorOptions, executing
-from seoro.lab.commanding import end_lease, lease
+from seoro.executor.runs import run_slots as turns
+from seoro.executor.service import ExecutorOptions, open_executor
+from seoro.lab.commands import lease, release_lease
 from tests.bridges.robot.conftest import Rails
 from tests.executors import HELLO, LONG, NAME, RunningExecutor, executor
 from tests.lab.test_runs import ALONE, floor, lab_of
@@ -38,27 +38,27 @@ def lab(rails: Rails, tmp_path: Path) -> seoro.Lab:
 
 @asynccontextmanager
 async def executing_at(folder: Path, **limits: object) -> AsyncIterator[seoro.Client]:
-    """An executor in this process, with a client."""
+    """Yield a client of an executor in this process."""
     endpoint = f"unixsock-stream/{folder}/hub"
     policy = Policy(everybody=Limits.model_validate(limits))
     made = ExecutorOptions(NAME, folder / "state", listen=endpoint, policy=policy)
-    async with executing(made), seoro.Client(endpoint) as client:
+    async with open_executor(made), seoro.Client(endpoint) as client:
         yield client
 
 
 @asynccontextmanager
 async def holding(rails: Rails) -> AsyncIterator[None]:
-    """Keep the robot from runs by a lease, which needs no signs of life of a machine that may be busy."""
+    """Lease the robot; a lease needs no heartbeats of a busy machine."""
     place = (("line", rails.endpoint),)
     with anyio.fail_after(DEADLINE):  # those of an earlier test may have a place in line, still
         while any(each.error for each in await lease(place, [rails.endpoint], "a-test", HOLDER, 600.0)):
             await anyio.sleep(0.1)
     yield
-    await end_lease([rails.endpoint], place[0])
+    await release_lease([rails.endpoint], place[0])
 
 
 async def patient(client: seoro.Client, lab: seoro.Lab) -> RemoteRun:
-    """A run that waits for its robot."""
+    """Submit a run that waits for its robot."""
     bound = {"leader": "robot:leader"}
     run = await client.submit(NAME, lab.file.with_name("go.osc"), lab=lab, leasing=PATIENT, overrides=bound)
     await waiting_for(run, HOLDER)
@@ -85,7 +85,7 @@ async def passes(run: RemoteRun) -> bool:
         return (await run.result()).passed
 
 
-async def test_a_run_that_waits_for_robots_holds_up_no_other(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
+async def test_a_run_that_waits_for_robots_delays_no_other(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     with executor(tmp_path) as there:
         async with seoro.Client(there.endpoint) as client:
             async with holding(rails):
@@ -99,14 +99,14 @@ async def test_a_run_that_waits_for_robots_holds_up_no_other(rails: Rails, lab: 
 
 
 @pytest.mark.slow
-async def test_it_has_its_robots_and_waits_for_its_turn(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
+async def test_a_run_with_its_robots_waits_for_its_turn(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     async with executing_at(tmp_path) as client:
         async with holding(rails):
             waiting = await patient(client, lab)
             other = await client.submit(NAME, tmp_path / "long.osc")
             await begun(other)
             last = await client.submit(NAME, tmp_path / "hello.osc")
-        await waiting_for(waiting, "until it has its turn")
+        await waiting_for(waiting, "waits for a free run slot")
         assert (await client.run(last.id)).info.place == 1
         await other.stop()
         assert await passes(waiting)
@@ -115,9 +115,7 @@ async def test_it_has_its_robots_and_waits_for_its_turn(rails: Rails, lab: seoro
         assert started == sorted(started)
 
 
-async def test_it_can_be_stopped_while_it_waits_and_has_no_robots_then(
-    rails: Rails, lab: seoro.Lab, tmp_path: Path
-) -> None:
+async def test_a_run_stopped_while_it_waits_holds_no_robots(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     async def stop(run: RemoteRun) -> None:
         await run.stop("the test is over")
         with pytest.raises(seoro.BackendError, match="the run is cancelled: the test is over"):
@@ -129,7 +127,7 @@ async def test_it_can_be_stopped_while_it_waits_and_has_no_robots_then(
             await stop(runs[0])
             other = await client.submit(NAME, tmp_path / "long.osc")
             await begun(other)
-        await waiting_for(runs[1], "until it has its turn")
+        await waiting_for(runs[1], "waits for a free run slot")
         await stop(runs[1])
         async with holding(rails):
             await other.stop()
@@ -138,7 +136,7 @@ async def test_it_can_be_stopped_while_it_waits_and_has_no_robots_then(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("end", [RunningExecutor.end, RunningExecutor.kill])
-async def test_the_next_start_of_the_executor_has_it_to_begin(
+async def test_a_waiting_run_starts_after_a_restart_of_the_executor(
     rails: Rails, lab: seoro.Lab, tmp_path: Path, end: object
 ) -> None:
     async with holding(rails):
@@ -152,7 +150,7 @@ async def test_the_next_start_of_the_executor_has_it_to_begin(
             assert await passes(again)
 
 
-async def test_no_more_of_them_begin_than_may_wait(
+async def test_the_number_of_waiting_runs_is_limited(
     rails: Rails, lab: seoro.Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(turns, "MOST_LENT", 1)
@@ -169,9 +167,7 @@ async def test_no_more_of_them_begin_than_may_wait(
 
 
 @pytest.mark.slow
-async def test_the_time_that_a_run_may_take_does_not_count_while_it_waits(
-    rails: Rails, lab: seoro.Lab, tmp_path: Path
-) -> None:
+async def test_waiting_does_not_use_the_time_limit_of_a_run(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     async with executing_at(tmp_path, time=5.0) as client:
         async with holding(rails):
             run = await patient(client, lab)
@@ -179,7 +175,7 @@ async def test_the_time_that_a_run_may_take_does_not_count_while_it_waits(
         assert await passes(run)
 
 
-def test_it_is_shown_for_whom_a_run_waits(
+def test_the_holder_that_a_run_waits_for_is_shown(
     rails: Rails,
     lab: seoro.Lab,
     tmp_path: Path,
@@ -201,6 +197,6 @@ def test_it_is_shown_for_whom_a_run_waits(
     with executor(tmp_path) as there:
         monkeypatch.setenv("SEORO_EXECUTOR", there.endpoint)
         note, table = anyio.run(follow)
-    assert "waits: the robots of the bridge 'rails' cannot be had: 'line' is leased until" in note
+    assert "waits: cannot acquire the robots of the bridge 'rails': 'line' is leased until" in note
     [titles, row] = table.splitlines()
-    assert row[titles.index("WAITING FOR") :].startswith("the robots of the bridge 'rails' cannot be had: 'line'")
+    assert row[titles.index("WAITING FOR") :].startswith("cannot acquire the robots of the bridge 'rails': 'line'")

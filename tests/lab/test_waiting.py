@@ -1,4 +1,4 @@
-"""Runs that wait until others do not need their robots any more."""
+"""Runs that wait for robots of other runs."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import anyio
 import pytest
 
 import seoro
-from seoro.bridges.robot.connecting import RobotsTaken, connect_robots
+from seoro.bridges.robot.connecting import RobotsBusy, connect_robots
 from seoro.errors import BackendUnreachable
-from seoro.lab.waiting import LONGEST_RETRY, RETRY, _Patience
+from seoro.lab.waiting import MAX_RETRY, RETRY, _RetryTimer
 from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.conftest import Rails
 from tests.lab.test_runs import ALONE, floor, lab_of
@@ -33,16 +33,14 @@ async def verdict_of(scenario: seoro.Scenario, lab: seoro.Lab, leasing: seoro.Le
         return await run.result()
 
 
-async def test_a_run_fails_at_once_that_does_not_wait(
-    rails: Rails, scenario: seoro.Scenario, tmp_path: Path
-) -> None:
+async def test_a_run_without_waiting_fails_at_once(rails: Rails, scenario: seoro.Scenario, tmp_path: Path) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
     async with connect_robots(rails.endpoint, "the first run"):
-        with pytest.raises(RobotsTaken, match="held by the first run"):
+        with pytest.raises(RobotsBusy, match="held by the first run"):
             await verdict_of(scenario, lab, seoro.Leasing())
 
 
-async def test_a_run_that_waits_says_for_whom_and_begins_when_it_can(
+async def test_a_waiting_run_reports_the_holder_and_starts_when_possible(
     rails: Rails, scenario: seoro.Scenario, tmp_path: Path
 ) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
@@ -56,20 +54,20 @@ async def test_a_run_that_waits_says_for_whom_and_begins_when_it_can(
 
         tasks.start_soon(hold)
         await anyio.sleep(0.3)
-        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=20.0, say=said.append))
+        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=20.0, on_wait=said.append))
     assert verdict.status is RunStatus.PASSED
     (waiting,) = said
-    assert "cannot be had: 'line' is held by the first run" in waiting
+    assert "'rails': 'line' is held by the first run" in waiting
 
 
-async def test_a_run_waits_for_as_long_as_it_says(rails: Rails, scenario: seoro.Scenario, tmp_path: Path) -> None:
+async def test_a_run_waits_for_its_limit(rails: Rails, scenario: seoro.Scenario, tmp_path: Path) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
     async with connect_robots(rails.endpoint, "the first run"):
-        with pytest.raises(RobotsTaken):
+        with pytest.raises(RobotsBusy):
             await verdict_of(scenario, lab, seoro.Leasing(wait=0.5))
 
 
-async def test_those_who_wait_all_come_and_the_more_urgent_first(
+async def test_all_waiting_runs_start_in_the_order_of_priority(
     start_rails: Callable[..., Rails], scenario: seoro.Scenario, tmp_path: Path
 ) -> None:
     first = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
@@ -90,7 +88,7 @@ async def test_those_who_wait_all_come_and_the_more_urgent_first(
     assert order == ["urgent", "usual", "also usual"]
 
 
-async def test_a_run_that_waits_also_waits_for_a_bridge_that_is_not_there_yet(
+async def test_a_waiting_run_waits_for_a_missing_bridge(
     start_rails: Callable[..., Rails], scenario: seoro.Scenario, tmp_path: Path
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/rails"
@@ -102,12 +100,12 @@ async def test_a_run_that_waits_also_waits_for_a_bridge_that_is_not_there_yet(
             start_rails("--listen", endpoint)
         said.append(reason)
 
-    verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=30.0, say=start_when_waited_for))
+    verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=30.0, on_wait=start_when_waited_for))
     assert verdict.status is RunStatus.PASSED, verdict.reason
     assert f"cannot connect to {endpoint}: nothing answers there" in said[0]
 
 
-async def test_a_bridge_that_does_not_come_is_an_error_once_the_run_waits_no_longer(
+async def test_a_missing_bridge_is_an_error_after_the_waiting_limit(
     scenario: seoro.Scenario, tmp_path: Path
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/nobody"
@@ -117,13 +115,13 @@ async def test_a_bridge_that_does_not_come_is_an_error_once_the_run_waits_no_lon
             await verdict_of(scenario, lab, leasing)
 
 
-def test_pauses_grow_while_a_node_does_not_answer_and_are_bounded() -> None:
-    patience = _Patience(seoro.Leasing(wait=math.inf))
+def test_pauses_grow_to_a_bound_while_a_node_does_not_answer() -> None:
+    patience = _RetryTimer(seoro.Leasing(wait=math.inf))
     pauses = []
     for _ in range(12):
-        patience.report(BackendUnreachable("nobody is there"))
+        patience.report(BackendUnreachable("the node is unreachable"))
         pauses.append(patience.pause())
     assert pauses[0] < 1.0
-    assert pauses[-1] == LONGEST_RETRY
-    patience.report(RobotsTaken("another run has them"))
+    assert pauses[-1] == MAX_RETRY
+    patience.report(RobotsBusy("another run has them"))
     assert patience.pause() <= RETRY[1]

@@ -1,4 +1,4 @@
-"""Texts that are hardly scenarios: token soup, statements with wild expressions, and files with mutations."""
+"""Random texts: token sequences, statements with random expressions, and mutated files."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
-from seoro.lang import table
+from seoro.lang import parse_table
 from tests.lang.programs import PROGRAMS
 
 ROOT = Path(__file__).parents[2]
-MAX_SIZE = 6000  # characters of a file that is mutated; longer ones say nothing more
+MAX_SIZE = 6000  # size limit of mutated files [characters]; longer ones find nothing more
 
 _NAMES = (
     "a",
@@ -57,16 +57,16 @@ _ODD = (
     "ß",
     "\U0001d4b3",
 )
-VOCABULARY = (*table.load()["literals"], *_NAMES, *_LITERALS, *_LAYOUT)
+VOCABULARY = (*parse_table.load()["literals"], *_NAMES, *_LITERALS, *_LAYOUT)
 
 
 def soup() -> st.SearchStrategy[str]:
-    """Any tokens in any order."""
+    """Generate any tokens in any order."""
     return st.lists(st.sampled_from((*VOCABULARY, *_ODD)), max_size=80).map(" ".join)
 
 
 def expressions() -> st.SearchStrategy[str]:
-    """Expressions by the grammar; their types seldom fit."""
+    """Generate expressions by the grammar; their types seldom fit."""
     leaf = st.sampled_from((*_NAMES, *_LITERALS))
     operators = st.sampled_from(
         ("+", "-", "*", "/", "%", "==", "!=", "<", "<=", ">", ">=", "in", "and", "or", "=>", ".", "..", "!")
@@ -144,7 +144,7 @@ _TYPES = ("int", "uint", "float", "bool", "string", "length", "time", "part", "c
 
 
 def statements() -> st.SearchStrategy[str]:
-    """Files of statements by the grammar."""
+    """Generate files of statements by the grammar."""
     name = st.sampled_from(_NAMES)
     statement = st.tuples(
         st.sampled_from(_STATEMENTS), name, name, name, st.sampled_from(_TYPES), expressions(), st.integers(-3, 9)
@@ -216,7 +216,7 @@ _INNER = ("n in [0..5]", "w > 1m", "n < 3 => on", "kind == full", "n * n < 10", 
 
 
 def chosen() -> st.SearchStrategy[str]:
-    """Scenarios whose types fit, with constraints of which nobody knows whether they can hold."""
+    """Generate well-typed scenarios with constraints that may be contradictory."""
     return st.integers(0, 2**48).map(lambda seed: _chosen(random.Random(seed)))
 
 
@@ -235,13 +235,13 @@ def _chosen(chance: random.Random) -> str:
 
 
 def _typed(type_: str, chance: random.Random, depth: int) -> str:
-    """An expression of a type; without depth, one that consists of nothing else."""
+    """Generate an expression of a type; at depth 0, a leaf."""
     forms = [form for form in _TYPED[type_] if depth > 0 or "{" not in form]
     return re.sub(r"\{(\w+)\}", lambda part: _typed(part[1], chance, depth - 1), chance.choice(forms))
 
 
 def seeds() -> list[str]:
-    """Files to mutate: programs of the tests, and those of the project that are not long."""
+    """Return files to mutate: programs of the tests, and short scenarios of the project."""
     places = ("scenarios", "seoro/lang/library", "tests/data")
     paths = sorted(path for place in places for path in (ROOT / place).rglob("*.osc"))
     texts = [path.read_bytes().decode("utf-8", "replace") for path in paths]
@@ -249,13 +249,13 @@ def seeds() -> list[str]:
 
 
 def mutated() -> st.SearchStrategy[str]:
-    """A file with up to six mutations; Hypothesis draws a number only, as drawing each choice takes its time."""
+    """Generate a file with up to six mutations; Hypothesis draws only a seed, to be fast."""
     texts = seeds()
     return st.integers(0, 2**48).map(lambda seed: mutate(texts, random.Random(seed)))
 
 
 def mutate(texts: list[str], chance: random.Random) -> str:
-    """One of the texts, mutated."""
+    """Return one of the texts, mutated."""
     text = chance.choice(texts)
     for _ in range(chance.randint(1, 6)):
         text = mutate_once(text, texts, chance)

@@ -1,4 +1,4 @@
-"""Short ways to check and lower a text."""
+"""Helpers to check and lower a text."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from seoro.lang.source import SourceFile
 
 
 def parse(text: str) -> tuple[ast.OscFile, list[str]]:
-    """The tree of a text and the codes of its messages."""
+    """Return the tree of a text and the codes of its messages."""
     bag = Bag()
     tree = parse_file(SourceFile("test.osc", text), bag)
     return tree, [found.code for found in bag.diagnostics]
 
 
 def expression(text: str) -> ast.Expression:
-    """The tree of a text that is an expression."""
+    """Return the tree of an expression."""
     tree = parse_expression(SourceFile("test", text), Bag())
     assert tree is not None, text
     return tree
 
 
 def check(folder: Path, text: str, strict: bool = False) -> frontend.Checked:
-    """What checking says of a text."""
+    """Return the diagnostics of a text."""
     path = folder / "test.osc"
     path.write_bytes(text.encode())
     return frontend.check(frontend.load(path, "test.osc"), strict=strict)
 
 
 def messages(folder: Path, text: str, strict: bool = False) -> list[tuple[int, str]]:
-    """Lines and codes of what checking says of a text."""
+    """Return lines and codes of the diagnostics of a text."""
     return [(found.primary.span.line, found.code) for found in check(folder, text, strict).diagnostics]
 
 
 def lower(
     folder: Path, text: str, overrides: Mapping[str, str] | None = None, scenario: str | None = None
 ) -> Plan:
-    """The plan of a text."""
+    """Return the plan of a text."""
     return frontend.lower(check(folder, text), scenario, overrides or {})

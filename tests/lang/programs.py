@@ -1,4 +1,4 @@
-"""Valid programs that use most of what is supported, for tests that change them."""
+"""Valid programs with most supported constructs, for tests that change them."""
 
 from __future__ import annotations
 

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from seoro.files.cache import MAX_SIZE
 from seoro.lang import ast, cache, frontend
-from seoro.lang.cache import MAX_SIZE, parse_library
+from seoro.lang.builtin_libraries import builtin_libraries
+from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag
-from seoro.lang.libraries import own_libraries
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
 
@@ -26,7 +27,7 @@ TEXT = (
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache."""
+    """Return the folder of an empty cache."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache" / "seoro" / "trees"
 
@@ -36,7 +37,7 @@ def library(text: str = TEXT, name: str = "mine") -> SourceFile:
 
 
 def dump(value: object) -> object:
-    """A tree as data, with places and types."""
+    """Return a tree as data, with positions and types."""
     if isinstance(value, ast.Node):
         return type(value).__name__, [dump(getattr(value, field.name)) for field in fields(value)]
     if isinstance(value, Span):
@@ -45,18 +46,18 @@ def dump(value: object) -> object:
 
 
 def kept(folder: Path) -> Path:
-    """The only tree in the cache."""
+    """Return the file of the only tree in the cache."""
     (found,) = folder.iterdir()
     return found
 
 
 def write(path: Path, content: bytes) -> None:
-    """Put data with their checksum in the place of a tree."""
+    """Replace a cached tree by data with their checksum."""
     path.write_bytes(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
 
 
-@pytest.mark.parametrize("path", sorted(set(own_libraries().values())), ids=lambda path: path.stem)
-def test_the_tree_from_the_cache_is_that_of_the_parser(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("path", sorted(set(builtin_libraries().values())), ids=lambda path: path.stem)
+def test_the_cached_tree_equals_the_parsed_one(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = SourceFile(path.name, path.read_text(encoding="utf-8"), path)
     parsed = parse_library(file, Bag())
     monkeypatch.setattr(cache, "parse_file", None)
@@ -66,13 +67,13 @@ def test_the_tree_from_the_cache_is_that_of_the_parser(path: Path, monkeypatch: 
     assert again.span.file is file
 
 
-def test_a_tree_is_kept_for_its_user_only(folder: Path) -> None:
+def test_a_cached_tree_is_readable_by_its_user_only(folder: Path) -> None:
     parse_library(library(), Bag())
     assert kept(folder).stat().st_mode & 0o777 == 0o600
     assert folder.stat().st_mode & 0o077 == 0
 
 
-def test_a_text_that_was_changed_is_parsed_and_takes_the_place_of_the_earlier_one(folder: Path) -> None:
+def test_a_changed_text_is_parsed_and_replaces_the_cached_tree(folder: Path) -> None:
     parse_library(library(), Bag())
     parse_library(library(name="other"), Bag())
     changed = TEXT.replace("1.0", "4.0")
@@ -80,7 +81,7 @@ def test_a_text_that_was_changed_is_parsed_and_takes_the_place_of_the_earlier_on
     assert sorted(path.name.partition("-")[0] for path in folder.iterdir()) == ["mine", "other"]
 
 
-def test_texts_with_errors_are_not_kept(folder: Path) -> None:
+def test_texts_with_errors_are_not_cached(folder: Path) -> None:
     for _ in range(2):
         bag = Bag()
         parse_library(library("struct s\n  oops\n"), bag)
@@ -90,7 +91,7 @@ def test_texts_with_errors_are_not_kept(folder: Path) -> None:
 
 @pytest.fixture
 def large_limit() -> Iterator[None]:
-    """A limit of recursion that an earlier parse has raised."""
+    """Set a recursion limit as after an earlier parse."""
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(50_000)
     yield
@@ -98,7 +99,7 @@ def large_limit() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("large_limit")
-def test_a_deep_tree_is_not_kept_whatever_the_limit_of_recursion(folder: Path) -> None:
+def test_a_deep_tree_is_not_cached(folder: Path) -> None:
     text = f"struct s:\n    a: int = {' + '.join(['1'] * 5000)}\n"
     assert parse_library(library(text), Bag()).statements
     assert not folder.exists()
@@ -129,7 +130,7 @@ FOREIGN = {
 
 
 @pytest.mark.parametrize("kind", FOREIGN)
-def test_what_is_no_tree_is_parsed_again_and_replaced(kind: str, folder: Path) -> None:
+def test_an_invalid_cache_file_is_parsed_again_and_replaced(kind: str, folder: Path) -> None:
     expected = dump(parse_library(library(), Bag()))
     path = kept(folder)
     good = path.read_bytes()
@@ -141,21 +142,21 @@ def test_what_is_no_tree_is_parsed_again_and_replaced(kind: str, folder: Path) -
 
 
 @pytest.mark.parametrize("cut", [0, 1, 64, 65, 70, -1])
-def test_a_tree_that_was_cut_off_is_parsed_again(cut: int, folder: Path) -> None:
+def test_a_truncated_cached_tree_is_parsed_again(cut: int, folder: Path) -> None:
     expected = dump(parse_library(library(), Bag()))
     path = kept(folder)
     path.write_bytes(path.read_bytes()[:cut])
     assert dump(parse_library(library(), Bag())) == expected
 
 
-def test_a_tree_with_another_letter_is_parsed_again(folder: Path) -> None:
+def test_a_corrupt_cached_tree_is_parsed_again(folder: Path) -> None:
     expected = dump(parse_library(library(), Bag()))
     path = kept(folder)
     path.write_bytes(path.read_bytes().replace(b'"x"', b'"z"'))
     assert dump(parse_library(library(), Bag())) == expected
 
 
-def test_a_tree_beyond_the_limit_is_not_read(folder: Path) -> None:
+def test_a_cached_tree_beyond_the_size_limit_is_not_read(folder: Path) -> None:
     expected = dump(parse_library(library(), Bag()))
     path = kept(folder)
     with path.open("ab") as stream:
@@ -163,19 +164,19 @@ def test_a_tree_beyond_the_limit_is_not_read(folder: Path) -> None:
     assert dump(parse_library(library(), Bag())) == expected
 
 
-def test_a_folder_that_cannot_be_made_is_no_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unwritable_cache_folder_is_ignored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert parse_library(library(), Bag()).statements
 
 
-def test_without_a_home_nothing_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parsing_works_without_a_home_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setattr(Path, "home", lambda: (_ for _ in ()).throw(RuntimeError("no home")))
     assert parse_library(library(), Bag()).statements
 
 
-def test_a_write_that_fails_leaves_nothing_behind(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_leaves_no_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError("no space left on device")
 
@@ -184,7 +185,7 @@ def test_a_write_that_fails_leaves_nothing_behind(folder: Path, monkeypatch: pyt
     assert list(folder.iterdir()) == []
 
 
-def test_scenarios_use_the_cache_for_libraries_and_not_for_themselves(tmp_path: Path, folder: Path) -> None:
+def test_libraries_are_cached_but_not_scenarios(tmp_path: Path, folder: Path) -> None:
     path = tmp_path / "test.osc"
     path.write_text("import osc.types\nscenario main:\n    do serial:\n        wait elapsed(1s)\n")
     first, second = frontend.load(path), frontend.load(path)

@@ -1,4 +1,4 @@
-"""`cover` and `record` in the plan; what is refused is among the golden messages."""
+"""`cover` and `record` in the plan; golden messages contain the errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HEADER = "import osc.types\n\nenum light: [red, amber, green]\n\n"
 
 
 def items(folder: Path, members: str, before: str = "", after: str = "") -> list[plan.AnyCoverageItem]:
-    """The items of a scenario with these members."""
+    """Return the items of a scenario with given members."""
     indented = "".join(f"    {line}\n" for line in members.splitlines())
     found = lower(folder, f"{HEADER}{before}\nscenario main:\n{indented}{after}").coverage
     return list(found.get("main()", ()))
@@ -29,7 +29,7 @@ def single(folder: Path, members: str, before: str = "", after: str = "") -> pla
     return found[0]
 
 
-def test_an_item_samples_the_field_of_its_name_at_the_end(tmp_path: Path) -> None:
+def test_a_coverage_item_samples_the_field_of_its_name_at_the_end(tmp_path: Path) -> None:
     item = single(tmp_path, 'v: speed = 50kph\ncover(v, unit: kph, text: "speed", target: 5)')
     assert (item.name, item.owner, item.kind, item.text, item.target) == (
         "v",
@@ -43,7 +43,7 @@ def test_an_item_samples_the_field_of_its_name_at_the_end(tmp_path: Path) -> Non
     assert item.unit is not None and (item.unit.name, item.unit.offset) == ("kph", 0)
 
 
-def test_a_declared_event_is_taken_also_from_a_base(tmp_path: Path) -> None:
+def test_an_item_may_use_an_event_of_a_base(tmp_path: Path) -> None:
     before = "scenario base:\n    event sampled\n    n: int = 3\n"
     text = f"{HEADER}{before}\nscenario main inherits base:\n    record(n, event: sampled)\n"
     (item,) = lower(tmp_path, text, scenario="main").coverage["main()"]
@@ -83,14 +83,14 @@ def test_an_enumeration_has_a_bucket_for_each_value(tmp_path: Path) -> None:
     ]
 
 
-def test_an_override_changes_what_it_gives_and_keeps_the_rest(tmp_path: Path) -> None:
+def test_an_override_changes_its_arguments_only(tmp_path: Path) -> None:
     members = 'n: int = 3\ncover(n, text: "lanes", range: [0..10], every: 5)\ncover(override: n, every: 2)'
     item = single(tmp_path, members, after="\nextend main:\n    cover(override: n, ignore: n > 8, target: 2)\n")
     assert item.buckets == plan.Edges((0, 2, 4, 6, 8, 10))
     assert (item.text, item.target, item.ignore is not None) == ("lanes", 2, True)
 
 
-def test_a_disabled_item_is_gone_with_its_crosses(tmp_path: Path) -> None:
+def test_disabling_an_item_removes_its_crosses(tmp_path: Path) -> None:
     members = "a, b, c: int = 3\ncover(a)\ncover(b)\ncover(c)\ncover(ab, items: [a, b])\ncover(bc, items: [b, c])"
     found = items(tmp_path, f"{members}\ncover(override: a, disable: true)")
     assert [item.name for item in found] == ["b", "c", "bc"]
@@ -105,7 +105,7 @@ def test_a_cross_of_a_cross_combines_the_items_of_both(tmp_path: Path) -> None:
     assert (cross.items, cross.kind) == (("a", "b", "c"), plan.CoverageKind.RECORD)
 
 
-def test_coverage_in_the_block_of_a_field_is_of_the_enclosing_type(tmp_path: Path) -> None:
+def test_coverage_in_the_block_of_a_field_belongs_to_the_enclosing_type(tmp_path: Path) -> None:
     before = "struct storm:\n    wind: speed = 30kph\n"
     members = "now: storm with:\n    cover(wind, expression: it.wind, unit: kmph)\ngap: length = 1m with:\n"
     wind, gap = items(tmp_path, members + "    cover(gap, unit: m)", before)
@@ -113,7 +113,7 @@ def test_coverage_in_the_block_of_a_field_is_of_the_enclosing_type(tmp_path: Pat
     assert isinstance(gap, plan.CoverageItem) and isinstance(gap.expression, plan.Field)
 
 
-def test_items_of_structs_and_actors_stand_under_their_types(tmp_path: Path) -> None:
+def test_items_of_structs_and_actors_are_listed_by_type(tmp_path: Path) -> None:
     crate, courier = (
         "struct crate:\n    n: int = 3\n    cover(n)\n",
         "actor courier:\n    record(seven, expression: 7)\n",
@@ -126,7 +126,7 @@ def test_items_of_structs_and_actors_stand_under_their_types(tmp_path: Path) -> 
     }
 
 
-def test_what_is_not_found_because_of_what_could_not_be_read_is_not_reported(tmp_path: Path) -> None:
+def test_names_from_broken_statements_are_not_reported_as_missing(tmp_path: Path) -> None:
     text = "scenario main:\n    n int\n    cover(n)\n    record(k, expression: k)\n"
     assert messages(tmp_path, text) == [(2, "E0120"), (4, "E0216")]  # `k` is declared nowhere, `n` in line 2
 
@@ -187,7 +187,7 @@ ITEM = st.tuples(
 
 @settings(deadline=None, derandomize=True)
 @given(st.lists(ITEM, min_size=1, max_size=4))
-def test_whatever_is_written_is_reported_or_sampled(
+def test_each_coverage_item_is_reported_or_sampled(
     tmp_path_factory: pytest.TempPathFactory, written: list[tuple[str, str, list[tuple[str, str]]]]
 ) -> None:
     folder, text = tmp_path_factory.getbasetemp(), DECLARATIONS
@@ -232,6 +232,6 @@ scenario main:
 @pytest.mark.parametrize(
     ("declared", "event"), [("struct a", "end"), ("action a", "ends"), ("modifier a", "gone")]
 )
-def test_events_of_items_are_those_of_their_type(declared: str, event: str, tmp_path: Path) -> None:
+def test_unknown_events_of_items_are_reported(declared: str, event: str, tmp_path: Path) -> None:
     text = f"{declared}:\n    cover(n, expression: 3, event: {event})\n"
     assert messages(tmp_path, text) == [(2, "E0408")]

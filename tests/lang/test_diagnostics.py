@@ -18,7 +18,7 @@ CASES = sorted(FOLDER.glob("*.osc"))
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
-def test_the_messages_are_the_golden_ones(path: Path) -> None:
+def test_the_messages_equal_the_golden_file(path: Path) -> None:
     checked = frontend.check(frontend.load(path, path.name))
     text = "\n\n".join(render_text(found) for found in checked.diagnostics) + "\n"
     golden = path.with_suffix(".err")

@@ -39,7 +39,7 @@ scenario main:
 
 
 def event_of(folder: Path, path: str, text: str = TEXT) -> plan.EventSpecification:
-    """What is waited for last in a scenario."""
+    """Return the event of the last `wait` in a scenario."""
     body = lower(folder, text.replace("EVENT", path)).scenarios["main"].body
     assert isinstance(body, plan.Parallel)
     last = body.members[-1]
@@ -54,7 +54,7 @@ def reference_of(folder: Path, path: str) -> plan.EventReference:
 
 
 def shown(reference: plan.EventReference) -> object:
-    """A reference without its spans."""
+    """Return a reference without its spans."""
     match reference:
         case plan.DeclaredEvent(name):
             return name
@@ -88,7 +88,7 @@ def test_paths_lead_to_events(path: str, expected: object, tmp_path: Path) -> No
     assert shown(reference_of(tmp_path, path)) == expected
 
 
-def test_labels_are_those_of_what_is_invoked(tmp_path: Path) -> None:
+def test_labels_are_resolved_in_the_invoked_scenario(tmp_path: Path) -> None:
     text = TEXT.replace("do inner:", "do other:")
     assert messages(tmp_path, text.replace("EVENT", "w.inner.end")) == [(26, "E0409")]
 
@@ -103,14 +103,14 @@ def test_labels_are_those_of_what_is_invoked(tmp_path: Path) -> None:
         ("every(2s, offset: 500ms)", plan.Every),
     ],
 )
-def test_each_condition_stands_alone_and_behind_an_event(condition: str, kind: type, tmp_path: Path) -> None:
+def test_each_condition_is_accepted_alone_and_after_an_event(condition: str, kind: type, tmp_path: Path) -> None:
     assert isinstance(event_of(tmp_path, "", TEXT.replace("@EVENT", condition)), kind)
     behind = event_of(tmp_path, f"go as g if {condition}")
     assert isinstance(behind, plan.OnEvent) and isinstance(behind.condition, kind)
     assert behind.name == "g"
 
 
-def test_an_offset_may_be_missing(tmp_path: Path) -> None:
+def test_an_every_condition_may_omit_its_offset(tmp_path: Path) -> None:
     found = event_of(tmp_path, "", TEXT.replace("@EVENT", "every(2s)"))
     assert isinstance(found, plan.Every) and found.offset is None
 
@@ -170,7 +170,7 @@ extend main:
     assert isinstance(third.event, plan.Every)
 
 
-def test_a_call_needs_no_result_and_may_have_one(tmp_path: Path) -> None:
+def test_a_called_method_may_have_a_result(tmp_path: Path) -> None:
     text = """
 struct tool:
     def note(n: int = 2) is undefined
@@ -198,7 +198,7 @@ def test_defaults_of_emitted_events_are_those_of_their_declaration(tmp_path: Pat
     assert isinstance(m, plan.Arithmetic) and isinstance(m.left, plan.Field)
 
 
-def test_until_stands_in_the_blocks_of_compositions_and_invocations(tmp_path: Path) -> None:
+def test_until_is_accepted_in_blocks_of_compositions_and_invocations(tmp_path: Path) -> None:
     text = """
 import osc.types
 
@@ -225,7 +225,7 @@ scenario main:
     assert [type(found.event) for found in untils] == [plan.Elapsed, plan.OnEvent]
 
 
-def test_a_name_of_what_is_unknown_causes_nothing_else(tmp_path: Path) -> None:
+def test_an_unknown_event_causes_no_further_messages(tmp_path: Path) -> None:
     text = "scenario main:\n    on @gone as g if g.n > 1:\n        emit end(g.m)\n"
     assert messages(tmp_path, text) == [(2, "E0408"), (3, "E0404")]
 

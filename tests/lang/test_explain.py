@@ -1,7 +1,6 @@
-"""Explanations: every code has one, whose examples give its message, and none.
+"""Explanations of codes: the wrong example of each gives its message, the right one none.
 
-`SEORO_UPDATE_GOLDENS=1 pytest tests/lang/test_explain.py` writes the messages into them, and the list of codes
-into the documentation.
+`SEORO_UPDATE_GOLDENS=1 pytest tests/lang/test_explain.py` writes the messages into them.
 """
 
 from __future__ import annotations
@@ -31,7 +30,6 @@ from seoro.lang.format.formatter import format_text
 from seoro.lang.source import SourceFile
 
 ROOT = Path(__file__).parents[2]
-LIST = ROOT / "docs/codes.md"
 UPDATES = bool(os.environ.get("SEORO_UPDATE_GOLDENS"))
 OWN = [path.stem for path in sorted(FOLDER.glob("E????.md"))]
 
@@ -39,7 +37,7 @@ OWN = [path.stem for path in sorted(FOLDER.glob("E????.md"))]
 def run(
     folder: Path, text: str, files: Mapping[str, str], command: str, capsys: pytest.CaptureFixture[str]
 ) -> tuple[int, str]:
-    """Run a command on an example; gives its exit status and what it says on stderr."""
+    """Run a command on an example; return its exit status and its output on stderr."""
     for name, content in {EXAMPLE: text, **files}.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(content, encoding="utf-8")
@@ -67,12 +65,12 @@ def test_every_code_has_an_explanation_and_every_explanation_a_code() -> None:
 
 
 @pytest.mark.parametrize("code", OWN)
-def test_the_wrong_example_gives_the_message(
+def test_the_wrong_example_of_an_explanation_has_the_code(
     code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     found, example = read(code)
-    monkeypatch.syspath_prepend(tmp_path)  # what is installed in an example is so there
+    monkeypatch.syspath_prepend(tmp_path)  # for packages that an example installs
     _, message = run(tmp_path, example.wrong, example.files, example.command, capsys)
     message = message.partition("\n\n1 file checked")[0].rstrip() + "\n"
     if UPDATES:
@@ -87,7 +85,7 @@ def test_the_wrong_example_gives_the_message(
 
 
 @pytest.mark.parametrize("code", OWN)
-def test_the_right_example_gives_none(
+def test_the_right_example_of_an_explanation_has_no_errors(
     code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -100,41 +98,25 @@ def test_the_right_example_gives_none(
 
 
 @pytest.mark.parametrize("code", OWN)
-def test_the_right_example_is_laid_out_well(code: str) -> None:
+def test_the_right_example_of_an_explanation_is_formatted(code: str) -> None:
     _, example = read(code)
     assert format_text(SourceFile(EXAMPLE, example.right)) == example.right
 
 
-def test_titles_and_lines_are_short() -> None:
+def test_titles_and_lines_of_explanations_are_short() -> None:
     for item in explanations():
         assert item.phase in PHASES.values()
         assert len(item.title) < 80 and not item.title.endswith("."), item.code
         assert max(map(len, item.meaning.splitlines())) <= 120, item.code
 
 
-def test_codes_are_found_in_any_case_and_near_ones_named() -> None:
+def test_codes_are_found_in_any_case_and_similar_ones_suggested() -> None:
     assert explanation("e0312") is not None
     assert explanation("E9999") is None
     assert explanation("../../../setup") is None
     assert "`E0312`" in near_codes("E0311")
 
 
-def test_a_text_of_another_form_is_refused() -> None:
-    with pytest.raises(ValueError, match="no explanation of a code"):
+def test_an_invalid_explanation_is_refused() -> None:
+    with pytest.raises(ValueError, match="invalid explanation"):
         parse("# E0312: a title\n\nNo examples.\n")
-
-
-def test_the_documentation_lists_all_codes() -> None:
-    lines = [
-        "# Codes of messages",
-        "",
-        "Every message has a code, which keeps its meaning in all versions: programs may rely on it. `seoro",
-        "explain CODE` says what it means, shows an example of it, and how to mend that.",
-    ]
-    for prefix, phase in PHASES.items():
-        lines += ["", f"## {phase}", "", "| code | meaning |", "|---|---|"]
-        lines += [f"| {item.code} | {item.title} |" for item in explanations() if item.code.startswith(prefix)]
-    text = "\n".join(lines) + "\n"
-    if UPDATES:
-        LIST.write_text(text, encoding="utf-8")
-    assert text == LIST.read_text(encoding="utf-8")

@@ -5,16 +5,21 @@ from __future__ import annotations
 import copy
 import dataclasses
 from dataclasses import field, fields, is_dataclass, replace
+from importlib import import_module
 from types import ModuleType
 from typing import Any, ClassVar
 
 import pytest
 
 from seoro.lang import ast
-from seoro.lang.diagnostics import behaviors, imports, methods, names, syntax, types
-from seoro.lang.frozen import Frozen, Value
+from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.frozen import Frozen, Value, replaced
 
-MODULES = (ast, behaviors, imports, methods, names, syntax, types)
+PHASES = (
+    *("behaviors", "bindings", "constraints", "coverage", "events", "imports", "methods", "modifiers", "names"),
+    *("syntax", "times", "types"),
+)
+MODULES = (ast, *(import_module(f"seoro.lang.diagnostics.{phase}") for phase in PHASES))
 
 
 class Point(Value):
@@ -34,7 +39,7 @@ class Node(Frozen):
 
 
 def classes(module: ModuleType) -> list[type[Frozen]]:
-    """The classes that a module defines."""
+    """Return the classes of a module."""
     return [
         found
         for found in vars(module).values()
@@ -43,7 +48,7 @@ def classes(module: ModuleType) -> list[type[Frozen]]:
 
 
 def made(cls: type[Frozen]) -> Any:
-    """An instance; what its fields hold does not matter."""
+    """Return an instance with arbitrary values."""
     return cls(*range(len(fields(cls))))
 
 
@@ -65,9 +70,11 @@ def test_nodes_and_messages_are_frozen_dataclasses(module: ModuleType) -> None:
 
 
 @pytest.mark.parametrize("module", MODULES[1:], ids=lambda module: module.__name__)
-def test_all_messages_are_of_the_kind(module: ModuleType) -> None:
-    messages = [found for found in vars(module).values() if hasattr(found, "diagnostic")]
-    assert set(messages) == set(classes(module))
+def test_message_modules_define_only_messages_with_a_code_and_a_text(module: ModuleType) -> None:
+    for found in classes(module):
+        assert issubclass(found, TemplateMessage)
+        assert found.CODE.startswith("E")
+        assert found.TEXT
 
 
 def test_fields_are_given_by_position_or_by_name_or_have_defaults() -> None:
@@ -82,13 +89,13 @@ def test_fields_are_given_by_position_or_by_name_or_have_defaults() -> None:
 @pytest.mark.parametrize(
     ("values", "named", "fault"),
     [
-        ((), {}, "Point lacks a value for field 'x'"),
-        ((1, 2, [], 4), {}, "Point has 3 fields, and 4 values were given"),
-        ((1,), {"x": 2}, "Point has two values for field 'x'"),
-        ((1,), {"z": 2}, "Point has no field 'z'"),
+        ((), {}, "Point: missing field 'x'"),
+        ((1, 2, [], 4), {}, "Point has 3 fields, but got 4 values"),
+        ((1,), {"x": 2}, "Point: duplicate field 'x'"),
+        ((1,), {"z": 2}, "Point: unknown field 'z'"),
     ],
 )
-def test_wrong_arguments_are_refused(values: tuple[Any, ...], named: dict[str, Any], fault: str) -> None:
+def test_invalid_arguments_raise(values: tuple[Any, ...], named: dict[str, Any], fault: str) -> None:
     with pytest.raises(TypeError, match=fault):
         Point(*values, **named)
 
@@ -114,7 +121,7 @@ def test_values_are_equal_by_their_fields_and_can_be_keys() -> None:
     assert Point.__dataclass_params__.eq
 
 
-def test_others_are_equal_to_themselves_only() -> None:
+def test_nodes_are_equal_to_themselves_only() -> None:
     node = Node(1, "here")
     assert node == node
     assert node != Node(1, "here")
@@ -122,7 +129,7 @@ def test_others_are_equal_to_themselves_only() -> None:
     assert not Node.__dataclass_params__.eq
 
 
-def test_they_match_by_position_are_shown_without_places_and_copied() -> None:
+def test_frozen_classes_match_by_position_and_are_copied() -> None:
     match Node(7, "here"):
         case Node(value, span):
             assert (value, span) == (7, "here")
@@ -137,9 +144,17 @@ def test_instances_have_slots_only() -> None:
     assert not hasattr(Named(1.0), "__dict__")
 
 
-def test_options_of_fields_that_are_not_offered_are_refused() -> None:
+def test_unsupported_field_options_are_refused() -> None:
     class Odd(Value):
         x: int = field(default=1, compare=False)
 
     with pytest.raises(TypeError, match=r"Odd\.x"):
         fields(Odd)
+
+
+def test_replaced_changes_the_given_fields_only() -> None:
+    node = Node(1, "a")
+    assert replaced(node, value=2).value == 2
+    assert replaced(node, value=2).span == "a"
+    with pytest.raises(TypeError):
+        replaced(node, unknown=2)

@@ -1,5 +1,4 @@
-"""Whatever a text holds, it is read, checked and lowered to messages or a plan, whose values are chosen or
-refused: soon, and nothing else is raised."""
+"""Fuzzing of the front end: any text quickly gives messages or a plan, without other exceptions."""
 
 from __future__ import annotations
 
@@ -18,15 +17,15 @@ from seoro.errors import InvalidScenario
 from seoro.lang import frontend
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.render import render_text, to_json
-from seoro.runtime.environment import EvaluationError
-from seoro.runtime.instantiate import entry_parameters
+from seoro.runtime.parameters.parameters import entry_parameters
+from seoro.runtime.values.environment import EvaluationError
 from tests.lang import fuzzing
 from tests.lang.programs import PROGRAMS
 
-# How many times as long as `_unit` a text may take; both slow down alike on a machine with other work.
+# Limit of the time for a text relative to `_unit`; both slow down alike on a busy machine.
 MAX_WORK = 60.0
-SOON = 0.5  # [s] of a processor, which are not worth a comparison
-MAX_MEMORY = 300 * 2**10  # [KiB], that a process grows by
+SOON = 0.5  # [s] of a processor; shorter times are not compared
+MAX_MEMORY = 300 * 2**10  # [KiB] growth of the process
 QUICK = settings(max_examples=40, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
 LONG = settings(
     QUICK,
@@ -48,7 +47,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def survives(path: Path, text: str) -> None:
-    """Hold the front end to what it promises of any text."""
+    """Check that the front end reads any text within its limits."""
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
     start, memory = time.thread_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     checked = frontend.check(frontend.load(path, "test.osc"))
@@ -69,19 +68,19 @@ def survives(path: Path, text: str) -> None:
 
 
 def _unit() -> float:
-    """Time for a fixed computation, now [s]; about 0.05 s on a machine without other work."""
+    """Return the time of a fixed computation [s]; about 0.05 s on an idle machine."""
     start = time.thread_time()
     sum(number * number for number in range(1_000_000))
     return time.thread_time() - start
 
 
 def _entry(checked: frontend.Checked) -> str | None:
-    """The scenario to run, where a file has several."""
+    """Return the scenario to run of a file."""
     return "main" if "main" in checked.scenarios else next(iter(checked.scenarios), None)
 
 
 def is_well_formed(diagnostic: Diagnostic) -> None:
-    """A message can be shown, and points into its file."""
+    """Assert that a message can be shown, and points into its file."""
     assert diagnostic.message
     assert render_text(diagnostic)
     assert to_json(diagnostic)
@@ -90,11 +89,11 @@ def is_well_formed(diagnostic: Diagnostic) -> None:
 
 
 def survives_as_override(path: Path, text: str) -> None:
-    """The same for an expression that is given for a parameter."""
+    """Check that the front end reads any override within its limits."""
     path.write_text(PROGRAMS[1], encoding="utf-8")
     checked = frontend.check(frontend.load(path, "test.osc"))
     try:
-        frontend.lower(checked, "main", {"n": text})
+        assert frontend.lower(checked, "main", {"n": text}).entry == "main"
     except InvalidScenario as refused:
         for diagnostic in refused.diagnostics:
             is_well_formed(diagnostic)
@@ -111,18 +110,18 @@ def test_no_override_breaks_the_front_end(path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_no_text_of_very_many_breaks_the_front_end(kind: str, path: Path) -> None:
+def test_no_text_of_a_long_fuzzing_breaks_the_front_end(kind: str, path: Path) -> None:
     run(LONG, KINDS[kind](), lambda text: survives(path, text))
 
 
 @pytest.mark.slow
-def test_no_override_of_very_many_breaks_the_front_end(path: Path) -> None:
+def test_no_override_of_a_long_fuzzing_breaks_the_front_end(path: Path) -> None:
     texts = st.one_of(fuzzing.expressions(), fuzzing.soup())
     run(LONG, texts, lambda text: survives_as_override(path, text))
 
 
 def run(how: settings, texts: st.SearchStrategy[str], survive: Callable[[str], None]) -> None:
-    """Try texts."""
+    """Run a check on generated texts."""
 
     @how
     @given(texts)

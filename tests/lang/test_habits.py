@@ -1,4 +1,4 @@
-"""Habits of other languages: each pattern is shown by a golden file, and repairs and echoes are as promised."""
+"""Habits of other languages: their golden files, and repairs of their statements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHOWN = "\n".join(path.read_text(encoding="utf-8") for path in GOLDENS.glob("*.e
 
 
 def found(folder: Path, text: str) -> list[tuple[int, str]]:
-    """Lines and codes of the messages about a text."""
+    """Return lines and codes of the messages about a text."""
     path = folder / "test.osc"
     path.write_text(text, encoding="utf-8")
     checked = frontend.check(frontend.load(path))
@@ -25,7 +25,7 @@ def found(folder: Path, text: str) -> list[tuple[int, str]]:
 
 
 @pytest.mark.parametrize("habit", HABITS, ids=lambda habit: habit.message)
-def test_every_habit_is_in_a_golden_file(habit: Habit) -> None:
+def test_every_habit_is_quoted_in_a_golden_file(habit: Habit) -> None:
     pattern = r".*".join(re.escape(part) for part in re.split(r"\{\w+\}", habit.message))
     assert re.search(rf"E0138\]: {pattern}$", SHOWN, re.MULTILINE)
 
@@ -35,7 +35,7 @@ def test_a_repaired_statement_declares_its_names_and_its_block_is_checked(tmp_pa
     assert found(tmp_path, text) == [(1, "E0138"), (5, "E0216")]
 
 
-def test_names_that_a_broken_statement_may_declare_are_held_back(tmp_path: Path) -> None:
+def test_names_that_a_broken_statement_may_declare_are_not_reported(tmp_path: Path) -> None:
     text = "struct a:\n    x: int = = 3\n    y: int = x + z\n"
     assert found(tmp_path, text) == [(2, "E0138"), (3, "E0216")]
     text = "struct a\nenum b [c, d]\nstruct e:\n    f: b = c\n    g: h\n"
@@ -46,12 +46,12 @@ def test_a_broken_constraint_declares_nothing(tmp_path: Path) -> None:
     assert found(tmp_path, "struct a:\n    keep(x x)\n    y: int = x\n") == [(2, "E0120"), (3, "E0216")]
 
 
-def test_units_are_reported_beside_syntax_errors(tmp_path: Path) -> None:
+def test_unknown_units_are_reported_despite_syntax_errors(tmp_path: Path) -> None:
     text = "import osc.types\nstruct a:\n    keep(1 1)\n    y: length = 3foo\n"
     assert found(tmp_path, text) == [(3, "E0120"), (4, "E0213")]
 
 
-def test_behind_a_broken_import_every_name_may_be_declared(tmp_path: Path) -> None:
+def test_names_after_a_broken_import_are_not_reported(tmp_path: Path) -> None:
     assert found(tmp_path, "import osc.\nstruct a:\n    b: nothing\n    c: int = 3x\n") == [(1, "E0120")]
 
 
@@ -59,5 +59,5 @@ def test_behind_a_broken_import_every_name_may_be_declared(tmp_path: Path) -> No
     "text",
     ["", "# a: b\nscenario main\n", "scenario: main\n    do serial:\n", "struct a\n"],
 )
-def test_what_may_be_a_scenario_is_not_taken_for_another_format(text: str) -> None:
+def test_texts_like_scenarios_are_not_taken_for_another_format(text: str) -> None:
     assert foreign_format(text) == ""

@@ -1,4 +1,4 @@
-"""Labels in expressions: what they stand for in front of a dot; what is refused is among the golden messages."""
+"""Labels in expressions: their meaning before a dot; golden messages contain the errors."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def last(folder: Path, what: str) -> plan.Behavior:
         ("outer.first.deep.n", ("first", "deep"), "n"),
     ],
 )
-def test_a_path_of_labels_leads_to_what_was_invoked(
+def test_a_path_of_labels_leads_to_the_invocation(
     path: str, labels: tuple[str, ...], field: str, tmp_path: Path
 ) -> None:
     found = last(tmp_path, f"leaf({path})")
@@ -52,24 +52,24 @@ def test_a_path_of_labels_leads_to_what_was_invoked(
     assert isinstance(value.base, plan.Labelled) and value.base.path == labels
 
 
-def test_methods_of_what_was_invoked_are_called(tmp_path: Path) -> None:
+def test_methods_of_a_labelled_invocation_can_be_called(tmp_path: Path) -> None:
     found = last(tmp_path, "leaf(first.deep.total())")
     assert isinstance(found, plan.InvokeScenario)
     ((_, value),) = found.arguments
     assert isinstance(value, plan.Call) and isinstance(value.receiver, plan.Labelled)
 
 
-def test_a_field_behind_a_label_is_a_condition_and_no_event(tmp_path: Path) -> None:
+def test_a_field_after_a_label_is_a_condition(tmp_path: Path) -> None:
     found = last(tmp_path, "wait first.deep.full")
     assert isinstance(found, plan.Wait) and isinstance(found.event, plan.Holds)
 
 
 @pytest.mark.parametrize("hidden", ["own: leaf()", "own: inner()"])
-def test_a_field_goes_before_a_label_of_its_name(hidden: str, tmp_path: Path) -> None:
+def test_a_field_precedes_a_label_of_its_name(hidden: str, tmp_path: Path) -> None:
     text = TEXT.replace("WHAT", f"leaf(own.n)\n        {hidden}")
     assert messages(tmp_path, text) == [(15, "E0319")]
 
 
-def test_what_a_wrong_invocation_stands_for_causes_no_more_messages(tmp_path: Path) -> None:
+def test_a_label_of_a_wrong_invocation_causes_no_further_messages(tmp_path: Path) -> None:
     text = TEXT.replace("inner()\n        last", "gone()\n        last").replace("WHAT", "leaf(first.m)")
     assert messages(tmp_path, text) == [(14, "E0401")]

@@ -30,12 +30,12 @@ def test_a_file_may_end_in_any_blanks(tail: str) -> None:
     assert isinstance(tree.statements[0], ast.StructDeclaration)
 
 
-def test_tabs_go_to_multiples_of_eight() -> None:
+def test_tabs_indent_to_multiples_of_eight() -> None:
     _, codes = parse("struct a:\n\tx: int\n        y: int\n    \tz: int\n")
     assert codes == []
 
 
-def test_comments_stand_at_any_indentation() -> None:
+def test_comments_may_have_any_indentation() -> None:
     _, codes = parse("struct a:\n# left\n    x: int\n            # deep\n  # between\n    y: int # behind\n")
     assert codes == []
 
@@ -45,7 +45,7 @@ def test_lines_are_joined_in_brackets_and_by_backslashes() -> None:
     assert codes == []
 
 
-def test_form_feeds_are_no_indentation() -> None:
+def test_form_feeds_do_not_indent() -> None:
     _, codes = parse("struct a:\n\f    x: int\n\f\n    y: int\n")
     assert codes == []
 
@@ -54,7 +54,7 @@ def test_blocks_are_closed_at_the_end() -> None:
     assert kinds("struct a:\n  x: int")[-3:] == ["_NEWLINE", "_DEDENT", "$END"]
 
 
-def test_names_in_bars_hold_anything_else() -> None:
+def test_names_in_bars_may_contain_any_character() -> None:
     tree = expression("|gap (m)|+|do|")
     assert isinstance(tree, ast.Arithmetic)
     assert isinstance(tree.left, ast.NameExpression)
@@ -62,14 +62,14 @@ def test_names_in_bars_hold_anything_else() -> None:
 
 
 @pytest.mark.parametrize("name", ["größe", "名前", "_x2", "a‿b", "\u2167", "naïve"])
-def test_names_have_letters_of_any_script(name: str) -> None:
+def test_names_may_have_letters_of_any_script(name: str) -> None:
     tree = expression(name)
     assert isinstance(tree, ast.NameExpression)
     assert tree.name.text == name
 
 
 @pytest.mark.parametrize("name", ["‿a", "½", "a°"])
-def test_other_characters_are_reported(name: str) -> None:
+def test_invalid_characters_of_names_are_reported(name: str) -> None:
     assert "E0110" in parse(f"struct a:\n    {name}: int\n")[1]
 
 
@@ -77,7 +77,7 @@ def test_other_characters_are_reported(name: str) -> None:
     ("text", "value"),
     [("5", 5), ("0x1F", 31), ("-5", -5), ("18446744073709551615", 2**64 - 1), ("-9223372036854775808", -(2**63))],
 )
-def test_integers(text: str, value: int) -> None:
+def test_integers_are_read(text: str, value: int) -> None:
     tree = expression(text)
     assert isinstance(tree, ast.IntegerLiteral)
     assert tree.value == value
@@ -87,7 +87,7 @@ def test_integers(text: str, value: int) -> None:
     ("text", "value"),
     [(".5", 0.5), ("1e6", 1e6), ("42.0E4", 42e4), ("+1.5", 1.5), ("-2.5e-1", -0.25), ("+inf", 1e999)],
 )
-def test_floats(text: str, value: float) -> None:
+def test_floats_are_read(text: str, value: float) -> None:
     tree = expression(text)
     assert isinstance(tree, ast.FloatLiteral)
     assert tree.value == value
@@ -103,7 +103,7 @@ def test_floats(text: str, value: float) -> None:
         ("1e3m", 1000.0, "m"),
     ],
 )
-def test_physical_literals(text: str, value: float, unit: str) -> None:
+def test_physical_literals_are_read(text: str, value: float, unit: str) -> None:
     tree = expression(text)
     assert isinstance(tree, ast.PhysicalLiteral)
     assert (tree.value, tree.unit.text) == (value, unit)
@@ -139,7 +139,7 @@ def test_two_dots_make_a_range_and_one_a_fraction() -> None:
         ('""""a" """', '"a" '),
     ],
 )
-def test_strings(text: str, value: str) -> None:
+def test_strings_are_read(text: str, value: str) -> None:
     tree = expression(text)
     assert isinstance(tree, ast.StringLiteral)
     assert tree.value == value

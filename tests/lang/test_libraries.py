@@ -24,7 +24,7 @@ _KINDS = {
 
 
 def described(statement: ast.Statement) -> tuple[str, tuple[str, ...]] | None:
-    """A declaration as the table has it."""
+    """Return a declaration in the form of the table."""
     if isinstance(statement, ast.EnumDeclaration):
         return re.sub(r"\n\s*", " ", statement.span.text).replace("[ ", "["), ()
     kind = _KINDS.get(type(statement))
@@ -51,7 +51,7 @@ def wanted(library: str) -> set[tuple[str, tuple[str, ...]]]:
 
 
 @pytest.mark.parametrize("name", LIBRARIES)
-def test_a_library_declares_what_is_listed(name: str, tmp_path: Path) -> None:
+def test_a_library_declares_its_listed_names(name: str, tmp_path: Path) -> None:
     checked = check(tmp_path, f"import osc.{name}\n")
     assert checked.diagnostics == ()
     module = next(module for module in checked.sources.modules if module.library == f"osc.{name}")
@@ -59,7 +59,7 @@ def test_a_library_declares_what_is_listed(name: str, tmp_path: Path) -> None:
     assert found == wanted(f"osc.{name}")
 
 
-def test_all_libraries_live_together(tmp_path: Path) -> None:
+def test_all_libraries_can_be_imported_together(tmp_path: Path) -> None:
     imports = "".join(f"import osc.{name}\n" for name in LIBRARIES)
     assert check(tmp_path, imports).diagnostics == ()
 
@@ -89,9 +89,7 @@ def test_units_have_the_factors_of_the_standard(unit: str, factor: float, offset
         ("osc.standard.types", "stdtypes::"),
     ],
 )
-def test_the_modules_of_the_standard_put_its_namespace_in_use_or_not(
-    module: str, prefix: str, tmp_path: Path
-) -> None:
+def test_modules_of_the_standard_use_its_namespace_as_specified(module: str, prefix: str, tmp_path: Path) -> None:
     text = f"import {module}\n\nstruct a:\n    x: {prefix}length = 3m\n    p: {prefix}pose_3d\n"
     assert check(tmp_path, text).diagnostics == ()
     if prefix:

@@ -1,4 +1,4 @@
-"""Texts without end: each ends in a message or in a plan, soon, with little memory and without deep recursion."""
+"""Endless texts: each quickly gives a message or a plan, with little memory and no deep recursion."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ DO = "  do serial:\n    wait elapsed(1s)\n"
 
 
 def of_type(type_: str, value: str) -> str:
-    """A scenario with a parameter."""
+    """Return a scenario with a parameter."""
     return f"import osc.types\nscenario main:\n  y: {type_} = {value}\n{DO}"
 
 
 def blocks(levels: int, word: str, inner: str) -> str:
-    """Compositions within compositions."""
+    """Return nested compositions."""
     lines = [f"{' ' * (level + 4)}{word}:\n" for level in range(levels)]
     return f"import osc.types\nscenario main:\n  do serial:\n{''.join(lines)}{' ' * (levels + 4)}{inner}\n"
 
 
 def nested(levels: int) -> dict[str, str]:
-    """Texts with nesting of each kind."""
+    """Return texts with nesting of each kind."""
     return {
         "lists": of_type("bool", f"{'[' * levels}1{']' * levels} == 1"),
         "minus": of_type("int", f"{'- ' * levels}1"),
@@ -55,7 +55,7 @@ def nested(levels: int) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("kind", nested(0))
-def test_nesting_without_end_is_one_error(kind: str, tmp_path: Path) -> None:
+def test_endless_nesting_is_one_error(kind: str, tmp_path: Path) -> None:
     found = {code for _, code in messages(tmp_path, nested(LEVELS)[kind])}
     assert found == {"E0133"}
 
@@ -81,7 +81,7 @@ def test_nesting_within_the_limit_is_lowered(levels: int, text: Callable[[int], 
     assert lower(tmp_path, text(levels)).entry == "main"
 
 
-def test_brackets_that_add_nothing_may_be_nested(tmp_path: Path) -> None:
+def test_redundant_brackets_may_be_nested(tmp_path: Path) -> None:
     assert lower(tmp_path, of_type("int", f"{'(' * LEVELS}1{')' * LEVELS}")).entry == "main"
 
 
@@ -128,7 +128,7 @@ ENDLESS = {
 
 
 @pytest.mark.parametrize("kind", ENDLESS)
-def test_a_line_of_a_megabyte_is_read_or_refused_soon(kind: str, tmp_path: Path) -> None:
+def test_a_line_of_a_megabyte_is_checked_quickly(kind: str, tmp_path: Path) -> None:
     text, code = ENDLESS[kind]
     start = time.process_time()
     checked = check(tmp_path, text)
@@ -141,12 +141,12 @@ def test_a_line_of_a_megabyte_is_read_or_refused_soon(kind: str, tmp_path: Path)
     assert all(len(each) < 2 * MAX_TEXT + 3 * MAX_WIDTH for each in shown)
 
 
-def test_imports_that_find_nothing_are_followed_for_a_while_only(tmp_path: Path) -> None:
+def test_the_number_of_reported_missing_imports_is_limited(tmp_path: Path) -> None:
     text = "".join(f"import osc.none{number}\n" for number in range(1000))
     assert len(check(tmp_path, text).diagnostics) == 30
 
 
-def test_an_expression_from_elsewhere_has_the_same_limits(tmp_path: Path) -> None:
+def test_an_override_has_the_same_limits(tmp_path: Path) -> None:
     with pytest.raises(InvalidScenario, match="nested too deeply"):
         lower(tmp_path, of_type("int", "1"), {"y": f"{'- ' * LEVELS}1"})
 
@@ -161,7 +161,7 @@ def test_an_enumeration_may_be_long(value: str, tmp_path: Path) -> None:
     assert time.process_time() - start < 2.0
 
 
-def test_namespaces_may_export_each_other_in_many_ways(tmp_path: Path) -> None:
+def test_many_mutual_exports_of_namespaces_are_checked_quickly(tmp_path: Path) -> None:
     first = "".join(f"namespace {name}0\nexport {name}\nstruct {name}\n" for name in ("a", "b"))
     layers = (
         f"namespace {name}{n + 1} use a{n}, b{n}\nexport a, b\n" for n in range(LEVELS // 4) for name in "ab"
@@ -172,7 +172,7 @@ def test_namespaces_may_export_each_other_in_many_ways(tmp_path: Path) -> None:
     assert time.process_time() - start < 2.0
 
 
-def test_many_errors_are_found_soon_and_not_all_shown(tmp_path: Path) -> None:
+def test_many_errors_are_found_quickly_and_limited(tmp_path: Path) -> None:
     text = of_type("list of int", f"[{', '.join(f'z{number}' for number in range(TERMS))}]")
     start = time.process_time()
     assert len(check(tmp_path, text).diagnostics) == MAX_MESSAGES

@@ -12,7 +12,7 @@ from seoro.lang.loader import path_of
 
 
 def write(folder: Path, **files: str) -> Path:
-    """Write `main.osc` and others; gives the path of the first."""
+    """Write `main.osc` and other files; return the path of the first."""
     for name, text in files.items():
         path = folder / f"{name.replace('__', '/')}.osc"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -50,7 +50,7 @@ def test_files_are_named_by_uri_or_path(tmp_path: Path) -> None:
         assert order(main) == ["a", "main"]
 
 
-def test_a_long_chain_of_imports_is_no_recursion(tmp_path: Path) -> None:
+def test_a_long_chain_of_imports_is_loaded_without_recursion(tmp_path: Path) -> None:
     for number in range(1200):
         (tmp_path / f"f{number}.osc").write_text(f'import "f{number + 1}.osc"\n', encoding="utf-8")
     (tmp_path / "f1200.osc").write_text("struct x\n", encoding="utf-8")
@@ -115,12 +115,12 @@ def test_an_installed_package_can_bring_a_library(tmp_path: Path, monkeypatch: p
     assert "lifts_for_seoro" not in sys.modules
 
 
-def test_a_uri_that_is_none_is_reported(tmp_path: Path) -> None:
+def test_an_invalid_uri_is_reported(tmp_path: Path) -> None:
     loaded = frontend.load(write(tmp_path, main='import "http://[x"\n'))
     assert [found.code for found in loaded.diagnostics] == ["E0203"]
 
 
-def test_texts_may_come_from_elsewhere(tmp_path: Path) -> None:
+def test_texts_may_come_from_a_given_reader(tmp_path: Path) -> None:
     texts = {tmp_path / "main.osc": 'import "a.osc"\n', tmp_path / "a.osc": "struct x\n"}
     assert [
         module.file.text for module in frontend.load(tmp_path / "main.osc", read=texts.__getitem__).modules

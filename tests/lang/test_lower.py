@@ -54,7 +54,7 @@ scenario main:
 
 
 def walk(behavior: plan.Behavior | None) -> Iterator[plan.Behavior]:
-    """The behavior and all in it, in the order of the text."""
+    """Yield a behavior and its descendants in source order."""
     if behavior is not None:
         yield behavior
         if isinstance(behavior, plan.Serial | plan.Parallel | plan.OneOf):
@@ -73,16 +73,16 @@ def given(construct: plan.Expression | None) -> dict[str, plan.Expression]:
 
 
 def defaults(made: plan.Plan, scenario: str = "main") -> dict[str, plan.Expression | None]:
-    """The default values of the parameters of a scenario."""
+    """Return the default values of the parameters of a scenario."""
     return {name: field.default for name, field in made.scenarios[scenario].structure.fields.items()}
 
 
 def value(text: str, folder: Path) -> plan.Expression | None:
-    """The default value of the first parameter of a scenario."""
+    """Return the default value of the first parameter of a scenario."""
     return next(iter(defaults(lower(folder, text)).values()))
 
 
-def test_a_navigation_scenario(tmp_path: Path) -> None:
+def test_a_navigation_scenario_is_lowered(tmp_path: Path) -> None:
     made = lower(tmp_path, NAVIGATION)
     assert made.entry == "errand"
     robot, box = made.scenarios["errand"].structure.fields.values()
@@ -114,7 +114,7 @@ def test_arguments_of_an_action_are_in_the_order_of_its_parameters(tmp_path: Pat
     assert literal(given(pose["orientation"])["yaw"]) == pytest.approx(1.5707963268)
 
 
-def test_scenarios_events_and_labels(tmp_path: Path) -> None:
+def test_scenarios_events_and_labels_are_lowered(tmp_path: Path) -> None:
     made = lower(tmp_path, BASICS)
     assert made.entry == "main"
     assert list(made.scenarios) == ["main", "greet"]
@@ -178,7 +178,7 @@ scenario main:
     assert isinstance(other.type, plan.ActorType) and other.type.name == "cat"
 
 
-def test_a_scenario_has_what_it_inherits(tmp_path: Path) -> None:
+def test_a_scenario_inherits_members(tmp_path: Path) -> None:
     text = """
 scenario base:
     n: int = 1
@@ -249,7 +249,7 @@ def test_literals_of_an_int_may_be_subtracted_below_zero(tmp_path: Path) -> None
     assert isinstance(found, plan.Arithmetic) and found.number is plan.Number.INT
 
 
-def test_integers_become_float_where_they_are_needed(tmp_path: Path) -> None:
+def test_integers_are_converted_to_expected_floats(tmp_path: Path) -> None:
     fields = "    x: float = n\n    y: list of float = [n, 2]\n    z: range of float = [n..2]\n"
     text = f"scenario main:\n    n: int = 1\n{fields}"
     parameters = defaults(lower(tmp_path, text))
@@ -260,7 +260,7 @@ def test_integers_become_float_where_they_are_needed(tmp_path: Path) -> None:
     assert isinstance(window, plan.RangeOf) and isinstance(window.low, plan.Convert)
 
 
-def test_members_of_enumerations_take_the_type_that_is_asked_for(tmp_path: Path) -> None:
+def test_members_of_enumerations_have_the_expected_type(tmp_path: Path) -> None:
     text = """
 enum ink: [cyan = 1, black, grey = black]
 enum rgb: [red, black]
@@ -296,7 +296,9 @@ scenario main:
         ("actor c\nscenario c.a", None, "E0423"),
     ],
 )
-def test_the_entry(text: str, scenario: str | None, expected: str, tmp_path: Path) -> None:
+def test_the_entry_scenario_is_chosen_or_an_error(
+    text: str, scenario: str | None, expected: str, tmp_path: Path
+) -> None:
     checked = check(tmp_path, text + "\n")
     if not expected.startswith("E"):
         assert frontend.lower(checked, scenario).entry == expected
@@ -318,14 +320,14 @@ scenario main:
 """
 
 
-def test_an_override_gives_what_has_no_value(tmp_path: Path) -> None:
+def test_an_override_gives_a_missing_value(tmp_path: Path) -> None:
     text = "scenario main:\n    n: int\n    do emit end\n"
     assert [found.span.text for found in lower(tmp_path, text, {"n": "3"}).overrides] == ["n=3"]
     with pytest.raises(InvalidScenario, match="'n' has no value: give it a default or an override"):
         lower(tmp_path, text)
 
 
-def test_parts_of_an_actor_without_a_value_are_named(tmp_path: Path) -> None:
+def test_missing_values_of_an_actor_are_listed(tmp_path: Path) -> None:
     text = "import osc.moveit2\nscenario main:\n    a: arm\n    do emit end\n"
     names = ("arm_group", "gripper_group", "end_effector", "base_link")
     with pytest.raises(InvalidScenario, match=r"'a\.arm_group' has no value"):
@@ -338,7 +340,7 @@ def test_parts_of_an_actor_without_a_value_are_named(tmp_path: Path) -> None:
     ("path", "text", "message"),
     [
         ("gaol", "3", "did you mean `goal`"),
-        ("goal.position.w", "3", "there is no `w`"),
+        ("goal.position.w", "3", "unknown parameter `w`"),
         ("speed.x", "3", "has no field `x`"),
         ("speed", "3s", "expected `speed`"),
         ("speed", "'fast'", "expected `speed`"),
@@ -389,7 +391,7 @@ def test_parameters_of_invocations_are_given_by_label_or_name(tmp_path: Path) ->
         ("last", "it is an invocation"),
         ("last.nam", "did you mean `name`"),
         ("greet.name", r"did you mean `greet\[[01]\]`"),
-        ("greet[2].name", "there is no"),
+        ("greet[2].name", "unknown"),
         ("log.msg.x", "has no field `x`"),
     ],
 )

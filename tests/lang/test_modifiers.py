@@ -49,7 +49,7 @@ def body_of(folder: Path, what: str, text: str = TEXT) -> plan.Behavior:
 
 
 def block(folder: Path, *lines: str, invocation: str = "k.nap()") -> tuple[plan.Modification, ...]:
-    """What the `with:` block of an invocation becomes."""
+    """Return the modifications of an invocation."""
     members = "".join(f"        {line}\n" for line in lines)
     found = body_of(folder, f"{invocation} with:\n{members}")
     assert isinstance(found, plan.InvokeScenario | plan.InvokeAction)
@@ -82,12 +82,12 @@ def test_modifiers_keep_the_order_of_the_text(tmp_path: Path) -> None:
         ("inverter()", type(None)),
     ],
 )
-def test_the_actor_of_the_invocation_may_be_left_out(line: str, actor: type, tmp_path: Path) -> None:
+def test_a_modifier_may_omit_the_actor_of_the_invocation(line: str, actor: type, tmp_path: Path) -> None:
     (found,) = block(tmp_path, line)
     assert isinstance(application(found).actor, actor)
 
 
-def test_the_actor_of_the_scenario_may_be_left_out(tmp_path: Path) -> None:
+def test_a_modifier_may_omit_the_actor_of_the_scenario(tmp_path: Path) -> None:
     text = TEXT.replace("do WHAT", "do k.rest()")
     text += "\nscenario cat.rest:\n    gently()\n    do log('x') with:\n        gently()\n"
     rest = lower(tmp_path, text, scenario="main").scenarios["cat.rest"]
@@ -98,7 +98,7 @@ def test_the_actor_of_the_scenario_may_be_left_out(tmp_path: Path) -> None:
         assert isinstance(application(found).actor, plan.Binding)
 
 
-def test_in_the_block_of_an_invocation_it_is_what_is_invoked(tmp_path: Path) -> None:
+def test_it_in_the_block_of_an_invocation_is_the_invoked_behavior(tmp_path: Path) -> None:
     (found,) = block(tmp_path, "repeat(it.n)")
     ((_, count),) = application(found).arguments
     assert isinstance(count, plan.Member) and isinstance(count.base, plan.Binding)
@@ -111,7 +111,7 @@ def test_in_the_block_of_an_invocation_it_is_what_is_invoked(tmp_path: Path) -> 
     assert isinstance(until.event.event.event, plan.PhaseEvent)
 
 
-def test_the_plan_has_the_modifiers_that_it_reaches(tmp_path: Path) -> None:
+def test_the_plan_contains_reachable_modifiers_only(tmp_path: Path) -> None:
     text = TEXT.replace("WHAT", "k.nap() with:\n        briefly(2s)\n") + "modifier unused\n"
     made = lower(tmp_path, text, scenario="main").modifiers
     assert list(made) == ["cat.briefly", "timeout"]
@@ -198,7 +198,7 @@ scenario main:
         ("a.inner, outer.b", ("a", "inner"), ("b",), "on_start"),
     ],
 )
-def test_override_takes_paths_of_labels(
+def test_override_accepts_paths_of_labels(
     arguments: str, overridden: tuple[str, ...], by: tuple[str, ...], mode: str, tmp_path: Path
 ) -> None:
     what = "outer: parallel:\n        a: k.nap()\n        b: k.nap()\n    with:\n        override(ARGS)\n"
@@ -217,7 +217,7 @@ def test_override_may_be_a_member_of_the_scenario(tmp_path: Path) -> None:
     assert isinstance(found, plan.Override)
 
 
-def test_a_modifier_of_a_base_modifies_what_inherits_it(tmp_path: Path) -> None:
+def test_a_modifier_of_a_base_applies_to_derived_scenarios(tmp_path: Path) -> None:
     text = (
         TEXT.replace("WHAT", "k.deep_nap() with:\n        briefly(2s)\n")
         + "scenario cat.deep_nap inherits cat.nap\n"
@@ -232,7 +232,7 @@ def test_a_wrong_invocation_causes_no_messages_about_its_modifiers(tmp_path: Pat
     assert [code for _, code in messages(tmp_path, text)] == ["E0401"]
 
 
-def test_methods_of_modifiers_and_scenarios_of_one_name_are_apart(tmp_path: Path) -> None:
+def test_a_modifier_and_a_scenario_of_one_name_have_separate_methods(tmp_path: Path) -> None:
     text = """
 modifier calm:
     def size() -> int is expression 1
@@ -250,8 +250,8 @@ scenario main:
     made = lower(tmp_path, text, scenario="main")
     size = made.modifiers["calm"].structure.fields["m"].default
     assert isinstance(size, plan.Call)
-    first = size.methods.find([plan.modifier_type("calm")], size.method)
-    second = size.methods.find([plan.behavior_type("calm")], size.method)
+    first = made.methods.find([plan.modifier_type("calm")], size.method)
+    second = made.methods.find([plan.behavior_type("calm")], size.method)
     assert first is not None and second is not None and first is not second
 
 
@@ -265,6 +265,6 @@ def test_it_in_a_modifier_without_of_has_the_parameters_of_its_application(tmp_p
     assert messages(tmp_path, text.replace("WHAT", used.replace("parallel", "serial"))) == [(42, "E0471")]
 
 
-def test_a_circle_of_modifiers_that_use_it_ends(tmp_path: Path) -> None:
+def test_a_cycle_of_modifiers_is_an_error(tmp_path: Path) -> None:
     text = "modifier one:\n    two()\n    keep(it.overlap == any)\nmodifier two:\n    one()\nactor a:\n    two()\n"
     assert [code for _, code in messages(tmp_path, text)] == ["E0219", "E0471"]

@@ -1,4 +1,4 @@
-"""Namespaces, extensions and what names mean (7.7, 7.3.9), beyond the golden messages."""
+"""Namespaces, extensions and name resolution (7.7, 7.3.9), beyond the golden messages."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from seoro.errors import InvalidScenario
 from seoro.lang import plan
-from seoro.runtime.instantiate import entry_parameters
+from seoro.runtime.parameters.parameters import entry_parameters
 from tests.lang.helpers import check, lower, messages
 
 EXPORTS = """
@@ -42,25 +42,23 @@ export crate, depot::width, garage::*
         ("namespace a use depot, shop", "c: crate", None),
     ],
 )
-def test_names_are_accessible_where_they_are_exported(
-    statement: str, member: str, code: str | None, tmp_path: Path
-) -> None:
+def test_exported_names_are_accessible(statement: str, member: str, code: str | None, tmp_path: Path) -> None:
     found = messages(tmp_path, f"{EXPORTS}\n{statement}\nstruct s:\n    {member}\n")
     assert [each for _, each in found] == ([code] if code else [])
 
 
-def test_a_member_of_another_namespace_is_named_with_its_prefix(tmp_path: Path) -> None:
+def test_a_member_of_another_namespace_is_suggested_with_its_prefix(tmp_path: Path) -> None:
     text = f"{EXPORTS}\nnamespace null\nstruct s:\n    c: depot::crate\n    d: int = c.width\n    e: crate\n"
     helps = {found.help for found in check(tmp_path, text).diagnostics}
     assert helps == {"did you mean `depot::width`?", "did you mean `depot::crate`?"}
 
 
-def test_a_namespace_that_a_file_has_can_be_used_while_it_is_empty(tmp_path: Path) -> None:
+def test_an_empty_namespace_can_be_used(tmp_path: Path) -> None:
     text = "namespace depot\nnamespace shop use depot\nnamespace yard use dept\nstruct crate\n"
     assert messages(tmp_path, text) == [(3, "E0222")]
 
 
-def test_a_global_parameter_goes_before_the_struct_of_its_name(tmp_path: Path) -> None:
+def test_a_global_parameter_precedes_the_struct_of_its_name(tmp_path: Path) -> None:
     declarations = "struct scale:\n    base: int = 1\n    def weight() -> int is expression base\n"
     uses = "global scale: scale with:\n    keep(it.base == 5)\nscenario main:\n    n: int = scale.weight()\n"
     assert messages(tmp_path, declarations + uses, strict=True) == []
@@ -76,7 +74,7 @@ def test_names_in_the_plan_are_unique(tmp_path: Path) -> None:
     assert b.type == plan.StructType("crate", (), ())
 
 
-def test_a_scenario_of_a_namespace_is_found_without_it(tmp_path: Path) -> None:
+def test_a_scenario_is_found_without_its_namespace(tmp_path: Path) -> None:
     text = "namespace a\nscenario main\nscenario x\nnamespace b\nscenario x\n"
     assert lower(tmp_path, text).entry == "a::main"
     assert lower(tmp_path, text, scenario="b::x").entry == "b::x"
@@ -98,7 +96,7 @@ extend depot::crate:
     assert messages(tmp_path, text) == []
 
 
-def test_an_extension_may_give_a_scenario_what_it_does(tmp_path: Path) -> None:
+def test_an_extension_may_add_the_behavior_of_a_scenario(tmp_path: Path) -> None:
     made = lower(tmp_path, "extend main:\n    event go\n    do emit go\nscenario main\n")
     assert isinstance(made.scenarios["main"].body, plan.Emit)
 
@@ -119,7 +117,7 @@ def test_an_extension_may_give_a_scenario_what_it_does(tmp_path: Path) -> None:
         ("struct a:\n    def f(n: int) -> int is expression n\n    x: int = f([1..2])\n", 3, "E0301"),
     ],
 )
-def test_wrong_declarations_are_reported_at_their_place(text: str, line: int, code: str, tmp_path: Path) -> None:
+def test_wrong_declarations_are_reported_at_their_line(text: str, line: int, code: str, tmp_path: Path) -> None:
     assert (line, code) in messages(tmp_path, text)
 
 

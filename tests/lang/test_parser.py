@@ -1,4 +1,4 @@
-"""The parser: keywords as names, precedence, recovery, and that no text breaks it."""
+"""Parser: keywords as names, precedence, recovery, and random texts."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seoro.lang import ast, table
+from seoro.lang import ast, parse_table
 from seoro.lang.diagnostic import Bag
 from seoro.lang.parser import parse_expression, parse_file
 from seoro.lang.source import SourceFile, Span
 from tests.lang.helpers import expression, parse
 
-KEYWORDS = sorted(word for word in table.load()["literals"] if word[0].isalpha())
+KEYWORDS = sorted(word for word in parse_table.load()["literals"] if word[0].isalpha())
 VALUES = {"true", "false", "it", "inf", "nan", "not"}  # they mean something wherever an expression may stand
 BLOCKS = {"with", "serial", "parallel", "one_of"}  # followed by a colon, they begin a block
 
@@ -36,7 +36,7 @@ def test_a_keyword_can_be_read_as_a_name(word: str) -> None:
     assert len(tree.statements) == 1
 
 
-def test_directives_are_told_from_fields() -> None:
+def test_directives_and_fields_are_distinguished() -> None:
     text = "scenario a:\n    do: int\n    event: int\n    wait: time\n    event event\n    do do: wait wait > 3\n"
     tree, codes = parse(text)
     assert codes == []
@@ -49,12 +49,12 @@ def test_directives_are_told_from_fields() -> None:
     ]
 
 
-def test_a_range_and_a_field_named_range_live_together() -> None:
+def test_a_range_constructor_and_a_field_named_range_are_distinguished() -> None:
     assert isinstance(expression("range(1, 2)"), ast.RangeConstructor)
     assert isinstance(expression("range * 2"), ast.Arithmetic)
 
 
-def test_precedence() -> None:
+def test_operators_have_the_precedence_of_the_standard() -> None:
     tree = expression("not a == 1 + 2 * -b and c or d => e ? f : g ? h : i")
     assert isinstance(tree, ast.TernaryOpExp)
     assert isinstance(tree.otherwise, ast.TernaryOpExp)
@@ -75,13 +75,13 @@ def test_postfix_operators_follow_one_another() -> None:
     assert [argument.name.text for argument in tree.base.arguments.named] == ["y"]
 
 
-def test_a_name_before_a_colon_in_a_ternary_is_no_argument() -> None:
+def test_a_name_before_a_colon_in_a_ternary_is_not_an_argument() -> None:
     tree = expression("f(a ? b : c, d: e ? true : it)")
     assert isinstance(tree, ast.FunctionApplication)
     assert len(tree.arguments.positional) == 1
 
 
-def test_spans_cover_what_was_written() -> None:
+def test_spans_cover_the_text_of_expressions() -> None:
     tree = expression("(a + 1) * f(b)")
     assert tree.span.text == "(a + 1) * f(b)"
     assert isinstance(tree, ast.Arithmetic)
@@ -103,7 +103,7 @@ def test_one_run_reports_the_errors_of_all_statements() -> None:
     assert len(codes) == 5
 
 
-def test_nothing_is_lost_around_an_error() -> None:
+def test_statements_around_an_error_are_parsed() -> None:
     tree, codes = parse("struct a:\n    x int\n    y: int\nstruct b\n")
     assert len(codes) == 1
     first = tree.statements[0]
@@ -137,7 +137,7 @@ def assert_spans_lie_within(node: object, length: int) -> None:
 
 
 WORDS = [
-    *table.load()["literals"],
+    *parse_table.load()["literals"],
     "x",
     "3m",
     "1.5",

@@ -1,12 +1,12 @@
-"""What checking tells of names and values, for those who ask."""
+"""Recorders receive names and values of a check."""
 
 from pathlib import Path
 
 from seoro.lang import frontend
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol, TypeSymbol, UnitSymbol
-from seoro.lang.types import FLOAT, Type
+from seoro.lang.symbols import FieldSymbol, Type, TypeSymbol, UnitSymbol
+from seoro.lang.types import FLOAT
 
 TEXT = """import osc.types
 enum color: [red, green]
@@ -18,7 +18,7 @@ struct box:
 
 
 class Notes:
-    """All that is told."""
+    """Recorded names and values."""
 
     def __init__(self) -> None:
         self.names: dict[str, object] = {}
@@ -38,7 +38,7 @@ def check(folder: Path, text: str) -> Notes:
     return notes
 
 
-def test_names_and_values_are_told(tmp_path: Path) -> None:
+def test_names_and_types_are_recorded(tmp_path: Path) -> None:
     notes = check(tmp_path, TEXT)
     member, unit, field = notes.names["4:green"], notes.names["5:mm"], notes.names["6:size"]
     assert isinstance(member, EnumMember) and member.text == "green"
@@ -47,6 +47,6 @@ def test_names_and_values_are_told(tmp_path: Path) -> None:
     assert notes.types["size / 2m"] == FLOAT
 
 
-def test_names_around_a_syntax_error_are_told(tmp_path: Path) -> None:
+def test_names_around_a_syntax_error_are_recorded(tmp_path: Path) -> None:
     notes = check(tmp_path, TEXT + "    oops oops\n\nstruct other:\n    box: box\n")
     assert isinstance(notes.names["10:box"], TypeSymbol)

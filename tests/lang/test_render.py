@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from seoro.lang.diagnostic import Label, error
+from seoro.lang.diagnostic import Diagnostic, Label, Severity
+from seoro.lang.diagnostics.types import NotAValue
 from seoro.lang.render import render_text, to_json
 from seoro.lang.source import SourceFile, Span
 from tests.lang.helpers import check
@@ -17,7 +18,11 @@ def span(text: str) -> Span:
     return Span(FILE, start, start + len(text))
 
 
-def test_labels_stand_below_their_line() -> None:
+def error(code: str, at: Span, message: str, *others: Label, label: str = "", help: str = "") -> Diagnostic:  # noqa: A002
+    return Diagnostic(Severity.ERROR, code, message, Label(at, label), others, help)
+
+
+def test_labels_are_shown_below_their_line() -> None:
     found = error(
         "E0312",
         span("2m"),
@@ -37,21 +42,21 @@ def test_labels_stand_below_their_line() -> None:
     ]
 
 
-def test_of_a_long_line_the_part_around_the_mark_is_shown() -> None:
+def test_a_long_line_is_shown_around_the_mark() -> None:
     file = SourceFile("maze.osc", f"{'a' * 400}WRONG{'b' * 400}")
     shown = render_text(error("E0312", Span(file, 400, 405), "no", label="here")).splitlines()
     assert shown[3] == f"1 | ...{'a' * 49}WRONG{'b' * 146}..."
     assert shown[4] == f"  | {' ' * 52}^^^^^ here"
 
 
-def test_messages_with_endless_names_lose_their_middle() -> None:
-    found = error("E0312", span("2m"), f"unknown `{'a' * 5000}`", help="b" * 5000)
-    assert found.message.startswith("unknown `aaa")
-    assert found.message.endswith("aaa`")
+def test_long_messages_are_shortened_in_the_middle() -> None:
+    found = NotAValue(span("2m"), "a" * 5000, "a label", help="b" * 5000).diagnostic()
+    assert found.message.startswith("`aaa")
+    assert found.message.endswith("aaa` is a label, not a value")
     assert len(found.message) == len(found.help) == 1003
 
 
-def test_tabs_are_widened_and_lines_between_left_out() -> None:
+def test_tabs_are_expanded_and_lines_between_labels_omitted() -> None:
     found = error("E0101", span("x"), "what", Label(span("end"), "there"))
     assert render_text(found).splitlines()[2:] == [
         "   |",
@@ -63,12 +68,12 @@ def test_tabs_are_widened_and_lines_between_left_out() -> None:
     ]
 
 
-def test_a_span_of_several_lines_is_marked_on_its_first() -> None:
+def test_a_span_of_several_lines_is_marked_on_the_first_line() -> None:
     found = error("E0101", Span(FILE, span("3mps").start, span("end").end), "what")
     assert render_text(found).splitlines()[-1] == "   |                           ^^^^^"
 
 
-def test_colour_changes_nothing_but_codes() -> None:
+def test_colours_add_escape_codes_only() -> None:
     found = error("E0101", span("x"), "what", label="here")
     coloured = render_text(found, colour=True)
     assert "\x1b[" in coloured

@@ -15,7 +15,7 @@ def test_lines_end_at_cr_lf_and_both(end: str) -> None:
     assert file.position(file.text.index("x")) == (3, 8)
 
 
-def test_a_span_names_its_place() -> None:
+def test_a_span_is_printed_with_its_position() -> None:
     span = Span(SourceFile("a.osc", "one\ntwo"), 4, 7)
     assert (str(span), span.text, span.line, span.column) == ("a.osc:2:1", "two", 2, 1)
     assert span.to(Span(span.file, 6, 7)).text == "two"

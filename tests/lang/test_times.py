@@ -26,7 +26,7 @@ scenario main:
 
 
 def parallel(folder: Path, arguments: str) -> plan.Parallel:
-    """A composition with some arguments."""
+    """Return a composition with some arguments."""
     text = TEXT.replace("PARALLEL", f"parallel{arguments}")
     body = lower(folder, text, scenario="main").scenarios["main"].body
     assert isinstance(body, plan.Parallel)
@@ -55,9 +55,7 @@ def bounds(time: plan.Expression | None) -> tuple[object, object]:
         ("(duration: 2s)", "start"),
     ],
 )
-def test_members_start_together_unless_something_else_is_said(
-    arguments: str, overlap: str, tmp_path: Path
-) -> None:
+def test_members_start_together_by_default(arguments: str, overlap: str, tmp_path: Path) -> None:
     assert parallel(tmp_path, arguments).overlap.value == overlap
 
 
@@ -83,7 +81,7 @@ def test_each_composition_has_a_duration(operator: str, tmp_path: Path) -> None:
     assert bounds(body.duration) == (2.0, 2.0)
 
 
-def test_invocations_have_a_duration_beside_their_arguments(tmp_path: Path) -> None:
+def test_invocations_have_a_duration_and_arguments(tmp_path: Path) -> None:
     plain, timed = parallel(tmp_path, "").members
     assert isinstance(plain, plan.InvokeScenario) and isinstance(timed, plan.InvokeScenario)
     assert plain.duration is None
@@ -91,7 +89,7 @@ def test_invocations_have_a_duration_beside_their_arguments(tmp_path: Path) -> N
     assert [name for name, _ in timed.arguments] == ["n"]
 
 
-def test_a_parameter_called_duration_is_given_the_argument(tmp_path: Path) -> None:
+def test_a_parameter_named_duration_receives_the_argument(tmp_path: Path) -> None:
     text = TEXT.replace("PARALLEL", "serial").replace("    n: int = 3", "    n: int = 3\n    duration: time = 1s")
     text = text.replace("[1s..2s]", "2s")
     body = lower(tmp_path, text, scenario="main").scenarios["main"].body
@@ -101,14 +99,14 @@ def test_a_parameter_called_duration_is_given_the_argument(tmp_path: Path) -> No
     assert [name for name, _ in timed.arguments] == ["n", "duration"]
 
 
-def test_only_what_takes_time_has_a_duration(tmp_path: Path) -> None:
+def test_only_behaviors_have_a_duration(tmp_path: Path) -> None:
     text = "import osc.types\nscenario main:\n    p: pose_3d = pose_3d(duration: 3s)\n    event go\n"
     text += "    do emit go(duration: 3s)\n"
     assert messages(tmp_path, text) == [(3, "E0403"), (5, "E0403")]
 
 
 def constraints(folder: Path, operator: str, *lines: str) -> list[plan.Expression]:
-    """The conditions in the `with:` block of a composition."""
+    """Return the conditions in the `with:` block of a composition."""
     block = "".join(f"        {line}\n" for line in lines)
     text = f"{TEXT.replace('PARALLEL', operator)}    with:\n{block}"
     body = lower(folder, text, scenario="main").scenarios["main"].body
@@ -117,7 +115,7 @@ def constraints(folder: Path, operator: str, *lines: str) -> list[plan.Expressio
 
 
 @pytest.mark.parametrize("operator", ["serial", "parallel", "one_of"])
-def test_constraints_on_a_composition_concern_its_parameters(operator: str, tmp_path: Path) -> None:
+def test_constraints_on_a_composition_apply_to_its_parameters(operator: str, tmp_path: Path) -> None:
     found = constraints(tmp_path, operator, "keep(default it.duration == 2s)", "remove_default(it.duration)")
     equal, removed = found
     assert isinstance(equal, plan.Compare) and isinstance(equal.right, plan.RangeOf), "a time is a range, too"
@@ -134,7 +132,7 @@ def test_constraints_on_a_composition_concern_its_parameters(operator: str, tmp_
         ("5s <= it.duration", "<=", plan.Side.LOWER),
     ],
 )
-def test_an_order_of_a_range_and_a_number_is_one_of_all_of_the_range(
+def test_comparing_a_range_with_a_number_bounds_the_whole_range(
     condition: str, operator: str, side: plan.Side, tmp_path: Path
 ) -> None:
     (found,) = constraints(tmp_path, "serial", f"keep({condition})")
@@ -143,7 +141,7 @@ def test_an_order_of_a_range_and_a_number_is_one_of_all_of_the_range(
     assert bound.side is side
 
 
-def test_kinds_of_overlap_have_their_names_whatever_else_has_them(tmp_path: Path) -> None:
+def test_kinds_of_overlap_precede_other_members_of_their_name(tmp_path: Path) -> None:
     found = constraints(tmp_path, "parallel", "keep(it.overlap == equal)", "keep(it.overlap in [start, any])")
     values = [each for condition in found for each in literals(condition)]
     assert [each.member for each in values if isinstance(each, plan.EnumValue)] == ["equal", "start", "any"]

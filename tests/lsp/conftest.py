@@ -1,4 +1,4 @@
-"""A real server process, and an editor that talks to it over its stdin and stdout, in plain JSON."""
+"""A real server process, and an editor that sends plain JSON over its stdin and stdout."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from typing import Any
 
 import pytest_asyncio
 
-PATIENCE = 20.0  # [s] for an answer, on a busy machine
+PATIENCE = 20.0  # [s] to wait for an answer on a busy machine
 
 
 class Refused(Exception):
-    """A request was answered with an error."""
+    """An error answer to a request."""
 
 
 class Editor:
-    """An editor with a server of its own.
+    """An editor with its own server.
 
     Args:
-        folder: That it has open.
+        folder: Opened folder.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -35,7 +35,7 @@ class Editor:
         self._versions: dict[str, int] = {}
 
     async def start(self) -> dict[str, Any]:
-        """Start the server and shake hands; gives its capabilities."""
+        """Start and initialize the server; return its capabilities."""
         self.process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "seoro.cli.main", "lsp"),
             stdin=asyncio.subprocess.PIPE,
@@ -75,13 +75,13 @@ class Editor:
                 self.published.put_nowait(message["params"])
 
     def send(self, message: Any) -> None:
-        """Send a message, whether it makes sense or not."""
+        """Send any message, also invalid ones."""
         assert self.process.stdin is not None
         body = json.dumps(message).encode()
         self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
 
     def send_bytes(self, data: bytes) -> None:
-        """Send what may be no message."""
+        """Send any bytes, also invalid messages."""
         assert self.process.stdin is not None
         self.process.stdin.write(data)
 
@@ -90,7 +90,7 @@ class Editor:
         self.send({"jsonrpc": "2.0", "method": method, "params": parameters})
 
     async def ask(self, method: str, parameters: Any) -> Any:
-        """Send a request; gives the answer."""
+        """Send a request; return the answer."""
         number = next(self._numbers)
         self._answers[number] = asyncio.get_running_loop().create_future()
         self.send({"jsonrpc": "2.0", "id": number, "method": method, "params": parameters})
@@ -98,7 +98,7 @@ class Editor:
             return await self._answers[number]
 
     async def ask_at(self, method: str, name: str, text: str, place: str, **more: Any) -> Any:
-        """The answer to a request about the place in a text that looks like `place`, which has a mark `|`."""
+        """Send a request about the mark `|` of `place`, which is part of the text; return the answer."""
         offset = text.index(place.replace("|", "")) + place.index("|")
         before = text[:offset].split("\n")
         position = {"line": len(before) - 1, "character": len(before[-1])}
@@ -116,7 +116,7 @@ class Editor:
         self.tell("textDocument/didOpen", {"textDocument": item})
 
     def change(self, name: str, text: str) -> int:
-        """Change a text; gives the number of its version."""
+        """Change a text; return the number of its version."""
         self._versions[name] += 1
         version = self._versions[name]
         document = {"uri": self.uri(name), "version": version}
@@ -127,7 +127,7 @@ class Editor:
         self.tell("textDocument/didClose", {"textDocument": {"uri": self.uri(name)}})
 
     async def diagnostics(self, name: str, version: int | None = None) -> list[dict[str, Any]]:
-        """What is shown next in a document, in a certain version if one is given."""
+        """Return the next diagnostics of a document, by default of any version."""
         async with asyncio.timeout(PATIENCE):
             while True:
                 found = await self.published.get()
@@ -136,20 +136,20 @@ class Editor:
                     return shown
 
     async def shown(self, name: str, text: str) -> list[dict[str, Any]]:
-        """Open a document; gives what is shown in it."""
+        """Open a document; return its diagnostics."""
         self.open(name, text)
         return await self.diagnostics(name, 1)
 
     # ------------------------------------------------------------ the end
 
     async def stop(self) -> int:
-        """End the server as an editor does; gives its exit status."""
+        """Stop the server as an editor does; return its exit status."""
         await self.ask("shutdown", None)
         self.tell("exit", None)
         return await self.wait()
 
     async def wait(self) -> int:
-        """The exit status of the server, once it has ended."""
+        """Wait for the end of the server; return its exit status."""
         async with asyncio.timeout(PATIENCE):
             await self._reading
             return await self.process.wait()
@@ -157,7 +157,7 @@ class Editor:
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
 async def editor(tmp_path_factory: Any) -> AsyncIterator[Editor]:
-    """An editor whose server has started."""
+    """Yield an editor whose server has started."""
     made = Editor(tmp_path_factory.mktemp("workspace").resolve())
     await made.start()
     yield made

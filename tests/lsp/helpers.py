@@ -46,25 +46,25 @@ scenario main:
 
 
 def split(text: str) -> tuple[str, int]:
-    """A text without its mark, and where that was."""
+    """Return a text without its mark, and the offset of the mark."""
     offset = text.index("|")
     return text[:offset] + text[offset + 1 :], offset
 
 
 def analysis(folder: Path, text: str, others: Mapping[str, str] | None = None) -> Analysis:
-    """The analysis of a text that nobody saved, with others that it imports."""
+    """Analyse an unsaved text, with imported ones."""
     texts = {folder.resolve() / name: content for name, content in (others or {}).items()}
     path = folder.resolve() / "test.osc"
     return analyse(path, {**texts, path: text})
 
 
 def completions(folder: Path, marked: str, before: str | None = SCENARIO) -> dict[str, Item]:
-    """What is offered at the mark, by label.
+    """Return the completions at the mark, by label.
 
     Args:
-        folder: Where the file is.
-        marked: The end of the text, with the mark.
-        before: What stands before it, and is what was checked last.
+        folder: Folder of the file.
+        marked: End of the text, with the mark.
+        before: Text before the end, checked last.
     """
     last = [analysis(folder, before or "")]
     text, offset = split((before or "") + marked)

@@ -1,4 +1,4 @@
-"""What is offered at the cursor, in texts that are being written."""
+"""Completions at the cursor in incomplete texts."""
 
 from pathlib import Path
 
@@ -50,7 +50,7 @@ IN = " " * 12
         pytest.param("    def f(a: box) -> mass is expression a.|", set(), {"lift"}, id="methods that are new"),
     ],
 )
-def test_what_fits_is_offered(tmp_path: Path, marked: str, offered: set[str], not_offered: set[str]) -> None:
+def test_fitting_names_are_offered(tmp_path: Path, marked: str, offered: set[str], not_offered: set[str]) -> None:
     found = completions(tmp_path, marked).keys()
     assert offered - found == set()
     assert not_offered & found == set()
@@ -60,11 +60,11 @@ def test_what_fits_is_offered(tmp_path: Path, marked: str, offered: set[str], no
     "marked",
     ["# sc|", f"{IN}wait @go # |", f"{IN}crane.lift('a|", f'{IN}crane.lift("""a\n|', "scenario |", "struct a|"],
 )
-def test_nothing_is_offered_in_comments_and_strings_and_for_new_names(tmp_path: Path, marked: str) -> None:
+def test_comments_strings_and_new_names_have_no_completions(tmp_path: Path, marked: str) -> None:
     assert not {"scenario", "wait", "limit", "box"} & completions(tmp_path, marked).keys()
 
 
-def test_units_of_the_type_that_is_needed_go_first(tmp_path: Path) -> None:
+def test_units_of_the_expected_type_come_first(tmp_path: Path) -> None:
     found = completions(tmp_path, f"{IN}crane.lift(crate, height: 3|")
     assert found["mm"].rank == FIRST < found["kg"].rank
     assert "length" in found["mm"].detail
@@ -72,7 +72,7 @@ def test_units_of_the_type_that_is_needed_go_first(tmp_path: Path) -> None:
     assert found["min"].rank == FIRST < found["mm"].rank
 
 
-def test_what_is_of_the_type_that_is_needed_goes_first(tmp_path: Path) -> None:
+def test_values_of_the_expected_type_come_first(tmp_path: Path) -> None:
     found = completions(tmp_path, f"{IN}crane.lift(what: |")
     assert found["crate"].rank == FIRST < found["limit"].rank
     assert found["box"].rank == FIRST < found["pose_3d"].rank
@@ -89,12 +89,12 @@ def test_members_of_an_element_are_offered_within_list_operators(tmp_path: Path)
     assert {"weight", "paint"} <= found.keys()
 
 
-def test_an_open_bracket_above_does_not_swallow_the_statement(tmp_path: Path) -> None:
+def test_an_open_bracket_above_does_not_hide_the_statement(tmp_path: Path) -> None:
     found = completions(tmp_path, f"{IN}crane.lift(what: box(\n{IN}wait elapsed(1s)\n{IN}crane.|")
     assert "lift" in found
 
 
-def test_the_last_good_state_helps_where_the_declaration_is_broken(tmp_path: Path) -> None:
+def test_the_last_valid_state_completes_broken_declarations(tmp_path: Path) -> None:
     good = analysis(tmp_path, SCENARIO)
     broken = SCENARIO.replace("scenario main:", "scenario main")
     bad = analysis(tmp_path, broken.replace("    robot:", "    ) robot:"))
@@ -124,10 +124,11 @@ def test_the_signature_of_a_call_is_shown(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("step", [7, pytest.param(1, marks=pytest.mark.slow)])
-def test_every_prefix_of_a_text_is_answered(tmp_path: Path, step: int) -> None:
+def test_every_prefix_of_a_text_has_completions(tmp_path: Path, step: int) -> None:
     from seoro.lsp.completion import complete
 
     analyses = [analysis(tmp_path, SCENARIO)]
     for offset in range(0, len(SCENARIO) + 1, step):
-        complete(SCENARIO, offset, analyses)
-        signature_at(SCENARIO, offset, analyses)
+        assert complete(SCENARIO, offset, analyses).start <= offset
+        signature = signature_at(SCENARIO, offset, analyses)
+        assert signature is None or signature.label

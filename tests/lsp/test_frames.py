@@ -1,4 +1,4 @@
-"""Frames that are no messages: each is answered with an error, and the ones behind it are read."""
+"""Invalid frames: the server answers each with an error, and reads the next ones."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ BAD = {
     "over the limit": (b"Content-Length: %d\r\n\r\n%b" % (MAX_BODY + 1, b" " * 200_000), "the limit is"),
     "no number": (b"Content-Length: many\r\n\r\n{}", "not a number: `many`"),
     "negative": (b"Content-Length: -3\r\n\r\n{}", "not a number: `-3`"),
-    "no length": (b"Content-Type: text\r\n\r\n{}", "without `Content-Length`"),
-    "no header": (b'\r\n\r\n{"jsonrpc": "2.0"}\r\n\r\n', "without `Content-Length`"),
-    "many headers": (b"X: y\r\n" * 100, "without `Content-Length`"),
+    "no length": (b"Content-Type: text\r\n\r\n{}", "without a `Content-Length`"),
+    "no header": (b'\r\n\r\n{"jsonrpc": "2.0"}\r\n\r\n', "without a `Content-Length`"),
+    "many headers": (b"X: y\r\n" * 100, "without a `Content-Length`"),
 }
 
 
 def bodies(data: bytes) -> tuple[list[bytes], list[str]]:
-    """The bodies that are passed on, as the library reads them, and why frames are skipped."""
+    """Return the bodies that the library reads, and the reasons of skipped frames."""
     refused: list[str] = []
     frames = Frames(cast(BinaryIO, io.BytesIO(data)), refused.append)
     found = []
@@ -33,7 +33,7 @@ def bodies(data: bytes) -> tuple[list[bytes], list[str]]:
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_a_faulty_frame_is_refused_once_and_the_next_ones_are_read(name: str) -> None:
+def test_an_invalid_frame_is_refused_once_and_later_frames_are_read(name: str) -> None:
     frame, reason = BAD[name]
     found, refused = bodies(GOOD + frame + GOOD + GOOD)
     assert found == [b"true"] * 3
@@ -45,7 +45,7 @@ def test_headers_are_read_in_any_case_and_order() -> None:
     assert bodies(data) == ([b"true", b"{}"], [])
 
 
-def test_a_header_across_two_stretches_of_what_is_skipped_is_found() -> None:
+def test_a_header_across_two_skipped_blocks_is_found() -> None:
     for length in range(2**16 - 30, 2**16 + 2):
         found, refused = bodies(b"\r\n" + b"x" * length + GOOD)
         assert found == [b"true"], length

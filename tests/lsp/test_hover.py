@@ -1,4 +1,4 @@
-"""What is shown about the thing under the pointer."""
+"""Hover texts."""
 
 from pathlib import Path
 
@@ -45,10 +45,10 @@ def test_temperatures_are_shown_in_kelvin(tmp_path: Path) -> None:
     assert "20C = 293.1 K" in shown(tmp_path, "import osc.types\nglobal t: temperature = 2|0C\n")
 
 
-def test_the_rest_of_a_text_with_errors_is_known(tmp_path: Path) -> None:
+def test_names_in_a_text_with_errors_have_hovers(tmp_path: Path) -> None:
     text = SCENARIO.replace("emit go(count: 3)", "emit (((").replace("li|mit", "limit")
     assert "speed" in shown(tmp_path, text.replace("    limit:", "    li|mit:"))
 
 
-def test_nothing_is_shown_between_names(tmp_path: Path) -> None:
+def test_places_between_names_have_no_hover(tmp_path: Path) -> None:
     assert shown(tmp_path, "struct a\n|\nstruct b\n") == ""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from seoro.lang.libraries import own_libraries
+from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lsp import navigation
 from seoro.lsp.analysis import Analysis, analyse
 from seoro.lsp.outline import declared
@@ -13,7 +13,7 @@ from tests.lsp.helpers import SCENARIO, analysis, split
 
 
 def declared_at(folder: Path, marked: str) -> tuple[str, int, str]:
-    """Name of the file, line and text of the declaration of what is at the mark."""
+    """Return file name, line and text of the declaration of the name at the mark."""
     text, offset = split(marked)
     found = navigation.declared_at(analysis(folder, text), offset)
     assert found is not None
@@ -95,23 +95,23 @@ def test_new_names_replace_identifiers_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["limit: sp|eed", "|import osc.ros", "6|0kph"])
-def test_names_of_libraries_stay(tmp_path: Path, place: str) -> None:
+def test_names_of_libraries_cannot_be_renamed(tmp_path: Path, place: str) -> None:
     text, offset = split(SCENARIO.replace(place.replace("|", ""), place, 1))
     with pytest.raises(navigation.CannotRename):
         navigation.check_rename(analysis(tmp_path, text), offset)
 
 
 @pytest.mark.parametrize("name", ["", "3d", "a b", "a.b", "a::b", "a#"])
-def test_what_is_no_identifier_is_no_new_name(tmp_path: Path, name: str) -> None:
+def test_invalid_identifiers_are_refused_as_new_names(tmp_path: Path, name: str) -> None:
     found = analysis(tmp_path, "struct a\n")
     target = navigation.target_at(found, 7)
     assert target is not None
-    with pytest.raises(navigation.CannotRename, match="no identifier"):
+    with pytest.raises(navigation.CannotRename, match="invalid identifier"):
         navigation.edits(target[1], "a", name, [found])
 
 
-def test_an_open_library_is_checked_as_one() -> None:
-    path = own_libraries()["osc.nav2"].resolve()
+def test_an_open_library_file_is_checked_as_a_library() -> None:
+    path = builtin_libraries()["osc.nav2"].resolve()
     found = analyse(path, {path: path.read_text(encoding="utf-8") + "\naction osc_actor.more\n"})
     assert found.path == path
     assert found.checked.errors == ()
@@ -123,7 +123,7 @@ def test_declarations_are_found_by_parts_of_their_names(tmp_path: Path) -> None:
     assert found == ["crane", "crane", "crate"]
 
 
-def test_a_label_in_front_of_a_dot_is_the_label(tmp_path: Path) -> None:
+def test_a_name_before_a_dot_leads_to_the_label(tmp_path: Path) -> None:
     text = "scenario a:\n    n: int = 1\nscenario b:\n    {field}do serial:\n        x: a()\n        a(x|.n)\n"
     assert declared_at(tmp_path, text.format(field="")) == ("test.osc", 5, "x")
     field = "x: a2\n    "

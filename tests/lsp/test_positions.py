@@ -20,14 +20,14 @@ def test_characters_count_in_the_agreed_encoding(encoding: str, character: int) 
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
-def test_positions_of_all_offsets_lead_back(encoding: str) -> None:
+def test_positions_of_all_offsets_convert_back(encoding: str) -> None:
     file, positions = SourceFile("x", TEXT), Positions(encoding)
     for offset in range(len(TEXT) + 1):
         if TEXT[offset - 1 : offset + 1] != "\r\n":
             assert positions.offset(file, positions.position(file, offset)) == offset
 
 
-def test_a_form_feed_ends_no_line() -> None:
+def test_a_form_feed_does_not_end_a_line() -> None:
     file = SourceFile("x", TEXT)
     assert Positions().position(file, len(TEXT)) == Position(2, 9)
 
@@ -41,7 +41,7 @@ def test_a_form_feed_ends_no_line() -> None:
         (Position(2, 99), len(TEXT)),
     ],
 )
-def test_positions_outside_of_the_text_are_taken_as_the_nearest(position: Position, offset: int) -> None:
+def test_positions_outside_of_the_text_become_the_nearest(position: Position, offset: int) -> None:
     assert Positions().offset(SourceFile("x", TEXT), position) == offset
 
 

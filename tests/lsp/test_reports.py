@@ -11,7 +11,7 @@ from seoro.lsp.reports import Reports
 
 
 def reports(documents: Documents, path: Path, *others: Path) -> list[tuple[int, str]]:
-    """Lines and messages of what is shown in a document."""
+    """Return lines and messages of the diagnostics of a document."""
     found = [analyse(each, documents.texts) for each in (path, *others)]
     shown = Reports(documents, Positions()).report(path, found[0], found[1:])
     return [(one.range.start.line, one.message) for one in shown]
@@ -35,7 +35,7 @@ def test_diagnostics_have_help_code_and_related_places(tmp_path: Path) -> None:
     assert "help: did you mean `a`" in second.message
 
 
-def test_faults_of_files_that_are_not_open_are_shown_at_the_import(tmp_path: Path) -> None:
+def test_errors_of_closed_files_are_shown_at_the_import(tmp_path: Path) -> None:
     (tmp_path / "b.osc").write_text('import "c.osc"\n')
     (tmp_path / "c.osc").write_text("struct c:\n    x: nothing\n    y: nowhere\n")
     documents = Documents()
@@ -47,7 +47,7 @@ def test_faults_of_files_that_are_not_open_are_shown_at_the_import(tmp_path: Pat
     assert reports(documents, path) == []
 
 
-def test_what_only_the_importing_file_makes_wrong_is_shown_in_the_imported_one(tmp_path: Path) -> None:
+def test_errors_caused_by_an_importing_file_are_shown_in_the_imported_file(tmp_path: Path) -> None:
     documents = Documents()
     imported = opened(documents, tmp_path / "b.osc", "struct b\n")
     importer = opened(documents, tmp_path / "a.osc", 'import "b.osc"\nstruct b\n')
@@ -56,7 +56,7 @@ def test_what_only_the_importing_file_makes_wrong_is_shown_in_the_imported_one(t
     assert reports(documents, imported, importer) == []
 
 
-def test_unsaved_texts_go_before_those_on_disk(tmp_path: Path) -> None:
+def test_unsaved_texts_precede_those_on_disk(tmp_path: Path) -> None:
     (tmp_path / "b.osc").write_text("struct old\n")
     documents = Documents()
     path = opened(documents, tmp_path / "a.osc", 'import "b.osc"\nstruct a:\n    x: new\n')

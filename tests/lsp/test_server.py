@@ -1,4 +1,4 @@
-"""The server as editors meet it: a process that talks over stdin and stdout."""
+"""The server process, as editors use it over stdin and stdout."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ async def test_only_the_last_of_quick_changes_is_checked(editor: Editor) -> None
     editor.close("quick.osc")
 
 
-async def test_changes_of_an_imported_text_reach_those_that_import_it(editor: Editor) -> None:
+async def test_changes_of_an_imported_text_update_importing_files(editor: Editor) -> None:
     await editor.shown("imported.osc", "struct box\n")
     assert await editor.shown("importer.osc", 'import "imported.osc"\nstruct s:\n    x: box\n') == []
     editor.change("imported.osc", "struct other\n")
@@ -51,7 +51,7 @@ async def test_changes_of_an_imported_text_reach_those_that_import_it(editor: Ed
     editor.close("importer.osc")
 
 
-async def test_features_answer(editor: Editor) -> None:
+async def test_all_requests_have_answers(editor: Editor) -> None:
     text, document = SCENARIO, {"textDocument": {"uri": editor.uri("all.osc")}}
     await editor.shown("all.osc", text)
     found = await editor.ask_at("textDocument/hover", "all.osc", text, "60|kph")
@@ -93,7 +93,7 @@ scenario main:
 """
 
 
-async def test_references_are_those_of_all_members_that_override_each_other(editor: Editor) -> None:
+async def test_references_include_all_overriding_members(editor: Editor) -> None:
     await editor.shown("family.osc", FAMILY)
 
     async def lines(request: str, place: str, **rest: object) -> list[int]:
@@ -108,7 +108,7 @@ async def test_references_are_those_of_all_members_that_override_each_other(edit
     editor.close("family.osc")
 
 
-async def test_new_names_go_into_all_files_of_the_workspace(editor: Editor) -> None:
+async def test_a_rename_changes_all_files_of_the_workspace(editor: Editor) -> None:
     (editor.folder / "uses.osc").write_text('import "declares.osc"\nstruct s:\n    x: box\n', encoding="utf-8")
     (editor.folder / "declares.osc").write_text("struct box\n", encoding="utf-8")
     text = "# Not saved yet.\nstruct box\n"
@@ -120,7 +120,7 @@ async def test_new_names_go_into_all_files_of_the_workspace(editor: Editor) -> N
         editor.uri("declares.osc"): [{"line": 1, "character": 7}],
         editor.uri("uses.osc"): [{"line": 2, "character": 7}],
     }
-    with pytest.raises(Refused, match="no identifier"):
+    with pytest.raises(Refused, match="invalid identifier"):
         await editor.ask_at("textDocument/rename", "declares.osc", text, "bo|x", newName="3")
     editor.close("declares.osc")
 
@@ -164,13 +164,13 @@ async def test_a_new_document_needs_no_file(editor: Editor) -> None:
         ("seoro/unknown", {}),
     ],
 )
-async def test_what_cannot_be_answered_is_refused(editor: Editor, method: str, parameters: Any) -> None:
+async def test_invalid_requests_are_refused(editor: Editor, method: str, parameters: Any) -> None:
     with pytest.raises(Refused):
         await editor.ask(method, parameters)
     await lives(editor)
 
 
-async def test_notifications_that_make_no_sense_are_passed_over(editor: Editor) -> None:
+async def test_invalid_notifications_are_ignored(editor: Editor) -> None:
     editor._versions["never-opened.osc"] = 1
     editor.change("never-opened.osc", "")
     editor.close("never-opened.osc")
@@ -185,14 +185,14 @@ async def test_notifications_that_make_no_sense_are_passed_over(editor: Editor) 
 
 
 async def lives(editor: Editor) -> None:
-    """The server goes on; a position outside of a text is taken as its end."""
+    """Assert that the server still answers."""
     await editor.shown("lives.osc", "struct a\n")
     far = {"textDocument": {"uri": editor.uri("lives.osc")}, "position": {"line": 999, "character": 999}}
     assert await editor.ask("textDocument/hover", far) is None
     editor.close("lives.osc")
 
 
-async def test_files_that_vanish_are_reported(editor: Editor) -> None:
+async def test_deleted_files_are_reported(editor: Editor) -> None:
     path = editor.folder / "vanishing.osc"
     path.write_text("struct a\n", encoding="utf-8")
     assert await editor.shown("stays.osc", 'import "vanishing.osc"\n') == []
@@ -202,14 +202,14 @@ async def test_files_that_vanish_are_reported(editor: Editor) -> None:
     editor.close("stays.osc")
 
 
-async def test_the_server_ends_as_it_is_told(tmp_path: Path) -> None:
+async def test_the_server_ends_on_request(tmp_path: Path) -> None:
     editor = Editor(tmp_path)
     await editor.start()
     editor.open("a.osc", SCENARIO)
     assert await editor.stop() == 0
 
 
-async def test_the_server_ends_when_the_editor_is_gone(tmp_path: Path) -> None:
+async def test_the_server_ends_with_the_editor(tmp_path: Path) -> None:
     editor = Editor(tmp_path)
     await editor.start()
     editor.open("a.osc", SCENARIO)
@@ -218,7 +218,7 @@ async def test_the_server_ends_when_the_editor_is_gone(tmp_path: Path) -> None:
     assert await editor.wait() == 0
 
 
-async def test_frames_that_are_no_messages_are_answered_and_skipped(editor: Editor) -> None:
+async def test_invalid_messages_are_answered_and_skipped(editor: Editor) -> None:
     for header in (b"Content-Length: 99999999999999", b"Content-Length: many", b"Content-Type: text"):
         editor.send_bytes(header + b"\r\n\r\n{}")
         assert (await editor.ask("workspace/symbol", {"query": "nothing"})) in ([], None)
@@ -229,7 +229,7 @@ async def test_frames_that_are_no_messages_are_answered_and_skipped(editor: Edit
 async def test_a_new_name_that_is_in_use_is_refused(editor: Editor) -> None:
     text = "actor bot\naction bot.trip\naction bot.go\n"
     await editor.shown("rename.osc", text)
-    with pytest.raises(Refused, match=r"`go` is in use: action `bot.go` is declared twice"):
+    with pytest.raises(Refused, match=r"`go` is in use: duplicate action `bot.go`"):
         await editor.ask_at("textDocument/rename", "rename.osc", text, "tr|ip", newName="go")
     found = await editor.ask_at("textDocument/rename", "rename.osc", text, "tr|ip", newName="ride")
     assert [edit["newText"] for edit in found["changes"][editor.uri("rename.osc")]] == ["ride"]

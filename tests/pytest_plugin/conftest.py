@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-# A run within this process forgets what it imported; modules of seoro that others hold on to must not be among it,
-# nor Zenoh, which cannot be imported twice.
+# A pytest run in this process removes the modules that it imported. Modules of seoro in use must not be among
+# them, nor Zenoh, which cannot be imported twice.
 import seoro.bridges.launch
-import seoro.pytest_plugin.collecting
+import seoro.pytest_plugin.collector
 import seoro.runtime.choose.choose  # noqa: F401
 
 HEADER = "import osc.types\nimport osc.helpers\n"

@@ -1,4 +1,4 @@
-"""Running a scenario from its text, in virtual time."""
+"""Runs of scenarios from their text, in virtual time."""
 
 import json
 from collections.abc import Sequence
@@ -13,9 +13,10 @@ import pytest
 from seoro.embed import Scenario, accept, load, prepare
 from seoro.embed.options import Options
 from seoro.embed.runs import Run
-from seoro.runtime.actions import ActionFunction
-from seoro.runtime.modifiers import ModifierFunction
+from seoro.runtime.functions.actions import ActionFunction
+from seoro.runtime.functions.modifiers import ModifierFunction
 from seoro.runtime.verdict import Verdict
+from tests.leftovers import leftovers  # noqa: F401 - a fixture, for all tests here
 
 VIRTUAL = Options(clock="virtual")
 LONG = 20_000  # records of a trace; to check more takes seconds
@@ -24,19 +25,19 @@ HEADER = "import osc.types\nimport osc.helpers\n\n"
 
 @dataclass(frozen=True)
 class Ran:
-    """What became of a run."""
+    """Result of a run: verdict and trace."""
 
     verdict: Verdict
     records: Sequence[dict[str, Any]]
 
     @property
     def logs(self) -> list[tuple[float, str]]:
-        """Time and text of every log."""
+        """Return times and texts of all logs."""
         return [(record["t"], record["message"]) for record in self.records if record["kind"] == "log"]
 
     @property
     def ends(self) -> dict[str, str]:
-        """Status of every behavior by its name; of several with one name, the last."""
+        """Return the status of every behavior by name; the last one of each name counts."""
         names = {record["id"]: record["name"] for record in self.records if record["kind"] == "behavior.start"}
         return {names[r["id"]]: r["status"] for r in self.records if r["kind"] == "behavior.end"}
 
@@ -54,7 +55,7 @@ class RunText(Protocol):
 
 
 def load_text(folder: Path, text: str, actions: Sequence[ActionFunction | ModifierFunction]) -> Scenario:
-    """Load the text of a scenario; actions are found beside those of the libraries."""
+    """Load the text of a scenario, with additional actions."""
     path = folder / "test.osc"
     path.write_text(HEADER + text)
     module = ModuleType("actions_of_a_test")
@@ -64,7 +65,7 @@ def load_text(folder: Path, text: str, actions: Sequence[ActionFunction | Modifi
 
 @pytest.fixture
 def prepare_text(tmp_path: Path) -> Prepare:
-    """Prepares a run of the text of a scenario."""
+    """Return a function that prepares a run of the text of a scenario."""
 
     def prepare_run(
         text: str, options: Options = VIRTUAL, actions: Sequence[ActionFunction | ModifierFunction] = ()
@@ -76,7 +77,7 @@ def prepare_text(tmp_path: Path) -> Prepare:
 
 @pytest.fixture
 def run_text(tmp_path: Path) -> RunText:
-    """Runs the text of a scenario on the virtual clock; its trace has to be accepted by the scenario."""
+    """Return a function that runs the text of a scenario on the virtual clock, and checks its trace."""
 
     async def run(text: str, seed: int = 0, actions: Sequence[ActionFunction | ModifierFunction] = ()) -> Ran:
         scenario = load_text(tmp_path, text, actions)

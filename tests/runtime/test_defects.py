@@ -1,4 +1,4 @@
-"""A defect of seoro's own, wherever it shows, ends the run as an error that names it, with clean-up."""
+"""Defects of seoro: each ends the run as an error with its name, and with clean-up."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import pytest
 
 from seoro import ActionContext, action
 from seoro.embed.options import Options
-from seoro.runtime.agenda import Agenda
-from seoro.runtime.conditions import Conditions
-from seoro.runtime.services import Services
-from seoro.runtime.settling import Settling
+from seoro.runtime.events.conditions import Conditions
+from seoro.runtime.execution.services import Services
+from seoro.runtime.kernel.cancel_scope import CancelScope
+from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.kernel.settling import Settling
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare
 
@@ -41,24 +42,24 @@ SECONDS = 5.0  # of the wall clock; a run that hangs takes longer
 @pytest.mark.parametrize(
     ("owner", "name"),
     [
-        (Agenda, "_wake_fired"),
-        (Agenda, "_act_at_end"),
+        (Scheduler, "_resume_woken"),
+        (Scheduler, "_act_at_end"),
         (Settling, "act"),
-        (Agenda, "end"),
-        (Agenda, "react"),
+        (CancelScope, "cancel"),
+        (Scheduler, "react"),
         (Conditions, "changed"),
         (Services, "write"),
         (Services, "_record_change"),
     ],
 )
-async def test_a_defect_ends_the_run_as_an_error_that_names_it(
+async def test_a_defect_ends_the_run_as_an_error_with_its_name(
     prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch, owner: type[object], name: str
 ) -> None:
     cleaned: list[str] = []
 
     @action("hold", open_ended=True)
     async def hold(ctx: ActionContext) -> None:
-        """Go on until it is ended."""
+        """Wait for the cancellation."""
         try:
             await ctx.sleep(1e6)
         finally:
@@ -79,7 +80,7 @@ async def test_a_defect_ends_the_run_as_an_error_that_names_it(
 
 
 def once_raising(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function that raises when it is called for the first time, and is itself from then on."""
+    """Return a function that raises at its first call, and works afterwards."""
     has_raised = False
 
     def raising(*args: Any, **kwargs: Any) -> Any:

@@ -1,4 +1,4 @@
-"""A simulator that hangs while time passes there, and a run that is stopped meanwhile."""
+"""A simulator that hangs during a grant, and a run that is stopped meanwhile."""
 
 import asyncio
 
@@ -6,15 +6,15 @@ import anyio
 import pytest
 
 from seoro.embed.options import Options
-from seoro.runtime.clock import VirtualClock
+from seoro.runtime.kernel.clock import VirtualClock
 from seoro.runtime.verdict import RunStatus
 from tests.runtime.conftest import Prepare
 
 HANGS = 5.0  # [s]
 
 
-@pytest.mark.parametrize("ending", ["stop", "give_up"])
-async def test_a_run_that_is_stopped_does_not_wait_for_time_that_hangs(
+@pytest.mark.parametrize("ending", ["stop", "abort"])
+async def test_a_stopped_run_does_not_wait_for_a_hanging_clock(
     prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch, ending: str
 ) -> None:
     hangs, given_up = asyncio.Event(), asyncio.Event()
@@ -27,7 +27,7 @@ async def test_a_run_that_is_stopped_does_not_wait_for_time_that_hangs(
             given_up.set()
             raise
 
-    monkeypatch.setattr("seoro.runtime.agenda.PATIENCE", 0.01)
+    monkeypatch.setattr("seoro.runtime.kernel.advance.PATIENCE", 0.01)
     monkeypatch.setattr(VirtualClock, "skip", lambda clock, due: False)
     monkeypatch.setattr(VirtualClock, "pass_time", pass_time)
     text = "scenario main:\n    do wait elapsed(1s)\n"
@@ -40,9 +40,7 @@ async def test_a_run_that_is_stopped_does_not_wait_for_time_that_hangs(
     assert given_up.is_set()
 
 
-async def test_what_is_granted_already_is_waited_for(
-    prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_granted_advance_is_awaited(prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch) -> None:
     hangs, goes_on = asyncio.Event(), asyncio.Event()
 
     async def pass_time(clock: VirtualClock, due: float | None, interrupt: anyio.Event) -> None:

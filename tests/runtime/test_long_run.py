@@ -1,6 +1,6 @@
-"""A run may last: memory stays flat, and what a second of it costs stays the same.
+"""Long runs: constant memory, and constant costs for each second.
 
-`SEORO_LONG_RUN` is how long the long one lasts [s of the virtual clock]; by default, a week.
+`SEORO_LONG_RUN` is the duration of the long run [s of the virtual clock]; by default, a week.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from seoro.embed.options import Options
 
 DAY = 24 * 3600.0
 PAGE = os.sysconf("SC_PAGE_SIZE")
-# One leg a second, and around it something of all that is told, watched, drawn, ended and forgotten again.
+# One leg per second, with events, conditions, random values, cancellations and other short-lived objects.
 PATROL = """
 import osc.types
 import osc.helpers
@@ -92,7 +92,7 @@ class Gauge:
     """An observer that measures at some times of a run.
 
     Args:
-        times: When [s].
+        times: Times of the measurements [s].
     """
 
     times: Sequence[float]
@@ -101,7 +101,7 @@ class Gauge:
     cpu: list[float] = field(default_factory=list)  # [s] of the processor
 
     def record(self, record: dict[str, Any]) -> None:
-        """Measure, if it is time to."""
+        """Measure at the chosen times."""
         if len(self.cpu) < len(self.times) and record["t"] >= self.times[len(self.cpu)]:
             gc.collect()
             self.blocks.append(sys.getallocatedblocks())
@@ -126,14 +126,14 @@ def measure(path: Path, text: str, seconds: float, parts: Sequence[float]) -> Ga
 
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [PATROL, TICKS], ids=["patrol", "ticks"])
-def test_nothing_of_what_is_over_stays_in_memory(text: str, tmp_path: Path) -> None:
+def test_finished_behaviors_are_freed_from_memory(text: str, tmp_path: Path) -> None:
     gauge = measure(tmp_path / "test.osc", text, 3000, (0.6, 0.99))
     # Python keeps freed tuples and the like for later, some hundreds; one object a second would be 1,170.
     assert gauge.blocks[1] - gauge.blocks[0] < 700
 
 
 @pytest.mark.slow
-def test_a_week_takes_no_more_memory_than_its_first_hours_and_time_as_it_passes(tmp_path: Path) -> None:
+def test_a_week_takes_constant_memory_and_linear_time(tmp_path: Path) -> None:
     seconds = float(os.environ.get("SEORO_LONG_RUN", 7 * DAY))
     gauge = measure(tmp_path / "test.osc", TICKS, seconds, (0.1, 0.2, 0.9, 0.999))
     assert gauge.resident[3] - gauge.resident[0] < 2**20

@@ -1,4 +1,4 @@
-"""The order in which the steps of a round are taken can be chosen, and shows in the order of records only."""
+"""The order of steps in a delta cycle can be chosen, and affects the order of records only."""
 
 from pathlib import Path
 from typing import Any
@@ -7,9 +7,10 @@ import pytest
 
 from seoro.embed import load
 from seoro.lang.frontend import lower
-from seoro.runtime.agenda import StepOrder
-from seoro.runtime.clock import VirtualClock
-from seoro.runtime.run import Execution, Settings
+from seoro.runtime.execution.settings import Settings
+from seoro.runtime.kernel.clock import VirtualClock
+from seoro.runtime.kernel.delta import StepOrder
+from seoro.runtime.run import Execution
 from seoro.runtime.verdict import RunStatus
 
 TEXT = """

@@ -1,10 +1,10 @@
-"""Variables: their first values, what changes them, and when changes take hold (section 1 of the semantics)."""
+"""Variables: initial values, changes, and the times of their effect (section 1 of the semantics)."""
 
 from __future__ import annotations
 
 import pytest
 
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from tests.runtime.conftest import RunText
 
 
@@ -35,11 +35,11 @@ scenario main:
 """
     ran = await run_text(text.replace("BOUNDS", "keep(at in [3..3])"))
     assert [message for _, message in ran.logs] == ["three"]
-    with pytest.raises(InvalidUse, match=r"`current\.at` has no value"):
+    with pytest.raises(UsageError, match=r"`current\.at` has no value"):
         await run_text(text.replace("    BOUNDS\n", ""))
 
 
-async def test_a_change_is_seen_in_the_next_round_only_and_changes_add_up(run_text: RunText) -> None:
+async def test_changes_take_effect_in_the_next_delta_cycle_and_add_up(run_text: RunText) -> None:
     text = """
 scenario main:
     var n: int

@@ -1,4 +1,4 @@
-"""The clock of the machine: a jump of its date changes nothing, and nothing happens before its time."""
+"""The clock of the machine: jumps of its date have no effect, and timers are never early."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 import pytest
 
 from seoro.embed.options import Options
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.functions.actions import action
 from tests.runtime.conftest import Prepare
 
 TEXT = """
@@ -28,22 +28,22 @@ DAY = 86_400.0  # [s]
 
 
 class Jumping:
-    """A date that jumps back and forth by days, each time that it is read."""
+    """A date that jumps back and forth by days at each reading."""
 
     def __init__(self) -> None:
         self.reads = 0
 
     def seconds(self) -> float:
-        """Instead of `time.time`."""
+        """Replace `time.time`."""
         self.reads += 1
         return 1.7e9 + (DAY if self.reads % 2 else -DAY) * self.reads
 
     def nanoseconds(self) -> int:
-        """Instead of `time.time_ns`."""
+        """Replace `time.time_ns`."""
         return round(self.seconds() * 1e9)
 
 
-async def test_a_jump_of_the_date_changes_nothing_but_stamps(
+async def test_a_jump_of_the_date_changes_only_stamps(
     prepare_text: Prepare, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     jumping = Jumping()
@@ -86,14 +86,14 @@ async def test_timers_of_the_machine_are_never_early(prepare_text: Prepare) -> N
 
 @action("hum", open_ended=True)
 async def hum(ctx: ActionContext) -> None:
-    """Goes on, and takes a moment of the real world to stop."""
+    """Wait for the cancellation; stopping takes real time."""
     try:
         await ctx.sleep(60.0)
     finally:
         await asyncio.sleep(0.02)
 
 
-async def test_what_ends_with_the_primary_member_may_take_time_to_clean_up(prepare_text: Prepare) -> None:
+async def test_members_ended_with_the_primary_one_may_take_time_to_clean_up(prepare_text: Prepare) -> None:
     text = """
 action hum
 

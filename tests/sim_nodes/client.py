@@ -6,7 +6,7 @@ from importlib import resources
 from typing import TypeVar
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Orientation, Pose, Vector3, Verb
+from seoro.bridges.wire import Orientation3D, Pose3D, Position3D, Verb
 from sim_nodes import verbs
 from sim_nodes.geometry import Pose2
 from sim_nodes.simulator import Simulator
@@ -20,18 +20,18 @@ TRUTH = "turtlebot4_base_link_gt"
 BOX = resources.files("seoro").joinpath("models/example_simulation/models/box.sdf").read_text(encoding="utf-8")
 
 
-def pose(x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Pose:
-    return Pose(position=Vector3(x=x, y=y, z=z), orientation=Orientation(yaw=yaw))
+def pose(x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Pose3D:
+    return Pose3D(Position3D(x, y, z), Orientation3D(yaw=yaw))
 
 
 class Client:
-    """Asks a simulator."""
+    """Client of a simulator."""
 
     def __init__(self, world: str | wire.Snapshot = "maze", seed: int | None = 0, engine: str = "mujoco") -> None:
         self.simulator = Simulator(make_engine(engine), world, seed)
 
     def ask(self, verb: Verb[Q, A], request: Q) -> A:
-        return verb.read_answer(verbs.handle(self.simulator, verb.name, wire.encode(request)))
+        return verb.read_reply(verbs.handle(self.simulator, verb.name, wire.encode(request)))
 
     @property
     def truth(self) -> Pose2:
@@ -46,14 +46,14 @@ class Client:
     def advance(self, until: float) -> wire.Advanced:
         return self.ask(wire.ADVANCE, wire.Advance(until=until))
 
-    def localise(self, at: Pose | None = None) -> None:
+    def localise(self, at: Pose3D | None = None) -> None:
         self.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=ROBOT, pose=at or pose(0.0, 0.0)))
 
-    def navigate(self, *poses: Pose, goal: str = "goal", stop_at_each: bool = False) -> None:
+    def navigate(self, *poses: Pose3D, goal: str = "goal", stop_at_each: bool = False) -> None:
         request = wire.NavigateThroughPoses(id=goal, robot=ROBOT, poses=poses, stop_at_each=stop_at_each)
         self.ask(wire.NAVIGATE_THROUGH_POSES, request)
 
-    def spawn(self, name: str, at: Pose, model: str = BOX, *, rename: bool = False) -> str:
+    def spawn(self, name: str, at: Pose3D, model: str = BOX, *, rename: bool = False) -> str:
         request = wire.SpawnEntity(
             name=name, uri="box.sdf", resource_string=model, initial_pose=at, allow_renaming=rename
         )
@@ -61,12 +61,12 @@ class Client:
 
     def watch(self, x: float, y: float, threshold: float, frame: str = TRUTH, watch: str = "near") -> None:
         request = wire.WatchProximity(
-            id=watch, frame=frame, parent_frame="map", point=Vector3(x=x, y=y), threshold=threshold
+            id=watch, frame=frame, parent_frame="map", point=Position3D(x, y), threshold=threshold
         )
         self.ask(wire.WATCH_PROXIMITY, request)
 
     def run_until(self, occurrence: str, limit: float = 60.0) -> tuple[wire.Occurrence, list[wire.Contact]]:
-        """Grant time until something with an id has happened."""
+        """Grant time until the event with an id."""
         contacts: list[wire.Contact] = []
         while True:
             advanced = self.advance(limit)
@@ -78,7 +78,7 @@ class Client:
 
 
 def obstacle_run(seed: int, engine: str) -> tuple[Client, wire.Occurrence, list[wire.Contact]]:
-    """Through the maze to (3, -3), with a box put in the way when the robot is near (1.5, -1.5)."""
+    """Drive through the maze to (3, -3); a box is spawned in the way when the robot is near (1.5, -1.5)."""
     client = Client(seed=seed, engine=engine)
     client.localise()
     client.navigate(pose(3.0, -3.0))

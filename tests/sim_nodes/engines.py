@@ -1,4 +1,4 @@
-"""The engines that tests run with."""
+"""Engines for tests."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from sim_nodes.check import check_rule
 from sim_nodes.physics import IDENTITY, Engine, Scene
 from sim_nodes.views import Lens, NoRendering, View
 
-# For long tests: with MuJoCo in each run of the tests, with PyBullet in the long ones.
+# Engines of long tests: MuJoCo always, PyBullet in `make test-all` only.
 MUJOCO_FIRST = tuple(name if name == "mujoco" else pytest.param(name, marks=pytest.mark.slow) for name in ENGINES)
 
 
 def make_engine(name: str) -> Engine:
-    """An engine by name; a test is skipped where it is not installed."""
+    """Make an engine by name; skip the test if it is not installed."""
     if find_spec(name) is None:
         pytest.skip(f"the engine {name} is not installed")
     return ENGINES[name]()
 
 
 def expect_broken(rule: Callable[[Callable[[], Engine]], None], make: Callable[[], Engine], words: str) -> None:
-    """Expect an engine to break a rule, and the message to say so, with some words."""
+    """Expect an engine to break a rule, with some words in the message."""
     with pytest.raises(AssertionError) as broken:
         check_rule(rule, make)
     message = str(broken.value)
@@ -34,11 +34,11 @@ def expect_broken(rule: Callable[[Callable[[], Engine]], None], make: Callable[[
 
 
 def needs_pictures(name: str) -> None:
-    """Skip a test where an engine is not installed, or cannot draw."""
+    """Skip a test if an engine is not installed, or cannot render."""
     make_engine(name)
     reason = _why_blind(name)
     if reason is not None:
-        pytest.skip(f"the engine {name} draws no pictures here: {reason}")
+        pytest.skip(f"the engine {name} does not render here: {reason}")
 
 
 @cache

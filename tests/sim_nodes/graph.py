@@ -1,4 +1,4 @@
-"""What a simulation consists of, compared with another: for finding state that a snapshot forgets."""
+"""Compares the objects of two simulations, to find state that a snapshot misses."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from pydantic import BaseModel
 from sim_nodes.stateful import Stateful
 
 OURS = "sim_nodes."
-ENGINES = ("sim_nodes.mujoco.", "sim_nodes.pybullet.")  # what they keep is measured by `sim_nodes.check`
+ENGINES = ("sim_nodes.mujoco.", "sim_nodes.pybullet.")  # their state is tested by `sim_nodes.check`
 
 
 def differences(first: object, second: object) -> list[str]:
-    """Where two objects, and all that they refer to, differ; a line for each place."""
+    """List the differences between two objects and everything that they refer to, one line each."""
     return list(_Comparison().compare(first, second, type(first).__name__))
 
 
 class _Comparison:
     def __init__(self) -> None:
-        self._seen: dict[tuple[int, int], object] = {}  # with what was seen, so that its numbers stay its own
+        self._seen: dict[tuple[int, int], object] = {}  # keeps the object alive, so that its id stays unique
 
     def compare(self, one: Any, other: Any, where: str) -> list[str]:
         if (id(one), id(other)) in self._seen:
@@ -59,7 +59,7 @@ class _Comparison:
         derived = one.DERIVED if isinstance(one, Stateful) else ()
         mine = {name: value for name, value in vars(one).items() if name not in derived}
         theirs = {name: value for name, value in vars(other).items() if name not in derived}
-        if is_dataclass(one):  # besides fields there may be what is computed when it is asked for
+        if is_dataclass(one):  # besides fields, there may be cached properties
             mine = {name: value for name, value in mine.items() if name in theirs}
             theirs = {name: value for name, value in theirs.items() if name in mine}
         return self.compare(mine, theirs, where)

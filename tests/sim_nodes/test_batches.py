@@ -1,4 +1,4 @@
-"""Steps are made in batches that end soon, whose sizes change nothing."""
+"""Batches of steps end soon, and their sizes do not change results."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from sim_nodes.batches import LONGEST, Batches
+from sim_nodes.batches import TARGET, Batches
 from sim_nodes.physics import Engine
 
 NOTHING: frozenset[tuple[str, str]] = frozenset()
@@ -16,7 +16,7 @@ PAIR = frozenset({("a", "b")})
 
 
 class Slow:
-    """An engine whose steps take a while, and in which two things touch from a step on."""
+    """An engine with slow steps, in which a contact begins at a step."""
 
     def __init__(self, each: float, touches_after: int = 1 << 30) -> None:
         self.now = 0.0
@@ -47,20 +47,20 @@ def make(engine: Slow, count: int, halted: Event | None = None) -> int:
 
 
 @pytest.mark.parametrize("each", [1e-4, 0.01, 0.2])
-def test_a_batch_takes_no_longer_than_it_may_and_one_step_at_least(each: float) -> None:
+def test_a_batch_keeps_its_target_time_and_has_at_least_one_step(each: float) -> None:
     engine = Slow(each)
     assert make(engine, 1000) == engine.made == 1000
-    assert max(engine.batches) * each <= max(LONGEST, each) + 1e-9
-    assert len(engine.batches) <= 1000 * each / LONGEST + 10 or each > LONGEST
+    assert max(engine.batches) * each <= max(TARGET, each) + 1e-9
+    assert len(engine.batches) <= 1000 * each / TARGET + 10 or each > TARGET
 
 
-def test_an_emergency_stop_ends_them_after_a_batch() -> None:
+def test_an_emergency_stop_ends_steps_after_a_batch() -> None:
     engine, halted = Slow(0.02), Event()
     engine.after_step = lambda: halted.set() if engine.made >= 3 else None
     assert make(engine, 500, halted) == 3
 
 
 @pytest.mark.parametrize("touches_after", range(1, 12))
-def test_they_end_where_other_things_touch_also_at_the_end_of_a_batch(touches_after: int) -> None:
+def test_steps_end_where_contacts_change_also_at_the_end_of_a_batch(touches_after: int) -> None:
     engine = Slow(0.02, touches_after)
     assert make(engine, 500) == engine.made == touches_after

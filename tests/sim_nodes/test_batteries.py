@@ -1,4 +1,4 @@
-"""Batteries of bases: what a robot takes from one, and where that is told."""
+"""Batteries of bases: power draw, and reports of the charge."""
 
 from __future__ import annotations
 
@@ -33,15 +33,13 @@ def world(tmp_path: Path) -> str:
 
 
 def charges(client: Client) -> list[float | None]:
-    """What a lab is told."""
-    _, state = Leasing(client.simulator).verbs[wire.GET_LAB_STATE.name]
-    answer = state(wire.Empty())
-    assert isinstance(answer, wire.LabState)
-    return [robot.battery for robot in answer.robots]
+    """Return the charges reported to a lab."""
+    state = Leasing(client.simulator).get_lab_state(wire.Empty())
+    return [robot.battery for robot in state.robots]
 
 
 def driven(world: str, engine: str, grant: float = math.inf) -> Client:
-    """After 4 s, of which it has driven for 2 s."""
+    """Return a client after 4 s, with 2 s of driving."""
     client = Client(world, engine=engine)
     client.advance(1.0)
     client.ask(wire.DRIVE, DRIVE)
@@ -52,13 +50,13 @@ def driven(world: str, engine: str, grant: float = math.inf) -> Client:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_it_gives_one_power_to_a_robot_that_stands_and_another_to_one_that_drives(world: str, engine: str) -> None:
+def test_a_battery_draws_different_power_at_rest_and_while_driving(world: str, engine: str) -> None:
     client = Client(world, engine=engine)
     assert charges(client) == [0.9, None]
     client.advance(1.0)
     assert charges(client) == [pytest.approx(0.9 - 18 / 3600 / 0.1), None]
     client = driven(world, engine)
-    # The wheels are told to turn from the tick after the request on.
+    # The wheels are commanded to turn from the tick after the request on.
     assert charges(client)[0] == pytest.approx(0.9 - (2 * 18 + 2 * 54) / 3600 / 0.1, abs=0.003)
 
 
@@ -66,7 +64,7 @@ def test_the_charge_does_not_depend_on_how_time_is_granted(world: str) -> None:
     assert charges(driven(world, "mujoco")) == charges(driven(world, "mujoco", grant=0.05))
 
 
-def test_a_battery_that_is_empty_is_no_less_than_that(world: str) -> None:
+def test_the_charge_of_an_empty_battery_is_zero(world: str) -> None:
     client = Client(world)
     client.advance(20.0)
     client.ask(wire.DRIVE, DRIVE)
@@ -74,7 +72,7 @@ def test_a_battery_that_is_empty_is_no_less_than_that(world: str) -> None:
     assert charges(client)[0] == 0.0
 
 
-def test_a_snapshot_has_the_charge(world: str) -> None:
+def test_a_snapshot_keeps_the_charge(world: str) -> None:
     original = driven(world, "mujoco")
     fork = Client("empty", 99)
     restore(fork, save(original), Purpose.CONTINUE)
@@ -86,9 +84,9 @@ def test_a_snapshot_has_the_charge(world: str) -> None:
     assert charges(fork)[0] == pytest.approx(0.9 - (4 * 18 + 2 * 54) / 3600 / 0.1, abs=0.003)
 
 
-def test_a_robot_that_does_not_drive_has_none(tmp_path: Path) -> None:
+def test_a_battery_of_a_fixed_robot_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "cell.yaml"
     robot = "{name: a, robot: ur10e, battery: {capacity: 1, idle: 1, driving: 1}}"
     file.write_text(f"name: c\nextent: [-4, -4, 4, 4]\nrobots: [{robot}]\n")
-    with pytest.raises(WorldError, match=r"robots\.0\.battery: a ur10e does not drive"):
+    with pytest.raises(WorldError, match=r"robots\.0\.battery: unexpected battery: a ur10e does not drive"):
         load_world(str(file))

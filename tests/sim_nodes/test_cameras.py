@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Orientation, Pose, ResetScope, Result, SpawnResult, Vector3
+from seoro.bridges.wire import Orientation3D, Pose3D, Position3D, ResetScope, Result, SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.geometry import rotation_matrix
@@ -23,16 +23,16 @@ FRONT = f"{ROBOT}/front"
 FOV = math.radians(45.0)
 
 
-def spawn(client: Client, name: str = "eye", at: Pose | None = None, fov: float = FOV, width: int = 64) -> str:
+def spawn(client: Client, name: str = "eye", at: Pose3D | None = None, fov: float = FOV, width: int = 64) -> str:
     request = wire.SpawnCamera(name=name, pose=at or pose(0.0, -2.0, z=2.0), fov=fov, width=width, height=48)
     return client.ask(wire.SPAWN_CAMERA, request).name
 
 
 def aim(client: Client, x: float, y: float, z: float, name: str = "eye") -> None:
-    client.ask(wire.AIM_CAMERA, wire.AimCamera(name=name, target=Vector3(x=x, y=y, z=z)))
+    client.ask(wire.AIM_CAMERA, wire.AimCamera(name=name, target=Position3D(x=x, y=y, z=z)))
 
 
-def follow(client: Client, entity: str, offset: Vector3, name: str = "eye") -> None:
+def follow(client: Client, entity: str, offset: Position3D, name: str = "eye") -> None:
     client.ask(wire.FOLLOW_ENTITY, wire.FollowEntity(name=name, entity=entity, offset=offset))
 
 
@@ -62,7 +62,7 @@ def picture(client: Client, name: str = "eye") -> Picture:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_camera_sees_what_it_is_aimed_at_in_the_colour_of_its_model(engine: str) -> None:
+def test_a_camera_shows_its_target_in_the_colour_of_its_model(engine: str) -> None:
     needs_pictures(engine)
     client = Client("empty", engine=engine)
     spawn(client)
@@ -78,7 +78,7 @@ def test_a_camera_sees_what_it_is_aimed_at_in_the_colour_of_its_model(engine: st
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_robot_s_camera_looks_ahead_of_it(engine: str) -> None:
+def test_a_robot_camera_looks_ahead(engine: str) -> None:
     needs_pictures(engine)
     client = Client("empty", engine=engine)
     assert names(client) == (FRONT,)
@@ -91,21 +91,21 @@ def test_a_robot_s_camera_looks_ahead_of_it(engine: str) -> None:
     assert 0 < columns.mean() < empty.shape[1] / 2, "on its left"
 
 
-def test_a_robot_s_camera_is_where_the_robot_has_it_and_stays_there() -> None:
+def test_a_robot_camera_keeps_its_mount() -> None:
     client = Client("empty")
     client.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=ROBOT, pose=pose(1.0, 2.0, math.pi / 2)))
     assert view(client, FRONT).position == pytest.approx((1.0, 2.11, 0.24), abs=1e-3)
     assert view(client, FRONT).axes[0] == pytest.approx((0.0, 1.0, 0.0), abs=1e-3)
     assert FRONT not in client.ask(wire.GET_ENTITIES, wire.EntityFilter()).names
-    with pytest.raises(RequestRefused, match=f"'{FRONT}' is fixed to '{ROBOT}'"):
+    with pytest.raises(RequestRefused, match=f"'{FRONT}' is mounted on '{ROBOT}'"):
         aim(client, 1.0, 1.0, 1.0, FRONT)
-    with pytest.raises(RequestRefused, match=f"'{FRONT}' is fixed to '{ROBOT}'"):
-        follow(client, ROBOT, Vector3(x=1.0), FRONT)
-    with pytest.raises(RequestRefused, match="no entity"):
+    with pytest.raises(RequestRefused, match=f"'{FRONT}' is mounted on '{ROBOT}'"):
+        follow(client, ROBOT, Position3D(x=1.0), FRONT)
+    with pytest.raises(RequestRefused, match="unknown entity"):
         delete(client, FRONT)
 
 
-def test_an_arm_s_camera_looks_where_its_tool_points(tmp_path: Path) -> None:
+def test_an_arm_camera_looks_along_the_tool(tmp_path: Path) -> None:
     world = tmp_path / "cell.yaml"
     world.write_text("name: cell\nextent: [-1.5, -1.5, 1.5, 1.5]\nrobots:\n  - {name: arm, robot: ur10e}\n")
     client = Client(str(world))
@@ -116,23 +116,23 @@ def test_an_arm_s_camera_looks_where_its_tool_points(tmp_path: Path) -> None:
     assert np.hypot(*ahead[1:]) / ahead[0] < 0.5 * math.tan(seen.lens.fov / 2)
 
 
-def test_a_free_camera_is_an_entity_that_is_moved_and_deleted(empty: Client) -> None:
+def test_a_free_camera_can_be_moved_and_deleted(empty: Client) -> None:
     assert spawn(empty) == "eye"
     assert names(empty) == ("eye", FRONT)
     assert empty.ask(wire.GET_ENTITIES, wire.EntityFilter()).names == ("eye", ROBOT)
-    turned = Pose(position=Vector3(x=1.0, z=3.0), orientation=Orientation(pitch=0.5, yaw=1.0))
+    turned = Pose3D(position=Position3D(x=1.0, z=3.0), orientation=Orientation3D(pitch=0.5, yaw=1.0))
     empty.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name="eye", pose=turned))
     found = empty.ask(wire.GET_ENTITY_STATE, wire.EntityName(name="eye")).pose
     assert found.position == turned.position
     assert found.orientation.pitch == pytest.approx(0.5)
     delete(empty, "eye")
     assert names(empty) == (FRONT,)
-    with pytest.raises(RequestRefused, match=f"no camera 'eye': known are {FRONT}") as refused:
+    with pytest.raises(RequestRefused, match=f"unknown camera 'eye'; cameras: {FRONT}") as refused:
         picture(empty)
     assert refused.value.code == Result.NOT_FOUND
 
 
-def test_names_of_cameras_are_those_of_entities(empty: Client) -> None:
+def test_free_cameras_are_listed_as_entities(empty: Client) -> None:
     spawn(empty)
     for name, code in (
         ("eye", SpawnResult.NAME_NOT_UNIQUE),
@@ -142,13 +142,13 @@ def test_names_of_cameras_are_those_of_entities(empty: Client) -> None:
         with pytest.raises(RequestRefused) as refused:
             spawn(empty, name)
         assert refused.value.code == code
-    with pytest.raises(RequestRefused, match="'eye' already"):
+    with pytest.raises(RequestRefused, match="duplicate name 'eye'"):
         empty.spawn("eye", pose(2.0, 2.0))
 
 
-def test_a_camera_follows_a_robot_until_it_is_put_somewhere(empty: Client) -> None:
+def test_a_camera_follows_a_robot_until_its_pose_is_set(empty: Client) -> None:
     spawn(empty)
-    follow(empty, ROBOT, Vector3(x=-1.0, z=1.0))
+    follow(empty, ROBOT, Position3D(x=-1.0, z=1.0))
     assert place(empty) == pytest.approx((-1.0, 0.0, 1.0), abs=2e-3)
     empty.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=ROBOT, pose=pose(3.0, 1.0, 2.0)))
     assert place(empty) == pytest.approx((2.0, 1.0, 1.0), abs=2e-3)
@@ -159,15 +159,15 @@ def test_a_camera_follows_a_robot_until_it_is_put_somewhere(empty: Client) -> No
     assert place(empty) == (0.0, 0.0, 1.0)
 
 
-def test_a_camera_stays_where_it_is_when_what_it_follows_is_deleted(empty: Client) -> None:
+def test_a_camera_stays_in_place_when_its_target_is_deleted(empty: Client) -> None:
     empty.spawn("box", pose(2.0, 2.0))
     spawn(empty)
-    follow(empty, "box", Vector3(z=3.0))
+    follow(empty, "box", Position3D(z=3.0))
     delete(empty, "box")
     assert place(empty) == (2.0, 2.0, 3.0)
 
 
-def test_resets_delete_spawned_cameras_and_put_others_back(tmp_path: Path) -> None:
+def test_a_reset_deletes_spawned_cameras_and_returns_others(tmp_path: Path) -> None:
     world = tmp_path / "world.yaml"
     world.write_text(
         "name: world\nextent: [-5, -5, 5, 5]\n"
@@ -194,58 +194,58 @@ def test_resets_delete_spawned_cameras_and_put_others_back(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("camera", "message"),
     [
-        ("{name: a, position: [0, 0, 1], look_at: [0, 0, 1]}", "cannot look at the point where it is"),
-        ("{name: a, position: [0, 0, 1], look_at: [1, 0, 1], yaw: 1}", "either `look_at` or"),
+        ("{name: a, position: [0, 0, 1], look_at: [0, 0, 1]}", "`look_at` of a camera is its own position"),
+        ("{name: a, position: [0, 0, 1], look_at: [1, 0, 1], yaw: 1}", "expected either `look_at`"),
         ("{name: a, position: [0, 0, 1], fov: 4.0}", "cameras.0.fov"),
         ("{name: a, position: [0, 0, 1], width: 5000}", "cameras.0.width"),
-        ("{name: walls, position: [0, 0, 1]}", "the name of camera 'walls' is taken"),
+        ("{name: walls, position: [0, 0, 1]}", "duplicate name 'walls' of a camera"),
         ("{name: a, position: [0, 0, 1], rate: 5}", "cameras.0.rate"),
     ],
 )
-def test_a_world_file_with_a_wrong_camera_is_refused(camera: str, message: str) -> None:
+def test_a_world_file_with_an_invalid_camera_is_refused(camera: str, message: str) -> None:
     with pytest.raises(WorldError, match=message):
         parse_world(f"name: w\nextent: [-5, -5, 5, 5]\ncameras: [{camera}]\n", "w.yaml")
 
 
-def test_what_no_camera_can_do_is_refused(empty: Client) -> None:
+def test_impossible_camera_requests_are_refused(empty: Client) -> None:
     for fov in (0.0, math.pi, math.nan):
-        with pytest.raises(RequestRefused, match="field of view is 1 to 150 degrees"):
+        with pytest.raises(RequestRefused, match="expected 1 to 150 degrees"):
             spawn(empty, fov=fov)
-    with pytest.raises(RequestRefused, match="16 to 2048 pixels in each direction, not 4 by 48"):
+    with pytest.raises(RequestRefused, match="invalid image size 4 by 48; expected 16 to 2048 pixels"):
         spawn(empty, width=4)
-    with pytest.raises(RequestRefused, match="no place within 1000 m"):
+    with pytest.raises(RequestRefused, match="within 1000 m"):
         spawn(empty, at=pose(math.nan, 0.0))
     spawn(empty)
-    with pytest.raises(RequestRefused, match="the point where it is"):
+    with pytest.raises(RequestRefused, match="its own position"):
         aim(empty, 0.0, -2.0, 2.0)
-    with pytest.raises(RequestRefused, match="no place within"):
+    with pytest.raises(RequestRefused, match="expected up to"):
         aim(empty, math.inf, 0.0, 0.0)
-    with pytest.raises(RequestRefused, match="give an offset"):
-        follow(empty, ROBOT, Vector3())
-    with pytest.raises(RequestRefused, match="no entity 'ghost'"):
-        follow(empty, "ghost", Vector3(x=1.0))
+    with pytest.raises(RequestRefused, match="expected an offset"):
+        follow(empty, ROBOT, Position3D())
+    with pytest.raises(RequestRefused, match="unknown entity 'ghost'"):
+        follow(empty, "ghost", Position3D(x=1.0))
     with pytest.raises(RequestRefused, match="cameras follow robots"):
-        follow(empty, "eye", Vector3(x=1.0))
+        follow(empty, "eye", Position3D(x=1.0))
 
 
 def test_the_number_of_cameras_has_a_limit(empty: Client) -> None:
     for index in range(49):
         spawn(empty, f"eye{index}")
-    with pytest.raises(RequestRefused, match="50 cameras already"):
+    with pytest.raises(RequestRefused, match="too many cameras: 50"):
         spawn(empty)
 
 
-def test_no_picture_where_there_is_no_rendering(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_images_without_rendering_are_refused(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     def blind(self: object, view: View) -> Picture:
         raise NoRendering("the lights are out")
 
     monkeypatch.setattr(type(empty.simulator.simulation.engine), "render", blind)
-    with pytest.raises(RequestRefused, match="no picture can be taken: the lights are out") as refused:
+    with pytest.raises(RequestRefused, match="cannot render: the lights are out") as refused:
         picture(empty, FRONT)
     assert refused.value.code == Result.FEATURE_UNSUPPORTED
 
 
-def test_an_engine_that_is_gone_takes_nothing_from_the_pictures_of_others() -> None:
+def test_deleting_an_engine_does_not_change_images_of_others() -> None:
     needs_pictures("mujoco")
     clients = [Client("empty") for _ in range(2)]
     for client in clients:
@@ -258,25 +258,25 @@ def test_an_engine_that_is_gone_takes_nothing_from_the_pictures_of_others() -> N
     np.testing.assert_array_equal(picture(clients[0]), before)
 
 
-def test_cameras_are_nothing_to_physics_and_to_lidars() -> None:
+def test_cameras_do_not_affect_physics_or_lidars() -> None:
     client, other = Client("empty"), Client("empty")
     for each in (client, other):
         each.localise()
         each.navigate(pose(2.0, 1.0))
     spawn(client, at=pose(1.0, 0.5, z=0.2))
-    follow(client, ROBOT, Vector3(x=0.3))
+    follow(client, ROBOT, Position3D(x=0.3))
     for each in (client, other):
         each.advance(3.0)
     assert client.truth == other.truth
     assert client.estimate == other.estimate
 
 
-def test_models_without_a_colour_get_one_by_their_name(empty: Client) -> None:
+def test_models_without_a_colour_have_one_derived_from_their_name(empty: Client) -> None:
     plain = BOX.replace("0.85 0.45 0.1 1", "0.2 0.4 0.6")
     empty.spawn("tinted", pose(2.0, 2.0), plain)
     empty.spawn("bare", pose(-2.0, 2.0), plain.replace("<diffuse>0.2 0.4 0.6</diffuse>", ""))
     spawned = empty.simulator.simulation.entities.spawned
     assert spawned["tinted"].model.colour == (0.2, 0.4, 0.6, 1.0)
     assert spawned["bare"].model.colour is None
-    with pytest.raises(RequestRefused, match="<diffuse> is '2 0 0'"):
+    with pytest.raises(RequestRefused, match="invalid <diffuse>: '2 0 0'"):
         empty.spawn("loud", pose(0.0, 2.0), plain.replace("0.2 0.4 0.6", "2 0 0"))

@@ -1,4 +1,4 @@
-"""Going on in another world in the middle of a run."""
+"""Changes of the world during a run."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def yard(folder: Path, body: str) -> str:
 
 @pytest.fixture
 def driving(empty: Client) -> Client:
-    """A robot on its way to a goal, with a box behind it."""
+    """Return a client of a robot on its way to a goal, with a box behind it."""
     empty.localise()
     empty.navigate(pose(3.0, 0.0))
     empty.spawn("box", pose(-2.0, 0.0))
@@ -48,7 +48,7 @@ def driving(empty: Client) -> Client:
     return empty
 
 
-def test_the_clock_goes_on_and_the_world_is_at_its_beginning(driving: Client) -> None:
+def test_a_world_change_keeps_the_clock_and_starts_the_world(driving: Client) -> None:
     before = driving.simulator.time
     features = change(driving, "hall")
     assert (features.world, features.time) == ("hall", before)
@@ -62,7 +62,7 @@ def test_the_clock_goes_on_and_the_world_is_at_its_beginning(driving: Client) ->
 
 
 @pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
-def test_what_follows_is_a_run_in_that_world_with_the_same_seed(engine: str) -> None:
+def test_a_changed_world_continues_with_the_same_seed(engine: str) -> None:
     later = Client("empty", 3, engine)
     later.advance(1.0)
     change(later, "hall")
@@ -76,7 +76,7 @@ def test_what_follows_is_a_run_in_that_world_with_the_same_seed(engine: str) -> 
     assert later.truth == first.truth
 
 
-def test_goals_end_as_canceled_and_their_ids_are_free_again(driving: Client) -> None:
+def test_a_world_change_cancels_goals_and_frees_their_ids(driving: Client) -> None:
     before = driving.simulator.time
     change(driving, "hall")
     advanced = driving.advance(before + 1.0)
@@ -88,7 +88,7 @@ def test_goals_end_as_canceled_and_their_ids_are_free_again(driving: Client) -> 
     driving.navigate(pose(-3.5, 0.0))
 
 
-def test_watches_go_on(driving: Client) -> None:
+def test_a_world_change_keeps_watches(driving: Client) -> None:
     driving.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=0.4))
     driving.ask(
         wire.WATCH_RANGE, wire.WatchRange(id="near", robot=ROBOT, sensor="lidar", distance=0.2, start=0, end=0)
@@ -103,7 +103,7 @@ def test_watches_go_on(driving: Client) -> None:
     while "drive" not in told:
         told += [occurrence.id for occurrence in driving.advance(60.0).occurrences]
     assert told == ["there", "way", "drive"]
-    assert driving.simulator.simulation.in_use == {ROBOT}  # by what the lidar is still watched for
+    assert driving.simulator.simulation.robots_in_use == {ROBOT}  # keeps the lidar active
 
 
 def test_a_world_without_a_robot_of_the_run_is_refused_and_nothing_changes(
@@ -113,26 +113,26 @@ def test_a_world_without_a_robot_of_the_run_is_refused_and_nothing_changes(
     for world, words in (
         (
             "arm_cell",
-            "the world arm_cell, which has no differential_drive_robot 'turtlebot4': its robots are ur10e",
+            "the world arm_cell, which lacks the differential_drive_robot 'turtlebot4'; robots: ur10e",
         ),
-        (yard(tmp_path, "robots:\n  - {name: turtlebot4, robot: ur10e}\n"), r"are turtlebot4 \(manipulator\)"),
-        ("moon", "there is no world 'moon'"),
+        (yard(tmp_path, "robots:\n  - {name: turtlebot4, robot: ur10e}\n"), r"robots: turtlebot4 \(manipulator\)"),
+        ("moon", "unknown world 'moon'"),
     ):
         with pytest.raises(RequestRefused, match=words):
             change(driving, world)
-    with pytest.raises(RequestRefused, match="has no arm 'second'"):
+    with pytest.raises(RequestRefused, match="lacks the arm 'second'"):
         change(driving, "maze", second="arm")
     assert driving.truth == before
-    assert driving.simulator.simulation.in_use == {ROBOT}
+    assert driving.simulator.simulation.robots_in_use == {ROBOT}
 
 
-def test_a_robot_that_is_busy_is_one_of_the_run(driving: Client, tmp_path: Path) -> None:
-    with pytest.raises(RequestRefused, match="has no differential_drive_robot 'turtlebot4'"):
+def test_a_world_without_a_busy_robot_is_refused(driving: Client, tmp_path: Path) -> None:
+    with pytest.raises(RequestRefused, match="lacks the differential_drive_robot 'turtlebot4'"):
         driving.ask(wire.CHANGE_WORLD, wire.ChangeWorld(world=yard(tmp_path, ""), robots={}))
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_what_only_the_engine_finds_wrong_with_a_world_leaves_all_as_it_was(engine: str, tmp_path: Path) -> None:
+def test_a_world_refused_by_the_engine_changes_nothing(engine: str, tmp_path: Path) -> None:
     client = Client("empty", 3, engine)
     client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.0, duration=2.0))
     client.advance(1.0)
@@ -146,7 +146,7 @@ def test_what_only_the_engine_finds_wrong_with_a_world_leaves_all_as_it_was(engi
     assert client.truth == undisturbed.truth
 
 
-def test_an_engine_that_cannot_save_starts_its_world_over_instead(
+def test_an_engine_without_snapshots_restarts_its_world_after_a_refusal(
     driving: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Simulator, "_contents", lambda _: None)
@@ -159,12 +159,12 @@ def test_an_engine_that_cannot_save_starts_its_world_over_instead(
     assert names(driving) == (ROBOT,)
 
 
-def test_a_run_that_comes_after_begins_in_the_world_of_the_node(driving: Client) -> None:
+def test_a_later_run_starts_in_the_world_of_the_node(driving: Client) -> None:
     change(driving, "hall")
     assert driving.ask(wire.LOAD_WORLD, wire.LoadWorld(world="", seed=0)).world == "empty"
 
 
-def test_snapshots_of_the_world_before_are_gone_back_to(driving: Client) -> None:
+def test_rewinding_returns_to_the_previous_world(driving: Client) -> None:
     place, snapshot = driving.truth, driving.ask(wire.SAVE_STATE, wire.Empty())
     change(driving, "hall")
     driving.advance(driving.simulator.time + 1.0)
@@ -174,12 +174,12 @@ def test_snapshots_of_the_world_before_are_gone_back_to(driving: Client) -> None
     assert world(driving) == ("empty", "")
 
 
-def test_a_world_in_the_middle_of_a_film_is_seen_as_a_whole(empty: Client) -> None:
+def test_a_video_shows_a_changed_world_as_a_whole(empty: Client) -> None:
     pytest.importorskip("av")
-    films = empty.simulator.simulation.films
+    films = empty.simulator.simulation.recording
     request = wire.StartRecording(width=64, height=48, rate=10)
-    look = films._look(request)
+    look = films._view_source(request)
     wide = look()
     change(empty, "hall")
-    assert empty.simulator.simulation.films is films
+    assert empty.simulator.simulation.recording is films
     assert look().position != wide.position

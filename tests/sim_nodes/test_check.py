@@ -1,4 +1,4 @@
-"""The rules for engines find engines that break them: each of these has one thing wrong."""
+"""The rules for engines find engines that break them: each engine here has one defect."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from sim_nodes.check import (
 )
 from sim_nodes.check.bench import ROBOT
 from sim_nodes.geometry import Array, Quaternion, Vector
-from sim_nodes.physics import BodyModel, BodyState, Scene, TouchPoint, UnstablePhysics
+from sim_nodes.physics import BodyModel, BodyState, ContactPoint, Scene, UnstablePhysics
 from sim_nodes.views import NoRendering, Picture, View
 from tests.sim_nodes.engines import expect_broken, needs_pictures
 
@@ -40,31 +40,31 @@ class Deaf(MujocoEngine):
 
 
 class Numb(MujocoEngine):
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
         return ()
 
 
 class Misplaced(MujocoEngine):
-    """It says where the robot is instead of where it is touched."""
+    """It returns the position of the robot instead of the contact point."""
 
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
         place = self.body_state(name).position
-        return tuple(replace(point, position=place) for point in super().touch_points(name))
+        return tuple(replace(point, position=place) for point in super().contact_points(name))
 
 
 class Reversed(MujocoEngine):
     """Its normals point from the other to the robot."""
 
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
-        found = super().touch_points(name)
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
+        found = super().contact_points(name)
         return tuple(replace(point, normal=(-x, -y, -z)) for point in found for x, y, z in [point.normal])
 
 
 class Selfish(MujocoEngine):
-    """It names the robot instead of what touches it."""
+    """It names the robot instead of the entity that touches it."""
 
-    def touch_points(self, name: str) -> tuple[TouchPoint, ...]:
-        return tuple(replace(point, entity=name) for point in super().touch_points(name))
+    def contact_points(self, name: str) -> tuple[ContactPoint, ...]:
+        return tuple(replace(point, entity=name) for point in super().contact_points(name))
 
 
 class Unsorted(MujocoEngine):
@@ -78,7 +78,7 @@ class Careless(MujocoEngine):
 
 
 class Fast(MujocoEngine):
-    """Its wheels are 3 % too large, as those made of hulls are."""
+    """Its wheels are 3 % too large, as wheels made of hulls."""
 
     def command_wheels(self, robot: str, left: float, right: float) -> None:
         super().command_wheels(robot, 1.04 * left, 1.04 * right)
@@ -115,7 +115,7 @@ class Braked(MujocoEngine):
 
 
 class Forgetful(MujocoEngine):
-    """New bodies bring power back."""
+    """Adding a body switches power on."""
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         self._without_power.clear()
@@ -140,7 +140,7 @@ class Vain(MujocoEngine):
 
 
 class Stubborn(MujocoEngine):
-    """It does not forget."""
+    """Its resets restore nothing."""
 
     def reset(self) -> None:
         pass
@@ -163,7 +163,7 @@ class Random(MujocoEngine):
 
 
 class Hoarding(MujocoEngine):
-    """A new scene starts with what the old one was commanded."""
+    """A new scene starts with the commands of the old one."""
 
     def build(self, scene: Scene) -> None:
         kept = self._data.ctrl.copy() if hasattr(self, "_data") else None
@@ -173,7 +173,7 @@ class Hoarding(MujocoEngine):
 
 
 class Meddling(MujocoEngine):
-    """Adding something disturbs the rest."""
+    """Adding a body disturbs others."""
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         super().add_body(name, model, state)
@@ -193,14 +193,14 @@ class Slippery(MujocoEngine):
 
 
 class Loose(MujocoEngine):
-    """Static bodies are not."""
+    """Its static bodies move."""
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         super().add_body(name, BodyModel(model.parts, model.mass, model.friction), state)
 
 
 class Off(MujocoEngine):
-    """It tells the centre of mass for the origin."""
+    """It returns the centre of mass instead of the origin."""
 
     def body_state(self, name: str) -> BodyState:
         state = super().body_state(name)
@@ -209,7 +209,7 @@ class Off(MujocoEngine):
 
 
 class Even(MujocoEngine):
-    """Parts weigh by their volume, whatever they say."""
+    """Parts have masses by volume, despite their own masses."""
 
     def add_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         parts = tuple(replace(part, mass=None) for part in model.parts)
@@ -217,13 +217,13 @@ class Even(MujocoEngine):
 
 
 class Rolling(MujocoEngine):
-    """Wheels of robots that are put somewhere turn on."""
+    """Wheels of robots whose state is set keep turning."""
 
     def set_body_state(self, name: str, state: BodyState) -> None:
         speeds = self._data.qvel.copy()
         super().set_body_state(name, state)
         if name in self._drives:
-            wheels = self._drives[name].wheel_speeds
+            wheels = self._drives[name].wheel_angular_speeds
             self._data.qvel[wheels] = speeds[wheels]
 
 
@@ -239,7 +239,7 @@ class Hasty(MujocoEngine):
 
 
 class Glancing(MujocoEngine):
-    """It looks for contacts after the last of many steps only."""
+    """It checks contacts only after the last of many steps."""
 
     def step(self, count: int = 1) -> int:
         for _ in range(count):
@@ -248,7 +248,7 @@ class Glancing(MujocoEngine):
 
 
 class Silent(MujocoEngine):
-    """It does not say that it has lost its states."""
+    """It does not report diverged states."""
 
     def step(self, count: int = 1) -> int:
         try:
@@ -258,7 +258,7 @@ class Silent(MujocoEngine):
 
 
 class Cold(MujocoEngine):
-    """It forgets what its solver starts from."""
+    """It does not save the warm start of its solver."""
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         super().restore(saved)
@@ -266,7 +266,7 @@ class Cold(MujocoEngine):
 
 
 class Littering(MujocoEngine):
-    """What was there before is still there afterwards."""
+    """Bodies of the earlier scene remain."""
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         added = dict(self._added)
@@ -277,21 +277,21 @@ class Littering(MujocoEngine):
 
 
 class Mindless(MujocoEngine):
-    """It forgets which motors had no power."""
+    """It does not save the power of motors."""
 
     def rewind(self, checkpoint: Mapping[str, Any]) -> None:
         super().rewind({**checkpoint, "without_power": set()})
 
 
 class Onward(MujocoEngine):
-    """It knows no way back."""
+    """It gives no checkpoint."""
 
     def checkpoint(self) -> Any:
         return None
 
 
 class Nosy(MujocoEngine):
-    """It steps to see what it saves."""
+    """It makes a step before it saves."""
 
     def save(self) -> Mapping[str, Any]:
         self.step()
@@ -299,7 +299,7 @@ class Nosy(MujocoEngine):
 
 
 class Settled(MujocoEngine):
-    """It takes the places of bodies for those where they were added."""
+    """It saves the present poses of bodies as their initial ones."""
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         super().restore(saved)
@@ -319,7 +319,7 @@ class Mirrored(MujocoEngine):
 
 
 class Wide(MujocoEngine):
-    """It takes the field of view for that from left to right."""
+    """It uses the vertical field of view horizontally."""
 
     def render(self, view: View) -> Picture:
         lens = view.lens
@@ -328,7 +328,7 @@ class Wide(MujocoEngine):
 
 
 class Late(MujocoEngine):
-    """It shows what it has shown before."""
+    """It renders the previous image again."""
 
     def render(self, view: View) -> Picture:
         before = getattr(self, "_before", None)
@@ -337,7 +337,7 @@ class Late(MujocoEngine):
 
 
 class Shaken(MujocoEngine):
-    """Pictures disturb it."""
+    """Rendering changes its state."""
 
     def render(self, view: View) -> Picture:
         self._data.qpos[0] += 1e-15
@@ -345,7 +345,7 @@ class Shaken(MujocoEngine):
 
 
 class Behind(MujocoEngine):
-    """Links are where they were one step before."""
+    """Its links have their poses of one step before."""
 
     def step(self, count: int = 1) -> int:
         self._poses = {link: super(Behind, self).link_pose(ROBOT, link) for link in ("rplidar_link",)}
@@ -365,17 +365,17 @@ class Blind(MujocoEngine):
 @pytest.mark.parametrize(
     ("make", "rule", "words"),
     [
-        (Deaf, contacts.contacts_name_both, "gives the contacts none"),
+        (Deaf, contacts.contacts_name_both_bodies, "gives the contacts none"),
         (Deaf, contacts.robots_touch_walls_and_each_other, "at a wall"),
-        (Numb, contacts.robots_touch_where_they_are, "those of none"),
-        (Misplaced, contacts.robots_touch_where_they_are, "ahead of"),
-        (Reversed, contacts.robots_touch_where_they_are, "the normal of"),
-        (Selfish, contacts.robots_touch_where_they_are, "the points of"),
-        (Unsorted, contacts.contacts_name_both, "lower"),
+        (Numb, contacts.contact_points_are_between_the_entities, "those of none"),
+        (Misplaced, contacts.contact_points_are_between_the_entities, "ahead of"),
+        (Reversed, contacts.contact_points_are_between_the_entities, "the normal of"),
+        (Selfish, contacts.contact_points_are_between_the_entities, "the points of"),
+        (Unsorted, contacts.contacts_name_both_bodies, "lower"),
         (Careless, contacts.overlaps_are_found_for_every_shape, "a box in a robot"),
         (Fast, robots.robots_drive_straight, "instead of 3: off by"),
         (Swapped, robots.robots_turn_in_place, "heading"),
-        (Shared, robots.robots_obey_their_own_commands_only, "without commands"),
+        (Shared, robots.robots_ignore_commands_of_others, "without commands"),
         (Tireless, robots.wheels_without_power_roll_freely, "the velocity 5 s after"),
         (Braked, robots.wheels_without_power_roll_freely, "that is pushed"),
         (Forgetful, robots.wheels_without_power_roll_freely, "after a body was added"),
@@ -383,37 +383,37 @@ class Blind(MujocoEngine):
         (ShortSighted, rays.rays_end_at_every_shape, "the ray to a box"),
         (Boundless, rays.rays_end_at_walls, "limit of 1 m"),
         (Vain, rays.robots_do_not_see_themselves, "the nearest at 0.100 m"),
-        (Stubborn, repeating.a_reset_puts_everything_back, "the position of a robot"),
+        (Stubborn, repeating.a_reset_restores_everything, "the position of a robot"),
         (Drifting, repeating.resets_do_not_drift, "after reset 2"),
-        (Random, repeating.equal_runs_are_equal_to_the_bit, "a second engine"),
-        (Hoarding, repeating.building_forgets_everything, "whose commands are of an earlier scene"),
-        (Meddling, bodies.adding_and_removing_leaves_the_rest_alone, "adding another body changed robot"),
+        (Random, repeating.equal_runs_are_bit_identical, "a second engine"),
+        (Hoarding, repeating.building_replaces_everything, "with commands of an earlier scene"),
+        (Meddling, bodies.adding_and_removing_changes_nothing_else, "adding another body changed robot"),
         (Light, bodies.bodies_fall_with_gravity, "the velocity of"),
-        (Slippery, bodies.friction_stops_what_slides, "slid"),
-        (Loose, bodies.static_bodies_bear_loads_and_do_not_move, "static body"),
-        (Off, bodies.what_is_set_is_what_is_found, "lopsided"),
+        (Slippery, bodies.friction_stops_sliding_bodies, "slid"),
+        (Loose, bodies.static_bodies_support_loads, "static body"),
+        (Off, bodies.states_are_returned_as_set, "lopsided"),
         (Off, bodies.bodies_turn_about_their_centre_of_mass, "club"),
         (Even, bodies.bodies_turn_about_their_centre_of_mass, "club that is heavy at its end"),
-        (Rolling, robots.a_robot_that_is_put_somewhere_rests_there, ""),
-        (Silent, repeating.no_state_is_not_a_number, "no step said"),
-        (Mirrored, pictures.pictures_show_what_is_where, "first and last row and column of a cube"),
-        (Wide, pictures.pictures_show_what_is_where, "first and last row and column of a cube"),
-        (Late, pictures.pictures_show_the_present, "a cube that was moved"),
-        (Shaken, pictures.pictures_change_nothing, "pictures have changed the state at"),
-        (Behind, pictures.links_are_where_they_are_mounted, "of the lidar's link"),
-        (Cold, saving.what_is_restored_goes_on_as_it_did, "another engine differs at moment 0"),
-        (Littering, saving.what_was_added_since_is_gone_again, ""),
+        (Rolling, robots.a_robot_stays_where_its_state_is_set, ""),
+        (Silent, repeating.diverged_states_are_reported, "no step raised"),
+        (Mirrored, pictures.images_show_bodies_at_their_poses, "first and last row and column of a cube"),
+        (Wide, pictures.images_show_bodies_at_their_poses, "first and last row and column of a cube"),
+        (Late, pictures.images_show_the_present, "a cube that was moved"),
+        (Shaken, pictures.rendering_changes_nothing, "rendering has changed the state at"),
+        (Behind, pictures.links_keep_their_mounts, "of the lidar's link"),
+        (Cold, saving.restored_engines_continue_identically, "another engine differs in observation"),
+        (Littering, saving.restoring_removes_later_bodies, ""),
         (Nosy, saving.saving_changes_nothing, "an engine that was saved"),
-        (Onward, saving.what_is_rewound_goes_on_as_it_did, "there is no way back from any of 400 steps"),
-        (Mindless, saving.what_is_rewound_goes_on_as_it_did, "an engine that was rewound"),
-        (Settled, saving.a_restored_engine_resets_as_any_other, "a restored engine that was reset"),
-        (Hasty, repeating.many_steps_are_as_single_ones, ""),
-        (Glancing, repeating.many_steps_end_where_contacts_change, "the first"),
+        (Onward, saving.rewound_engines_continue_identically, "no checkpoint within 400 steps"),
+        (Mindless, saving.rewound_engines_continue_identically, "an engine that was rewound"),
+        (Settled, saving.restored_engines_reset_as_others, "a restored engine that was reset"),
+        (Hasty, repeating.batches_equal_single_steps, ""),
+        (Glancing, repeating.batches_end_where_contacts_change, "the first"),
         (Odd, repeating.steps_fit_into_ticks, "4.8 instead of 5"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
-def test_engines_with_a_fault_break_a_rule(
+def test_a_faulty_engine_breaks_a_rule(
     make: Callable[[], MujocoEngine], rule: Callable[[object], None], words: str
 ) -> None:
     if rule.__module__ == pictures.__name__:
@@ -421,18 +421,18 @@ def test_engines_with_a_fault_break_a_rule(
     expect_broken(rule, make, words)
 
 
-def test_an_engine_that_says_that_it_draws_nothing_keeps_the_rules_about_pictures() -> None:
-    for rule in (pictures.pictures_show_what_is_where, pictures.pictures_show_the_present):
+def test_an_engine_without_rendering_passes_the_rules_for_images() -> None:
+    for rule in (pictures.images_show_bodies_at_their_poses, pictures.images_show_the_present):
         check_rule(rule, Blind)
-    check_rule(pictures.pictures_change_nothing, Blind)
+    check_rule(pictures.rendering_changes_nothing, Blind)
 
 
-def test_the_check_of_all_rules_raises_what_the_first_broken_one_says() -> None:
+def test_check_physics_raises_the_message_of_the_first_broken_rule() -> None:
     with pytest.raises(AssertionError, match=r"^An engine has a name, .* But the number of steps"):
         check_physics(Odd)
 
 
-def test_each_rule_says_what_has_to_hold() -> None:
+def test_each_rule_states_its_requirement() -> None:
     for rule in (*RULES, *(rule for _, rules in OPTIONAL for rule in rules)):
         demand = (rule.__doc__ or "").partition("\n")[0]
         assert demand.endswith("."), rule.__name__

@@ -1,4 +1,4 @@
-"""The rules for arms find engines that break them: each of these has one thing wrong."""
+"""The rules for arms find engines that break them: each engine here has one defect."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from sim_nodes.check import arms
 from sim_nodes.geometry import Array
-from sim_nodes.physics import BodyModel, BodyState, Carried, JointStates, Overlap, Scene
+from sim_nodes.physics import BodyModel, BodyState, CarriedBody, JointStates, Overlap, Scene
 from tests.sim_nodes.engines import expect_broken
 
 pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
@@ -41,7 +41,7 @@ class Mirrored(MujocoEngine):
 
 
 class Stuttering(MujocoEngine):
-    """It does not move what joints are pulled to between commands."""
+    """It does not advance joint targets between commands."""
 
     def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
         super().command_joints(robot, positions, np.zeros_like(velocities))
@@ -66,10 +66,10 @@ class Numb(MujocoEngine):
 
 
 class Thoughtless(MujocoEngine):
-    """It tells where the arm is, not where it would be."""
+    """It predicts for the present posture, not for the given one."""
 
     def arm_overlaps(
-        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         present = self.joint_states(robot).positions[: len(positions)]
         return super().arm_overlaps(robot, present, own, carried)
@@ -77,23 +77,23 @@ class Thoughtless(MujocoEngine):
 
 class Selfless(MujocoEngine):
     def arm_overlaps(
-        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         return super().arm_overlaps(robot, positions, (), None)
 
 
 class Restless(MujocoEngine):
-    """To ask it moves it."""
+    """Predicting overlaps moves the arm."""
 
     def arm_overlaps(
-        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: Carried | None
+        self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         self._data.qpos[0] += 1e-12
         return super().arm_overlaps(robot, positions, own, carried)
 
 
 class Retentive(MujocoEngine):
-    """A reset leaves commands as they were."""
+    """A reset keeps commands."""
 
     def reset(self) -> None:
         kept = self._data.ctrl.copy()
@@ -110,22 +110,22 @@ class Rounding(MujocoEngine):
 @pytest.mark.parametrize(
     ("make", "rule", "words"),
     [
-        (Rounding, arms.arms_stay_where_they_are, "joints and fingers after 0.0 s"),
-        (Sagging, arms.joints_go_where_they_are_pulled, "the positions of the joints"),
-        (Mirrored, arms.joints_go_where_they_are_pulled, "the positions of the joints"),
-        (Stuttering, arms.joints_follow_positions_that_move, "joints that move"),
-        (Weightless, arms.motors_bear_the_weight, "effort of the second joint"),
-        (Strong, arms.fingers_press_with_the_force, "the efforts of the fingers"),
-        (Numb, arms.fingers_press_with_the_force, "touch [] instead of"),
-        (Slippery, arms.what_is_gripped_is_carried, "how far the cube was lifted"),
-        (Thoughtless, arms.arms_overlap_where_their_joints_put_them, "ahead of the tool is in []"),
-        (Selfless, arms.arms_overlap_the_floor_and_themselves, "overlaps itself in []"),
-        (Restless, arms.thinking_changes_nothing, "is another"),
-        (Retentive, arms.a_reset_puts_arms_home, "what follows a reset"),
+        (Rounding, arms.arms_keep_their_posture, "joints and fingers after 0.0 s"),
+        (Sagging, arms.joints_reach_their_targets, "the positions of the joints"),
+        (Mirrored, arms.joints_reach_their_targets, "the positions of the joints"),
+        (Stuttering, arms.joints_follow_moving_targets, "joints that move"),
+        (Weightless, arms.motors_support_the_weight, "effort of the second joint"),
+        (Strong, arms.fingers_press_with_the_commanded_force, "the efforts of the fingers"),
+        (Numb, arms.fingers_press_with_the_commanded_force, "touch [] instead of"),
+        (Slippery, arms.gripped_bodies_are_carried, "how far the cube was lifted"),
+        (Thoughtless, arms.predicted_overlaps_match_kinematics, "ahead of the tool overlaps []"),
+        (Selfless, arms.predicted_overlaps_include_floor_and_links, "overlaps itself in []"),
+        (Restless, arms.predicting_overlaps_changes_nothing, "differs from one without"),
+        (Retentive, arms.a_reset_returns_arms_home, "a run after a reset"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
-def test_engines_with_a_fault_break_a_rule(
+def test_a_faulty_engine_breaks_a_rule(
     make: Callable[[], MujocoEngine], rule: Callable[[object], None], words: str
 ) -> None:
     expect_broken(rule, make, words)

@@ -13,7 +13,7 @@ def one(shape: Shape) -> BodyModel:
     return BodyModel((Part(shape),))
 
 
-def test_walls_are_as_far_as_their_nearest_face() -> None:
+def test_the_distance_to_a_wall_is_that_to_its_nearest_face() -> None:
     walls = WallDistance(
         (Wall("a", 2.0, 0.0, math.pi / 2, 2.0, 0.2, 0.5), Wall("b", -5.0, 0.0, 0.0, 1.0, 0.1, 0.5))
     )
@@ -32,12 +32,12 @@ def test_walls_are_as_far_as_their_nearest_face() -> None:
         (BodyModel((Part(Sphere(0.1)), Part(Sphere(0.1), (-0.5, 0.0, 0.0)))), 1.4),
     ],
 )
-def test_bodies_are_as_far_as_their_nearest_part(model: BodyModel, expected: float) -> None:
+def test_the_distance_to_a_body_is_that_to_its_nearest_part(model: BodyModel, expected: float) -> None:
     assert distance_to_body(model, BodyState((2.0, 0.0, 0.2)), 0.0, 0.0) == pytest.approx(expected)
     assert distance_to_body(model, BodyState((0.0, 0.0, 0.2)), 0.0, 0.0) == 0.0
 
 
-def test_a_body_that_is_turned_has_another_side_ahead() -> None:
+def test_the_distance_to_a_body_depends_on_its_orientation() -> None:
     turned = BodyState((2.0, 0.0, 0.2), quaternion(0.0, 0.0, math.pi / 2))
     assert distance_to_body(one(Box((0.4, 0.2, 0.3))), turned, 0.0, 0.0) == pytest.approx(1.9)
     lying = BodyState((2.0, 0.0, 0.3), quaternion(0.0, math.pi / 2, 0.0))

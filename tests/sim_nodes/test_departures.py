@@ -1,4 +1,4 @@
-"""Robots that leave their world, get lost, or start inside of something, in real engines."""
+"""Robots that leave their world, are lost by the physics, or start inside of an obstacle, in real engines."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ def test_a_robot_that_drives_out_of_its_world_is_reported_once_each_time(tmp_pat
 
 
 @ENGINES
-def test_a_robot_is_not_put_outside_of_its_world(tmp_path: Path, engine: str) -> None:
+def test_a_robot_cannot_be_moved_outside_of_its_world(tmp_path: Path, engine: str) -> None:
     robot = client(tmp_path, engine, "x: 0.0")
     with pytest.raises(RequestRefused, match=r"'turtlebot4' at .2.50, 0.00. would be outside of the world"):
         robot.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=ROBOT, pose=pose(2.5, 0.0)))
 
 
 @ENGINES
-def test_a_robot_that_the_physics_loses_is_a_fault_of_the_node(tmp_path: Path, engine: str) -> None:
+def test_a_robot_lost_by_the_physics_is_reported_as_a_node_fault(tmp_path: Path, engine: str) -> None:
     robot = client(tmp_path, engine, "x: 0.0")
     physics = robot.simulator.simulation.engine
     here = physics.body_state(ROBOT)
@@ -86,7 +86,7 @@ def test_a_robot_that_the_physics_loses_is_a_fault_of_the_node(tmp_path: Path, e
         ("x: -1.6, y: -0.17", "ur10e", "pillar"),
     ],
 )
-def test_a_robot_does_not_start_inside_of_something(
+def test_a_robot_that_starts_inside_an_obstacle_is_refused(
     tmp_path: Path, engine: str, place: str, kind: str, other: str
 ) -> None:
     with pytest.raises(
@@ -97,5 +97,5 @@ def test_a_robot_does_not_start_inside_of_something(
 
 @ENGINES
 @pytest.mark.parametrize(("place", "kind"), [("y: 1.2", "turtlebot4"), ("x: 1.0, y: -1.0", "ur10e")])
-def test_a_robot_may_start_beside_something(tmp_path: Path, engine: str, place: str, kind: str) -> None:
-    client(tmp_path, engine, place, kind)
+def test_a_robot_may_start_beside_an_obstacle(tmp_path: Path, engine: str, place: str, kind: str) -> None:
+    assert client(tmp_path, engine, place, kind).advance(0.1).departures == ()

@@ -19,7 +19,7 @@ sys.stdout.write(fingerprint(5, {engine!r}))
 
 
 def fingerprint(seed: int, engine: str) -> str:
-    """Hash of all answers and of the full state at every half second of a short run with everything in it."""
+    """Return a hash of all answers, and of the full state at every half second, of a short run."""
     client = Client("maze", seed, engine)
     digest = hashlib.sha256()
     client.localise()
@@ -37,14 +37,14 @@ def fingerprint(seed: int, engine: str) -> str:
 
 
 @pytest.mark.parametrize("engine", MUJOCO_FIRST)
-def test_the_same_run_in_another_process_is_the_same_to_the_bit(engine: str) -> None:
+def test_a_run_in_another_process_is_bit_identical(engine: str) -> None:
     expected = fingerprint(5, engine)
     command = [sys.executable, "-c", SCRIPT.format(engine=engine)]
     other = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     assert other.stdout == expected
 
 
-def test_another_seed_makes_another_run() -> None:
+def test_another_seed_gives_another_run() -> None:
     assert fingerprint(5, "mujoco") != fingerprint(6, "mujoco")
 
 
@@ -62,7 +62,7 @@ def test_a_reset_repeats_the_run(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_how_time_is_granted_does_not_matter(engine: str) -> None:
+def test_the_size_of_grants_does_not_change_the_run(engine: str) -> None:
     ends = []
     for grant in (0.004, 0.03, 3.0):
         client = Client("maze", 2, engine)
@@ -76,7 +76,7 @@ def test_how_time_is_granted_does_not_matter(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_watching_does_not_change_the_run(engine: str) -> None:
+def test_watches_do_not_change_the_run(engine: str) -> None:
     watched, unwatched = Client("maze", 2, engine), Client("maze", 2, engine)
     watched.watch(4.5, 4.5, 0.1, frame="base_link")
     for client in (watched, unwatched):

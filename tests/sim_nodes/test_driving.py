@@ -1,4 +1,4 @@
-"""Odometry of robots that drive; what engines make of commands is held by the rules of `sim_nodes.check`."""
+"""Odometry of robots that drive; `sim_nodes.check` tests how engines execute commands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.noise import Noise
-from sim_nodes.robots.diff_drive import Velocity, wheel_speeds
+from sim_nodes.robots.diff_drive import Velocity, wheel_angular_speeds
 from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
 from sim_nodes.ticks import TICK
 from sim_nodes.worlds.loader import load_world
@@ -27,7 +27,7 @@ def drive(name: str, velocity: Velocity, seconds: float, seed: int = 0) -> tuple
     noise = Noise(seed, "odometry")
     odometry = Odometry(DECLARATION.drive, DECLARATION.odometry, noise, partial(engine.wheel_angles, ROBOT))
     said = AT_START
-    engine.command_wheels(ROBOT, *wheel_speeds(DECLARATION.drive, velocity))
+    engine.command_wheels(ROBOT, *wheel_angular_speeds(DECLARATION.drive, velocity))
     tick_steps = round(TICK * engine.steps_per_second)
     for step in range(1, round(seconds * engine.steps_per_second) + 1):
         engine.step()
@@ -37,19 +37,19 @@ def drive(name: str, velocity: Velocity, seconds: float, seed: int = 0) -> tuple
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_odometry_measures_what_was_driven(engine: str) -> None:
+def test_odometry_measures_driven_distances(engine: str) -> None:
     pose, odometry = drive(engine, Velocity(0.3, 0.0), 10.0)
     assert odometry.travelled == pytest.approx(pose.x, rel=0.03)
     assert odometry.velocity.linear == pytest.approx(0.3, rel=0.1)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_odometry_measures_what_was_turned(engine: str) -> None:
+def test_odometry_measures_turned_angles(engine: str) -> None:
     pose, odometry = drive(engine, Velocity(0.0, 1.0), 3.0)
     assert odometry.pose.yaw == pytest.approx(pose.yaw, abs=0.15)
 
 
-def test_odometry_errors_grow_with_the_way_and_depend_on_the_seed() -> None:
+def test_odometry_errors_grow_with_the_distance_and_depend_on_the_seed() -> None:
     truth, first = drive("mujoco", Velocity(0.3, 0.2), 10.0, seed=1)
     _, second = drive("mujoco", Velocity(0.3, 0.2), 10.0, seed=2)
     errors = [odometry.pose.distance(truth.x, truth.y) for odometry in (first, second)]

@@ -5,9 +5,9 @@ import pytest
 from seoro.bridges.wire import (
     GET_NAVIGATION_FEEDBACK,
     NAVIGATE_THROUGH_POSES,
-    FeedbackRequest,
     NavigateThroughPoses,
     NavigationFeedback,
+    RobotName,
 )
 from seoro.bridges.wire.refusal import RequestRefused
 from tests.sim_nodes.client import ROBOT, Client, pose
@@ -20,10 +20,10 @@ def navigate(client: Client, period: float) -> None:
 
 
 def feedback(client: Client) -> NavigationFeedback:
-    return client.ask(GET_NAVIGATION_FEEDBACK, FeedbackRequest(robot=ROBOT))
+    return client.ask(GET_NAVIGATION_FEEDBACK, RobotName(robot=ROBOT))
 
 
-def test_a_robot_says_how_far_it_is_once_in_a_period(maze: Client) -> None:
+def test_a_robot_sends_feedback_once_per_period(maze: Client) -> None:
     maze.localise()
     navigate(maze, 2.0)
     told: list[NavigationFeedback] = []
@@ -42,19 +42,19 @@ def test_a_robot_says_how_far_it_is_once_in_a_period(maze: Client) -> None:
     assert now.distance_remaining < ways[-1]
 
 
-def test_grants_are_not_cut_for_who_does_not_ask_for_feedback(maze: Client) -> None:
+def test_grants_are_not_cut_without_a_feedback_period(maze: Client) -> None:
     maze.localise()
     navigate(maze, 0.0)
     assert maze.advance(5.0).time == 5.0
 
 
-def test_a_robot_without_a_goal_is_on_no_way(maze: Client) -> None:
-    with pytest.raises(RequestRefused, match="not on its way"):
+def test_feedback_without_a_goal_is_refused(maze: Client) -> None:
+    with pytest.raises(RequestRefused, match="has no active goal"):
         feedback(maze)
 
 
 @pytest.mark.parametrize("period", [-1.0, float("nan"), float("inf")])
-def test_a_period_is_no_negative_time(maze: Client, period: float) -> None:
+def test_a_negative_feedback_period_is_refused(maze: Client, period: float) -> None:
     maze.localise()
-    with pytest.raises(RequestRefused, match="the period of feedback"):
+    with pytest.raises(RequestRefused, match="invalid feedback period"):
         navigate(maze, period)

@@ -7,9 +7,9 @@ from seoro.bridges.wire import (
     REINITIALIZE_GLOBAL_LOCALIZATION,
     WATCH_LOCALIZATION,
     Empty,
-    LocalisedRobot,
     Localization,
     Result,
+    RobotName,
     WatchLocalization,
 )
 from seoro.bridges.wire.refusal import RequestRefused
@@ -17,14 +17,14 @@ from tests.sim_nodes.client import ROBOT, Client, pose
 
 
 def localization(client: Client) -> Localization:
-    return client.ask(GET_LOCALIZATION, LocalisedRobot(robot=ROBOT))
+    return client.ask(GET_LOCALIZATION, RobotName(robot=ROBOT))
 
 
 def forget(client: Client) -> Empty:
-    return client.ask(REINITIALIZE_GLOBAL_LOCALIZATION, LocalisedRobot(robot=ROBOT))
+    return client.ask(REINITIALIZE_GLOBAL_LOCALIZATION, RobotName(robot=ROBOT))
 
 
-def test_what_the_localisation_says_can_be_asked_for(maze: Client) -> None:
+def test_localisation_can_be_queried(maze: Client) -> None:
     assert localization(maze) == Localization(pose=None, covariance=None, particles=0, error=None)
     maze.localise(pose(0.05, 0.0))
     found = localization(maze)
@@ -35,11 +35,11 @@ def test_what_the_localisation_says_can_be_asked_for(maze: Client) -> None:
     assert found.particles == 2000
 
 
-def test_a_robot_that_forgets_where_it_is_says_when_it_has_found_itself(maze: Client) -> None:
+def test_a_watch_reports_when_a_global_search_succeeds(maze: Client) -> None:
     maze.localise()
     forget(maze)
     assert localization(maze).pose is None
-    with pytest.raises(RequestRefused, match="does not know where it is") as refused:
+    with pytest.raises(RequestRefused, match="is not localised") as refused:
         maze.navigate(pose(1.5, 0.0))
     assert refused.value.code == Result.INCORRECT_STATE
     maze.ask(WATCH_LOCALIZATION, WatchLocalization(id="found", robot=ROBOT))
@@ -49,13 +49,13 @@ def test_a_robot_that_forgets_where_it_is_says_when_it_has_found_itself(maze: Cl
     assert error is not None and error < 0.15
 
 
-def test_a_robot_that_knows_where_it_is_says_so_at_once(maze: Client) -> None:
+def test_a_localised_robot_fulfils_a_watch_immediately(maze: Client) -> None:
     maze.localise()
     maze.ask(WATCH_LOCALIZATION, WatchLocalization(id="found", robot=ROBOT))
     assert maze.run_until("found")[0].time == 0.0
 
 
-def test_a_robot_on_its_way_does_not_forget_where_it_is(maze: Client) -> None:
+def test_a_global_search_is_refused_during_a_goal(maze: Client) -> None:
     maze.localise()
     maze.navigate(pose(1.5, 0.0))
     with pytest.raises(RequestRefused, match="cancel it before"):

@@ -23,24 +23,24 @@ lengths = st.floats(-10, 10)
 
 
 @given(lengths, lengths, angles)
-def test_a_pose_composed_with_its_inverse_is_nothing(x: float, y: float, yaw: float) -> None:
+def test_a_pose_composed_with_its_inverse_is_the_identity(x: float, y: float, yaw: float) -> None:
     there = Pose2(x, y, yaw)
     assert there.compose(there.inverse()) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_composing_turns_the_inner_pose() -> None:
+def test_composing_rotates_the_inner_pose() -> None:
     assert Pose2(1.0, 2.0, math.pi / 2).compose(Pose2(3.0, 0.0, 0.5)) == pytest.approx(
         (1.0, 5.0, math.pi / 2 + 0.5)
     )
 
 
 @given(angles, angles, angles)
-def test_angles_survive_the_way_through_a_quaternion(roll: float, pitch: float, yaw: float) -> None:
+def test_angles_survive_conversion_to_a_quaternion(roll: float, pitch: float, yaw: float) -> None:
     assert roll_pitch_yaw(quaternion(roll, pitch, yaw)) == pytest.approx((roll, pitch, yaw), abs=1e-6)
 
 
 @given(angles, angles, st.sampled_from([-math.pi / 2, math.pi / 2]), st.sampled_from([0.0, 1e-9, 1e-7, 1e-5]))
-def test_angles_that_look_straight_up_or_down_are_of_the_same_orientation(
+def test_angles_at_gimbal_lock_give_the_same_orientation(
     roll: float, yaw: float, pitch: float, off: float
 ) -> None:
     orientation = quaternion(roll, pitch - math.copysign(off, pitch), yaw)
@@ -49,7 +49,7 @@ def test_angles_that_look_straight_up_or_down_are_of_the_same_orientation(
 
 
 @given(st.floats(-math.pi, math.pi), angles, st.floats(-math.pi, math.pi))
-def test_matrices_and_conjugates_are_of_the_same_orientation(roll: float, pitch: float, yaw: float) -> None:
+def test_matrices_match_quaternions_and_conjugates(roll: float, pitch: float, yaw: float) -> None:
     orientation = quaternion(roll, pitch, yaw)
     matrix = rotation_matrix(orientation)
     np.testing.assert_allclose(rotation_matrix(quaternion_of(matrix)), matrix, atol=1e-12)

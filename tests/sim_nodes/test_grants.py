@@ -1,4 +1,4 @@
-"""However time is granted, the same happens at the same times."""
+"""The size of grants does not change events and their times."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def at_once(_: Client) -> Iterator[float]:
 
 
 def happened(client: Client, grants: Iterator[float]) -> list[object]:
-    """What happens when a robot that is idle at first pushes a box against a wall, beside one that falls."""
+    """Return the events of a robot, idle at first, that pushes a box against a wall while another box falls."""
     client.spawn("box", pose(0.45, 0.0, z=0.1))
     client.spawn("high", pose(-0.45, 0.0, z=0.4))
     client.spawn(
@@ -63,7 +63,7 @@ def happened(client: Client, grants: Iterator[float]) -> list[object]:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_how_time_is_granted_changes_nothing(engine: str) -> None:
+def test_the_size_of_grants_changes_no_event(engine: str) -> None:
     first, *others = [
         happened(client, grants(client))
         for grants in (singly, at_control_rate, anyhow, at_once)

@@ -37,7 +37,7 @@ def scan(engine: Engine, tick: int = 0, declaration: object = EXACT) -> Scan:
     return Lidar(declaration, Noise(0, "lidar"), partial(engine.cast_rays, ROBOT)).read(tick)
 
 
-def test_beams_without_a_hit_end_nowhere() -> None:
+def test_beams_without_a_hit_are_infinite() -> None:
     seen = scan(engine_with("empty"))
     assert not seen.hit.any()
     assert np.isinf(seen.ranges).all()
@@ -53,7 +53,7 @@ def test_a_spawned_box_is_seen_where_it_is() -> None:
     assert np.all((x > 0.84) & (x < 1.16) & (y > 0.34) & (y < 0.66))
 
 
-def test_noise_is_that_of_the_tick() -> None:
+def test_noise_depends_on_the_tick() -> None:
     engine = engine_with(ROOM)
     first, again, later = (scan(engine, tick, LIDAR).ranges for tick in (5, 5, 6))
     np.testing.assert_array_equal(first, again)
@@ -68,7 +68,7 @@ def test_ranges_are_multiples_of_the_resolution() -> None:
     assert np.abs(ranges - scan(engine).ranges).max() < 0.08
 
 
-def test_beams_drop_out_with_their_probability_and_the_others_are_as_before() -> None:
+def test_dropout_loses_beams_and_leaves_others_unchanged() -> None:
     engine = engine_with(ROOM)
     whole = scan(engine, 3, LIDAR).ranges
     lossy = scan(engine, 3, LIDAR.model_copy(update={"dropout": 0.25})).ranges

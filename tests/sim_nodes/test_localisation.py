@@ -19,7 +19,7 @@ from tests.sim_nodes.client import ROBOT, TRUTH, Client, pose
 
 
 def base(**localisation: float) -> MobileDeclaration:
-    """The base of the TurtleBot with other parameters of its localisation."""
+    """Return the base of the TurtleBot with other parameters of its localisation."""
     declared = load_robot("turtlebot4").mobile
     assert declared is not None
     return declared.model_copy(update={"localisation": declared.localisation.model_copy(update=localisation)})
@@ -59,7 +59,7 @@ def test_without_scans_that_fit_the_odometry_carries_the_estimate() -> None:
     assert moved.distance(0.0, 3.0) < 1e-9
 
 
-def test_frames_know_the_estimate_and_the_truth_apart(empty: Client) -> None:
+def test_frames_distinguish_the_estimate_from_the_truth(empty: Client) -> None:
     empty.localise(pose(2.0, 1.0, math.pi / 2))
 
     def ahead(frame: str, parent: str = "map") -> tuple[float, float, float]:
@@ -72,7 +72,7 @@ def test_frames_know_the_estimate_and_the_truth_apart(empty: Client) -> None:
 
 
 def drive_and_keep(client: Client, steps: int) -> list[tuple[int, Pose2, Scan, Pose2]]:
-    """Drive, and keep of each scan the tick, the odometry, the scan and the pose that the robot made of it."""
+    """Drive; return tick, odometry, scan and localised pose of each scan."""
     robot = client.simulator.simulation.robot(ROBOT).mobile
     kept = []
     update = robot.localisation.update
@@ -90,7 +90,7 @@ def drive_and_keep(client: Client, steps: int) -> list[tuple[int, Pose2, Scan, P
     return kept
 
 
-def test_odometry_and_scans_are_all_that_the_localisation_goes_by(maze: Client) -> None:
+def test_localisation_uses_only_odometry_and_scans(maze: Client) -> None:
     maze.localise()
     maze.navigate(pose(1.5, -1.5))
     kept = drive_and_keep(maze, 12)
@@ -103,7 +103,7 @@ def test_odometry_and_scans_are_all_that_the_localisation_goes_by(maze: Client) 
     assert kept[-1][3].distance(0.0, 0.0) > 0.5
 
 
-def test_there_are_as_many_particles_as_their_spread_needs(maze: Client) -> None:
+def test_the_number_of_particles_follows_their_spread(maze: Client) -> None:
     maze.localise()
     localisation = maze.simulator.simulation.robot(ROBOT).mobile.localisation
     parameters = BASE.localisation
@@ -115,8 +115,8 @@ def test_there_are_as_many_particles_as_their_spread_needs(maze: Client) -> None
     assert estimate is not None and estimate.share == 1.0 and estimate.deviation < 0.1
 
 
-def test_beams_that_end_beyond_the_map_speak_against_a_pose() -> None:
-    """A robot that heads for the border would else seem to see walls out there."""
+def test_beams_beyond_the_map_reduce_the_weight_of_a_pose() -> None:
+    """Otherwise, a robot that heads for the border would match walls outside."""
     known = build_map((-3.0, -3.0, 3.0, 3.0), (Wall("w", 2.95, 0.0, math.pi / 2, 6.0, 0.1, 0.5),))
     localisation = Localisation(known, BASE, Noise(0, "test"))
     localisation.set_initial_pose(Pose2(1.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 0)
@@ -131,7 +131,7 @@ def test_beams_that_end_beyond_the_map_speak_against_a_pose() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_robot_that_does_not_know_where_it_is_finds_itself(seed: int) -> None:
+def test_a_global_search_finds_the_pose(seed: int) -> None:
     client = Client("maze", seed=seed)
     x, y, yaw = ((-4.5, -3.0, 1.0), (1.5, -1.5, -2.0), (0.2, 1.6, 0.3))[seed]
     client.ask(SET_ENTITY_STATE, SetEntityState(name=ROBOT, pose=pose(x, y, yaw, z=0.001)))
@@ -146,8 +146,8 @@ def test_a_robot_that_does_not_know_where_it_is_finds_itself(seed: int) -> None:
     assert found is not None and found.distance(truth.x, truth.y) < 0.15
 
 
-def test_a_lost_robot_does_not_believe_in_a_place_that_only_looks_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All particles are about a wrong place at first: the scan does not fit there, so the search starts over."""
+def test_a_search_rejects_a_place_that_only_looks_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All particles are at a wrong place at first: the scan does not fit, so the search restarts."""
     walls = (Wall("a", 0.0, 2.9, 0.0, 5.8, 0.1, 0.5), Wall("b", 2.9, 0.0, math.pi / 2, 5.8, 0.1, 0.5))
     known = build_map((-3.0, -3.0, 3.0, 3.0), walls)
     localisation = Localisation(known, BASE, Noise(0, "test"))
@@ -158,7 +158,7 @@ def test_a_lost_robot_does_not_believe_in_a_place_that_only_looks_alike(monkeypa
         searched.append(truth if searched else wrong)
         return np.array(searched[-1]) + random.normal(0.0, 0.02, (count, 3))
 
-    monkeypatch.setattr(localisation, "_anywhere", anywhere)
+    monkeypatch.setattr(localisation, "_random_poses", anywhere)
     localisation.search(Pose2(0.0, 0.0, 0.0), 0)
     localisation.update(Pose2(0.0, 0.0, 0.0), seen(known, truth), 1)
     assert localisation.estimate is None, "it has found itself where the scan does not fit"
@@ -168,8 +168,8 @@ def test_a_lost_robot_does_not_believe_in_a_place_that_only_looks_alike(monkeypa
     assert localisation.estimate.pose.distance(truth.x, truth.y) < 0.1
 
 
-def test_random_particles_find_a_robot_that_was_carried_elsewhere_if_they_are_asked_for() -> None:
-    """The filter sees scans from elsewhere than it was told; only some of its random particles can fit them."""
+def test_random_particles_relocalise_a_carried_robot_if_enabled() -> None:
+    """The scans do not fit the initial pose; only some random particles can fit them."""
     walls: tuple[Wall, ...] = (
         Wall("a", 0.0, 2.9, 0.0, 5.8, 0.1, 0.5),
         Wall("b", 2.9, 0.0, math.pi / 2, 5.8, 0.1, 0.5),
@@ -200,7 +200,7 @@ ROOM = (
 
 
 def drive_on(turned: float, wrong_beams: float = 0.0) -> tuple[Pose2, Localisation]:
-    """Drive and localise a robot that something turns by an angle [rad], which odometry does not see."""
+    """Drive and localise a robot that is turned by an angle [rad] unseen by odometry."""
     known = build_map((-3.0, -3.0, 3.0, 3.0), ROOM)
     localisation = Localisation(known, BASE, Noise(0, "test"))
     truth, odometry, step = Pose2(-1.5, 1.0, 0.0), Pose2(0.0, 0.0, 0.0), Pose2(0.11, 0.0, 0.0)
@@ -215,7 +215,7 @@ def drive_on(turned: float, wrong_beams: float = 0.0) -> tuple[Pose2, Localisati
 
 
 def disturbed(scan: Scan, share: float, random: np.random.Generator) -> Scan:
-    """The scan, with a share of its beams ending anywhere before where they should."""
+    """Return the scan with a share of its beams shortened at random."""
     wrong = random.random(len(scan.ranges)) < share
     ranges = np.where(wrong, scan.ranges * random.uniform(0.1, 0.8, len(scan.ranges)), scan.ranges)
     ends = (
@@ -226,8 +226,8 @@ def disturbed(scan: Scan, share: float, random: np.random.Generator) -> Scan:
 
 
 @pytest.mark.parametrize("turned", [0.7, -1.0])
-def test_a_robot_that_a_wall_has_turned_finds_its_heading_again(turned: float) -> None:
-    """Its wheels slipped meanwhile: all of its particles have about the old heading."""
+def test_a_robot_turned_by_a_wall_recovers_its_heading(turned: float) -> None:
+    """Its wheels slipped: all particles have about the old heading."""
     truth, localisation = drive_on(turned)
     found = localisation.estimate
     assert found is not None
@@ -235,8 +235,8 @@ def test_a_robot_that_a_wall_has_turned_finds_its_heading_again(turned: float) -
     assert found.pose.distance(truth.x, truth.y) < 0.15
 
 
-def test_beams_that_end_on_unknown_things_do_not_move_a_robot(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Most of the beams fit nowhere, so no place around is better than the right one."""
+def test_beams_on_unmapped_objects_do_not_move_the_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Most beams fit nowhere, so no nearby pose is better than the right one."""
     looked: list[float] = []
     misfit = Localisation._misfit
 
@@ -247,13 +247,13 @@ def test_beams_that_end_on_unknown_things_do_not_move_a_robot(monkeypatch: pytes
     monkeypatch.setattr(Localisation, "_misfit", counted)
     _, found = drive_on(turned=0.0, wrong_beams=0.7)
     assert max(looked) > ASTRAY_SHARE, "it has never looked around"
-    monkeypatch.setattr(Localisation, "_look_around", lambda *_: None)
+    monkeypatch.setattr(Localisation, "_try_nearby_poses", lambda *_: None)
     _, expected = drive_on(turned=0.0, wrong_beams=0.7)
     assert found.particles.tolist() == expected.particles.tolist()
 
 
 def seen(known: NavigationMap, at: Pose2) -> Scan:
-    """A scan without noise: rays marched through the map."""
+    """Return a scan without noise, by rays marched through the map."""
     angles = np.linspace(-math.pi, math.pi, 60, endpoint=False)
     steps = np.arange(0.05, 6.0, 0.02)[None, :]
     x = at.x + steps * np.cos(at.yaw + angles)[:, None]

@@ -1,4 +1,4 @@
-"""Bodies by the hundred: spawned, reset and deleted, with nothing left behind."""
+"""Hundreds of bodies are spawned, reset and deleted without leaks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def wish(name: str, x: float, y: float, model: str = BOX) -> wire.SpawnEntity:
 
 
 def boxes(count: int) -> tuple[wire.SpawnEntity, ...]:
-    """Boxes beside each other, in rows of 25, from above which they fall on the floor."""
+    """Return requests for boxes beside each other, in rows of 25 above the floor."""
     return tuple(wish(f"box{i}", -9.0 + i % 25 * 0.74, 1.0 + i // 25 * 0.42) for i in range(count))
 
 
@@ -39,7 +39,7 @@ def states(client: Client) -> list[BodyState]:
 
 
 def come_and_go(client: Client, count: int, resets: int) -> None:
-    """Spawn, let fall, reset and delete; whatever is left behind fails."""
+    """Spawn, simulate, reset and delete bodies; fail on leaks."""
     answer = client.ask(wire.SPAWN_ENTITIES, wire.SpawnEntities(entities=boxes(count)))
     assert [result.code for result in answer.results] == [Result.OK] * count
     assert len(names(client)) == count + 1
@@ -59,7 +59,7 @@ def come_and_go(client: Client, count: int, resets: int) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_many_bodies_come_and_go(engine: str) -> None:
+def test_many_bodies_are_spawned_and_deleted(engine: str) -> None:
     client = Client("empty", engine=engine)
     for _ in range(2):
         come_and_go(client, 40, 3)
@@ -67,7 +67,7 @@ def test_many_bodies_come_and_go(engine: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
-def test_five_hundred_bodies_leave_nothing(engine: str) -> None:
+def test_deleting_five_hundred_bodies_frees_all_resources(engine: str) -> None:
     client = Client("empty", engine=engine)
     come_and_go(client, 500, 100)
     gc.collect()
@@ -79,7 +79,7 @@ def test_five_hundred_bodies_leave_nothing(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_of_many_those_are_spawned_that_can_be(engine: str) -> None:
+def test_a_batch_spawns_all_valid_bodies(engine: str) -> None:
     client = Client("empty", engine=engine)
     wishes = (
         wish("first", 2.0, 0.0),
@@ -103,8 +103,8 @@ def test_of_many_those_are_spawned_that_can_be(engine: str) -> None:
     assert names(client) == ("first", "last", ROBOT)
 
 
-def test_there_are_only_so_many(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_spawned_bodies_is_limited(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sim_nodes.entities.MAX_SPAWNED", 3)
     answer = empty.ask(wire.SPAWN_ENTITIES, wire.SpawnEntities(entities=boxes(5)))
     assert [result.code == Result.OK for result in answer.results] == [True] * 3 + [False] * 2
-    assert "there are 3 spawned entities already" in answer.results[3].message
+    assert "too many spawned entities: 3" in answer.results[3].message

@@ -16,7 +16,7 @@ from seoro.bridges.wire import (
     RobotMeasurements,
 )
 from sim_nodes.geometry import Pose2
-from sim_nodes.measurements import Measuring
+from sim_nodes.run_data import RobotMetrics
 from tests.sim_nodes.client import ROBOT, Client, pose
 
 
@@ -25,17 +25,17 @@ def measured(client: Client) -> RobotMeasurements:
 
 
 def test_errors_are_means_over_time_and_while_moving() -> None:
-    measuring = Measuring(Pose2(0.0, 0.0, 0.0), lambda pose: 2.0 - pose.x, 0.02)
-    measuring.passed(Pose2(0.0, 0.0, 0.0), None, None, 0)  # not localised yet
+    measuring = RobotMetrics(Pose2(0.0, 0.0, 0.0), lambda pose: 2.0 - pose.x, 0.02)
+    measuring.update(Pose2(0.0, 0.0, 0.0), None, None, 0)  # not localised yet
     for i in range(1, 101):
-        measuring.passed(Pose2(0.01 * i, 0.0, 0.0), Pose2(0.01 * i, 0.1, 0.0), 0.05, i)
+        measuring.update(Pose2(0.01 * i, 0.0, 0.0), Pose2(0.01 * i, 0.1, 0.0), 0.05, i)
     for i in range(101, 201):
-        measuring.passed(Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.3, 0.0), 0.07, i)
-    measuring.touched()
+        measuring.update(Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.3, 0.0), 0.07, i)
+    measuring.count_contact()
     for goal, outcome in (("a", Outcome.SUCCEEDED), ("b", Outcome.ABORTED)):
-        measuring.sent(goal)
-        measuring.ended("turn", Outcome.SUCCEEDED)  # no goal of the navigation
-        measuring.ended(goal, outcome)
+        measuring.start_goal(goal)
+        measuring.end_goal("turn", Outcome.SUCCEEDED)  # no goal of the navigation
+        measuring.end_goal(goal, outcome)
     result = measuring.result(3)
     assert result.path_length == pytest.approx(1.0)
     assert result.driving_time == pytest.approx(2.0)
@@ -48,14 +48,14 @@ def test_errors_are_means_over_time_and_while_moving() -> None:
     assert ends == (1, 1, 1, 0, 3)
 
 
-def test_what_was_never_measured_has_no_value() -> None:
-    result = Measuring(Pose2(0.0, 0.0, 0.0), lambda pose: math.inf, 0.02).result(0)
+def test_measurements_without_values_are_none() -> None:
+    result = RobotMetrics(Pose2(0.0, 0.0, 0.0), lambda pose: math.inf, 0.02).result(0)
     assert result.localisation_error is None
     assert result.closest_approach is None
     assert result.path_length == 0.0
 
 
-def test_a_drive_is_measured_and_left_as_a_file(maze: Client) -> None:
+def test_measurements_of_a_drive_are_returned(maze: Client) -> None:
     maze.localise()
     maze.navigate(pose(1.5, 0.0))
     maze.run_until("goal")
@@ -72,7 +72,7 @@ def test_a_drive_is_measured_and_left_as_a_file(maze: Client) -> None:
     assert RobotMeasurements.model_validate(written["robots"][ROBOT]) == result
 
 
-def test_what_is_spawned_counts_for_the_closest_approach(empty: Client) -> None:
+def test_spawned_bodies_count_for_the_closest_approach(empty: Client) -> None:
     before = measured(empty)
     assert before.closest_approach is None
     empty.localise()
@@ -83,7 +83,7 @@ def test_what_is_spawned_counts_for_the_closest_approach(empty: Client) -> None:
     assert closest is not None and 0.05 < closest < 0.6
 
 
-def test_a_reset_begins_anew(maze: Client) -> None:
+def test_a_reset_restarts_measurements(maze: Client) -> None:
     maze.localise()
     maze.navigate(pose(1.5, 0.0))
     maze.advance(3.0)

@@ -16,7 +16,7 @@ from sim_nodes.mujoco import camera
 from sim_nodes.mujoco.engine import MujocoEngine
 
 
-def test_lost_physics_are_said_with_the_warning_of_mujoco(caplog: pytest.LogCaptureFixture) -> None:
+def test_diverged_physics_raises_with_the_warning_of_mujoco(caplog: pytest.LogCaptureFixture) -> None:
     engine = built(MujocoEngine, ORIGIN)
     engine.add_body("thing", body(CUBE), at(1.0, 1.0, 1.0))
     engine.set_body_state("thing", BodyState((1.0, 1.0, 1.0), linear=(1e300, 0.0, 0.0), angular=(1e300, 0.0, 0.0)))
@@ -25,7 +25,7 @@ def test_lost_physics_are_said_with_the_warning_of_mujoco(caplog: pytest.LogCapt
     assert "Nan, Inf or huge value" in caplog.text
 
 
-def test_what_is_missing_for_pictures_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_rendering_libraries_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(camera, "_gl_context", camera._gl_context.__wrapped__)  # not that of other tests
     monkeypatch.setattr(camera, "_has_egl_devices", lambda: False)
     monkeypatch.setitem(sys.modules, "mujoco.osmesa", None)  # as where its library is missing
@@ -35,17 +35,17 @@ def test_what_is_missing_for_pictures_is_said(monkeypatch: pytest.MonkeyPatch) -
         engine.render(View((0.0, 0.0, 1.0), IDENTITY, Lens()))
 
 
-def test_users_may_choose_how_mujoco_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_environment_variable_selects_the_backend_of_mujoco(monkeypatch: pytest.MonkeyPatch) -> None:
     for has_egl in (True, False):
         monkeypatch.setattr(camera, "_has_egl_devices", lambda found=has_egl: found)
         for chosen, wanted in (("egl", "egl"), ("OSMesa", "osmesa"), ("glfw", "egl" if has_egl else "osmesa")):
             monkeypatch.setenv("MUJOCO_GL", chosen)
-            assert camera._wanted() == wanted
+            assert camera._backend() == wanted
 
 
-def test_a_simulation_does_without_what_mujoco_would_draw_with() -> None:
+def test_a_simulation_runs_without_rendering_libraries() -> None:
     code = "import os, sim_nodes.mujoco.engine; print(os.environ['MUJOCO_GL'])"
-    environment = {**os.environ, "MUJOCO_GL": "nonsense"}  # with which mujoco cannot be imported
+    environment = {**os.environ, "MUJOCO_GL": "nonsense"}  # prevents the import of mujoco
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     assert (done.stdout.strip(), done.stderr) == ("nonsense", "")

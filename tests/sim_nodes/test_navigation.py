@@ -26,7 +26,7 @@ def open_floor() -> NavigationMap:
 
 
 def room_with_wall() -> NavigationMap:
-    """A wall across the middle with a door of 1 m at its upper end."""
+    """Return a room with a wall across the middle and a door of 1 m at its upper end."""
     return build_map(EXTENT, (Wall("w", 0.0, -0.5, math.pi / 2, 5.0, 0.1, 0.5),))
 
 
@@ -56,21 +56,21 @@ def test_the_plan_goes_through_the_door() -> None:
     assert known.distance[known.grid.cells(*path.T)].min() > 0.3
 
 
-def test_what_is_walled_off_is_not_reached() -> None:
+def test_a_walled_off_goal_is_unreachable() -> None:
     known = build_map(EXTENT, (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5),))
     plan = plan_to(known.grid, known.distance, 0.18, (1.0, 0.0))
     assert plan.reaches(2.0, 2.0)
     assert not plan.reaches(-1.0, 0.0)
 
 
-def test_a_robot_too_close_to_an_obstacle_is_let_out() -> None:
+def test_a_robot_too_close_to_an_obstacle_can_leave() -> None:
     known = room_with_wall()
     robot = (-0.15, 0.0)  # 0.1 m from the wall
     assert not plan_to(known.grid, known.distance, 0.18, (-2.0, 0.0)).reaches(*robot)
     assert plan_to(known.grid, known.distance, 0.18, (-2.0, 0.0), robot).reaches(*robot)
 
 
-def test_an_obstacle_takes_some_scans_to_come_and_to_go() -> None:
+def test_an_obstacle_appears_and_disappears_after_some_scans() -> None:
     known = open_floor()
     layer = ObstacleLayer(known)
     cell = known.grid.cell(1.02, 0.02)
@@ -126,7 +126,7 @@ def test_accelerations_and_speed_are_limited() -> None:
     assert speeds[-1] == pytest.approx(BASE.drive.max_speed)
 
 
-def test_what_only_the_scan_shows_stops_the_robot() -> None:
+def test_an_obstacle_in_the_scan_only_stops_the_robot() -> None:
     known = open_floor()
     plan = plan_to(known.grid, known.distance, 0.18, (2.5, 0.0))
     controller = LocalController(known.grid, BASE, 0.04)
@@ -146,7 +146,7 @@ def test_stray_beams_do_not_stop_the_robot() -> None:
     assert velocity is not None and velocity.linear == pytest.approx(BASE.drive.max_speed)
 
 
-def test_a_thin_pole_that_only_the_scan_shows_stops_the_robot() -> None:
+def test_a_thin_pole_in_the_scan_only_stops_the_robot() -> None:
     known = open_floor()
     plan = plan_to(known.grid, known.distance, 0.18, (2.5, 0.0))
     ranges = np.full(360, 3.0)
@@ -156,7 +156,7 @@ def test_a_thin_pole_that_only_the_scan_shows_stops_the_robot() -> None:
     assert velocity is None or velocity.linear < 0.1
 
 
-def test_a_robot_that_is_walled_in_is_blocked() -> None:
+def test_a_walled_in_robot_is_blocked() -> None:
     ring = [
         Wall("r", 0.32 * math.cos(a), 0.32 * math.sin(a), a + math.pi / 2, 0.2, 0.1, 0.5)
         for a in np.arange(0, 6.2, 0.4)
@@ -166,8 +166,8 @@ def test_a_robot_that_is_walled_in_is_blocked() -> None:
     assert LocalController(known.grid, BASE, 0.04).follow(plan, HERE, known.distance, NOTHING, np.inf) is None
 
 
-def test_a_robot_beside_the_frame_of_a_door_finds_the_curve_that_leads_away_from_it() -> None:
-    """Straight ahead the frame is too close, and standing still the robot looks through the door already."""
+def test_a_robot_beside_a_door_frame_curves_away_from_it() -> None:
+    """Straight ahead, the frame is too close; at rest, the robot already looks through the door."""
     walls = [Wall("w", 0.0, sign * 1.225, math.pi / 2, 1.55, 0.1, 0.5) for sign in (-1.0, 1.0)]
     known = build_map((-4.9, -2.1, 4.1, 2.1), walls)
     beside = Pose2(-0.1148, 0.2758, -0.6586)
@@ -177,7 +177,7 @@ def test_a_robot_beside_the_frame_of_a_door_finds_the_curve_that_leads_away_from
     assert velocity.linear > 0.0 and velocity.angular < 0.0
 
 
-def test_the_controller_keeps_to_the_turn_rate_of_the_robot() -> None:
+def test_the_controller_respects_the_turn_rate_limit() -> None:
     slow = BASE.model_copy(update={"drive": BASE.drive.model_copy(update={"max_turn_rate": 0.4})})
     controller = LocalController(open_floor().grid, slow, 0.04)
     for _ in range(100):
@@ -186,7 +186,7 @@ def test_the_controller_keeps_to_the_turn_rate_of_the_robot() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_map_of_random_walls_has_the_distance_of_each_cell_to_the_nearest_wall(seed: int) -> None:
+def test_the_map_has_the_distance_of_each_cell_to_the_nearest_wall(seed: int) -> None:
     chance = np.random.default_rng(seed)
     places = chance.uniform(-3.0, 3.0, (1 + 2 * seed, 3))
     walls = [Wall("w", float(x), float(y), float(yaw), 1.0, 0.1, 0.5) for x, y, yaw in places]

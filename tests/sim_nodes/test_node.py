@@ -14,7 +14,6 @@ from typing import cast
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.serving.gate import NodeGate
 from seoro.bridges.session import AsyncSession, NoServer, Refused, Request, open_session
 from seoro.bridges.wire import (
     Advance,
@@ -28,8 +27,9 @@ from seoro.bridges.wire import (
     node_tokens,
     token_node,
 )
+from seoro.security.network.authorizer import NodeAuthorizer
 from sim_nodes.__main__ import ENGINES, INVALID, main
-from sim_nodes.node import Serving, keep_pace
+from sim_nodes.node import RequestLoop, keep_pace
 from tests.sim_nodes.client import A, Client, Q, pose
 from tests.sim_nodes.engines import make_engine
 
@@ -39,14 +39,14 @@ STARTED_WITHIN = 20.0  # [s]
 
 
 class Node:
-    """A node process and the way to ask it."""
+    """A node process and its client."""
 
     def __init__(self, process: subprocess.Popen[bytes], session: AsyncSession) -> None:
         self.process = process
         self._session = session
 
     async def ask(self, verb: wire.Verb[Q, A], request: Q) -> A:
-        return decode(verb.answer, await self.send(verb.name, encode(request)))
+        return decode(verb.reply, await self.send(verb.name, encode(request)))
 
     async def send(self, verb: str, payload: bytes) -> bytes:
         return await self._session.query(node_command("default", "sim", verb), payload, 20.0)
@@ -59,7 +59,7 @@ def start(*arguments: str, engine: str = "mujoco") -> subprocess.Popen[bytes]:
 
 @asynccontextmanager
 async def running(folder: Path) -> AsyncIterator[Node]:
-    """A node that dies with its parent, connected to a hub in this process."""
+    """Run a node that exits with its parent, connected to a hub in this process."""
     endpoint = f"unixsock-stream/{folder}/hub"
     async with open_session(listen=endpoint) as session, session.tokens(node_tokens("default")) as tokens:
         process = start("--connect", endpoint, "--world", "empty", "--seed", "3", "--die-with-parent")
@@ -93,13 +93,13 @@ async def test_a_node_serves_grants_and_refuses_over_zenoh(tmp_path: Path) -> No
         assert [answer.time for answer in answers] == [pytest.approx(0.5 + i / 8, abs=0.005) for i in range(1, 11)]
 
 
-async def test_a_node_dies_when_its_parent_is_gone_also_in_a_long_grant(tmp_path: Path) -> None:
+async def test_a_node_exits_with_its_parent_also_during_a_long_grant(tmp_path: Path) -> None:
     async with running(tmp_path) as node:
         grant = asyncio.create_task(node.ask(wire.ADVANCE, Advance(until=1e6)))
         await asyncio.sleep(0)
         with pytest.raises(TimeoutError):
             await asyncio.wait_for(asyncio.shield(grant), 0.2)
-        os.kill(node.process.pid, signal.SIGINT)  # the parent's business: ignored
+        os.kill(node.process.pid, signal.SIGINT)  # only the parent handles it
         assert node.process.stdin is not None
         before = time.monotonic()
         node.process.stdin.close()
@@ -117,14 +117,14 @@ async def test_sigterm_ends_a_node_cleanly(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_by_hand_a_node_says_where_it_is_and_ends_on_ctrl_c(tmp_path: Path, engine: str) -> None:
+def test_a_manually_started_node_prints_its_endpoint_and_exits_on_ctrl_c(tmp_path: Path, engine: str) -> None:
     make_engine(engine)
     endpoint = f"unixsock-stream/{tmp_path}/hub"
     process = start("--listen", endpoint, "--world", "maze", engine=engine)
     try:
         assert process.stdout is not None
         line = process.stdout.readline().decode()
-        assert line == f"sim listens on {endpoint} with the world maze; Ctrl-C ends it\n"
+        assert line == f"sim listens on {endpoint} with the world maze; press Ctrl-C to stop\n"
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=5.0)
         assert (process.returncode, out, err) == (0, b"", b"")
@@ -156,7 +156,7 @@ def test_a_fault_in_a_handler_is_refused_and_logged(
 
     monkeypatch.setattr(maze.simulator, "features", fault)
     request = RecordedRequest()
-    Serving(maze.simulator, NodeGate()).answer(cast(Request, request))
+    RequestLoop(maze.simulator, NodeAuthorizer()).answer(cast("Request", request))
     assert request.refusal is not None
     assert request.refusal.code == LabResult.FAULT
     assert request.refusal.message == "fault in the simulator node: ZeroDivisionError: a wheel came off"
@@ -177,12 +177,12 @@ def test_a_fault_while_playing_pauses_the_simulation(empty: Client, monkeypatch:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--world", "moon", "--listen"), "no world 'moon'"),
-        (("--node", "Sim 1", "--listen"), "cannot name a node"),
+        (("--world", "moon", "--listen"), "unknown world 'moon'"),
+        (("--node", "Sim 1", "--listen"), "invalid name 'Sim 1' of a node"),
         (("--connect",), "cannot connect to"),
     ],
 )
-def test_what_cannot_be_started_is_said_in_a_sentence(
+def test_start_errors_are_one_sentence(
     arguments: tuple[str, ...], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     handler = signal.getsignal(signal.SIGTERM)

@@ -10,6 +10,6 @@ def test_a_draw_does_not_depend_on_draws_before_it() -> None:
     assert quiet.at(7).normal() == busy.at(7).normal()
 
 
-def test_seed_purpose_and_tick_each_make_other_numbers() -> None:
+def test_seed_purpose_and_tick_change_the_numbers() -> None:
     draws = {Noise(*source).at(tick).normal() for source in ((1, "a"), (2, "a"), (1, "b")) for tick in (1, 2)}
     assert len(draws) == 6

@@ -17,12 +17,12 @@ def check(engine: str, seed: int) -> None:
 
 @pytest.mark.parametrize("engine", MUJOCO_FIRST)
 @pytest.mark.parametrize("seed", range(1))
-def test_a_box_in_the_way_is_driven_around(engine: str, seed: int) -> None:
+def test_a_robot_drives_around_a_box(engine: str, seed: int) -> None:
     check(engine, seed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("seed", range(1, 20))
-def test_a_box_in_the_way_is_driven_around_with_more_seeds(engine: str, seed: int) -> None:
+def test_a_robot_drives_around_a_box_with_more_seeds(engine: str, seed: int) -> None:
     check(engine, seed)

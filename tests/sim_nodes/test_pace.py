@@ -1,4 +1,4 @@
-"""Slices in which simulators play: short enough for what is asked meanwhile, and no shorter."""
+"""Slices of playing simulators: short enough for requests, but not shorter."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sim_nodes.pace import FULL_SPEED_SLICES, Pace
 
 
 def slices(seconds: float, rate: float = math.inf) -> list[float]:
-    """How long slices are, one after another [s], each of which takes the machine so many seconds a second."""
+    """Return the lengths of consecutive slices [s]; `seconds` is their wall time per simulated second."""
     pace, clock, now, found = Pace(rate), 100.0, 0.0, []
     for _ in range(20):
         until = pace.until(clock, now)
@@ -21,9 +21,7 @@ def slices(seconds: float, rate: float = math.inf) -> list[float]:
 
 
 @pytest.mark.parametrize(("seconds", "wanted"), [(0.003, 1.0), (0.05, 0.25), (5.0, FULL_SPEED_SLICES[0])])
-def test_slices_at_full_speed_are_as_long_as_is_good_for_looking_at_the_inbox(
-    seconds: float, wanted: float
-) -> None:
+def test_slices_at_full_speed_adapt_to_the_wall_time(seconds: float, wanted: float) -> None:
     found = slices(seconds)
     assert found[0] == FULL_SPEED_SLICES[0]
     assert found[-1] == wanted

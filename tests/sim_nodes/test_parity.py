@@ -35,7 +35,7 @@ def engines() -> tuple[Engine, Engine]:
 
 
 @pytest.mark.parametrize(("linear", "angular"), [(0.3, 0.0), (0.3, 0.3), (0.0, 1.0), (-0.2, 0.0)])
-def test_drives_end_at_the_same_place(engines: tuple[Engine, Engine], linear: float, angular: float) -> None:
+def test_drives_end_at_the_same_pose(engines: tuple[Engine, Engine], linear: float, angular: float) -> None:
     ends = []
     for engine in engines:
         drive(engine, linear, angular)
@@ -46,7 +46,7 @@ def test_drives_end_at_the_same_place(engines: tuple[Engine, Engine], linear: fl
     assert math.remainder(ends[0].yaw - ends[1].yaw, math.tau) == pytest.approx(0.0, abs=0.1)
 
 
-def test_lidars_see_the_same_of_the_maze(engines: tuple[Engine, Engine]) -> None:
+def test_lidars_measure_the_same_ranges_in_the_maze(engines: tuple[Engine, Engine]) -> None:
     scans: list[list[Array]] = []
     for engine in engines:
         engine.build(load_world("maze").scene)
@@ -58,14 +58,14 @@ def test_lidars_see_the_same_of_the_maze(engines: tuple[Engine, Engine]) -> None
     np.testing.assert_allclose(scans[0], scans[1], atol=0.01)
 
 
-def test_links_of_robots_weigh_the_same_and_are_as_hard_to_turn() -> None:
+def test_links_of_robots_have_the_same_mass_and_inertia() -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     from pybullet_utils.bullet_client import BulletClient
 
     from sim_nodes.pybullet.model import load_robot
-    from sim_nodes.pybullet.output import caught
+    from sim_nodes.pybullet.output import captured_output
 
-    with caught():
+    with captured_output():
         bullet = BulletClient(DIRECT)
     number, found = load_robot(bullet, PlacedRobot(ROBOT, TURTLEBOT, ORIGIN))
     model = robot_spec(TURTLEBOT).compile()
@@ -76,7 +76,7 @@ def test_links_of_robots_weigh_the_same_and_are_as_hard_to_turn() -> None:
         assert sorted(moments) == pytest.approx(sorted(model.body(link).inertia)), link
 
 
-def test_bodies_are_as_hard_to_turn_as_mujoco_finds() -> None:
+def test_inertias_of_bodies_match_those_of_mujoco() -> None:
     spec = mujoco.MjSpec()
     add_body(spec, "body", LOPSIDED, BodyState((0.0, 0.0, 1.0)))
     wanted = spec.compile().body("body")

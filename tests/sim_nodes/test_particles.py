@@ -8,14 +8,14 @@ import pytest
 from sim_nodes.navigation.particles import adapted_count, bins, draw, estimate, particles_needed
 
 
-def test_the_number_of_particles_is_that_of_the_formula() -> None:
+def test_the_number_of_particles_follows_the_formula() -> None:
     # Worked out by hand for 101 bins, 0.05 and 0.99: 1000 (1 - 0.00222 + 0.0471 * 0.99)^3
     assert float(particles_needed(np.array(101.0), 0.05, 0.99)) == pytest.approx(1139.4, rel=1e-3)
     numbers = particles_needed(np.arange(1.0, 500.0), 0.05, 0.99)
     assert bool((np.diff(numbers) >= 0.0).all())
 
 
-def test_particles_that_are_spread_have_to_be_more() -> None:
+def test_spread_particles_require_more_particles() -> None:
     random = np.random.default_rng(0)
     together = bins(random.normal(0.0, 0.02, (5000, 3)) + 0.1)
     apart = bins(random.uniform(-5.0, 5.0, (5000, 3)))
@@ -25,7 +25,7 @@ def test_particles_that_are_spread_have_to_be_more() -> None:
     assert 100 < adapted_count(halfway, 100, 5000, 0.05, 0.99) < 5000
 
 
-def test_bins_are_half_a_metre_and_ten_degrees_and_headings_go_round() -> None:
+def test_bins_wrap_headings() -> None:
     poses = np.array([[0.1, 0.1, 0.01], [0.4, 0.4, 0.1], [0.6, 0.1, 0.01], [0.1, 0.1, 0.01 + 2 * math.pi]])
     first, same, beside, around = bins(poses).tolist()
     assert first == same == around
@@ -39,7 +39,7 @@ def test_particles_are_drawn_by_their_weights() -> None:
     assert counts.tolist() == pytest.approx([500, 0, 300, 200], abs=1)
 
 
-def test_the_estimate_is_where_particles_are_densest_not_between_two_places() -> None:
+def test_the_estimate_is_the_densest_place_not_a_mean_of_two() -> None:
     random = np.random.default_rng(1)
     here = np.array([2.2, 1.2, math.pi]) + random.normal(0.0, 0.05, (700, 3))
     there = np.array([-3.0, 0.0, 0.0]) + random.normal(0.0, 0.05, (300, 3))

@@ -13,7 +13,7 @@ ALL = (*RULES, *(rule for _, rules in OPTIONAL for rule in rules))
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("rule", ALL, ids=lambda rule: rule.__name__)
-def test_engines_keep_the_rules(engine: str, rule: Rule) -> None:
+def test_engines_fulfil_the_rules(engine: str, rule: Rule) -> None:
     if rule not in rules_for(make_engine(engine)):
         pytest.skip(f"it is a rule for what the engine {engine} does not offer")
     check_rule(rule, partial(make_engine, engine))

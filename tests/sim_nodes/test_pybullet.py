@@ -21,18 +21,18 @@ from tests.sim_nodes.engines import make_engine
 pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
 
 from sim_nodes.pybullet import stepping
-from sim_nodes.pybullet.output import caught
+from sim_nodes.pybullet.output import captured_output
 
 make = partial(make_engine, "pybullet")
 LINKS = ("upper_arm_link", "forearm_link")
 
 
-def test_what_c_code_prints_is_logged_for_debugging_only(
+def test_output_of_c_code_is_logged_at_debug_level(
     capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.DEBUG, "sim_nodes")
     sys.stdout.write("before\n")
-    with caught():
+    with captured_output():
         os.write(1, b"from C\n")
         os.write(2, b"complaint from C\n")
     sys.stdout.write("after\n")
@@ -60,11 +60,11 @@ def test_engines_do_not_disturb_each_other() -> None:
 
 
 @pytest.mark.parametrize(("thrown", "seed"), [(0, 1), (0, 2), (8, 3), (8, 4)])
-def test_steps_in_which_nothing_is_looked_for_miss_no_contact(
+def test_steps_without_contact_checks_miss_no_contact(
     thrown: int, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def course() -> tuple[list[tuple[int, list[tuple[str, str]]]], int]:
-        """The steps in which what touches has changed, and how often it was asked for."""
+        """Return the steps in which contacts have changed, and the number of contact checks."""
         random, asked = Random(seed), 0
         engine: Any = built(make, ORIGIN, walls=(Wall("barrier", 1.5, 0.0, 0.0, 0.2, 2.0, 0.5),))
         look = engine._stepper._pairs
@@ -77,7 +77,7 @@ def test_steps_in_which_nothing_is_looked_for_miss_no_contact(
 
         monkeypatch.setattr(engine._stepper, "_pairs", counted)
         for index in range(thrown):
-            shape = random.choice(SHAPES)
+            shape = random.choice(list(SHAPES.values()))
             away = BodyState(
                 (random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1.0 + index),
                 linear=(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0)),
@@ -102,7 +102,7 @@ def test_steps_in_which_nothing_is_looked_for_miss_no_contact(
     assert asked < always
 
 
-def test_engines_that_are_gone_leave_nothing_behind() -> None:
+def test_deleted_engines_free_their_worlds() -> None:
     """Bullet has room for 1024 worlds in a process."""
 
     def place() -> object:
@@ -113,8 +113,8 @@ def test_engines_that_are_gone_leave_nothing_behind() -> None:
     assert len({place() for _ in range(20)}) == 1
 
 
-def test_parts_that_look_straight_up_are_turned_right() -> None:
-    """URDF has roll, pitch and yaw, which at a pitch of 90 degrees are not what they seem."""
+def test_parts_at_gimbal_lock_have_the_right_orientation() -> None:
+    """URDF has roll, pitch and yaw, which are ambiguous at a pitch of 90 degrees."""
     engine = built(make)
     upright = quaternion(0.7, 1.5707963267948966, 0.2)
     plank = BodyModel((Part(Box((0.1, 0.2, 1.0)), orientation=upright),))
@@ -126,7 +126,7 @@ def test_parts_that_look_straight_up_are_turned_right() -> None:
         engine.remove_body("probe")
 
 
-def test_what_cannot_be_kept_in_the_journal_is_said_when_it_is_to_be_saved(
+def test_saving_a_full_journal_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     from sim_nodes import journal
@@ -138,23 +138,23 @@ def test_what_cannot_be_kept_in_the_journal_is_said_when_it_is_to_be_saved(
     engine.add_body("box", body(CUBE), at(0.0, 0.0, 1.0))
     for _ in range(3):
         engine.set_body_state("box", at(0.0, 0.0, 1.0))
-    with pytest.raises(UnsavableState, match=r"more than is kept \(3 things"):
+    with pytest.raises(UnsavableState, match=r"than the limit \(3 calls"):
         engine.save()
     engine.reset()
     assert list(calls_of(engine.save())) == []
 
 
-def test_a_journal_with_calls_that_change_nothing_of_an_engine_is_refused() -> None:
+def test_a_journal_with_unknown_calls_is_refused() -> None:
     engine = built(make, ORIGIN)
     assert isinstance(engine, SavesState)
     for name in ("build", "step", "__init__", "nothing"):
-        with pytest.raises(UnsavableState, match="nothing that this engine can be told"):
+        with pytest.raises(UnsavableState, match="unknown call"):
             told = Journal()
-            told.note(name, ())
+            told.record(name, ())
             engine.restore({"added": {}, **told.save()})
 
 
-def test_what_motors_are_told_again_is_not_kept() -> None:
+def test_repeated_motor_commands_are_not_journaled() -> None:
     from sim_nodes.pybullet.engine import PybulletEngine
 
     engine = built(make, ORIGIN)
@@ -165,14 +165,14 @@ def test_what_motors_are_told_again_is_not_kept() -> None:
     engine.power_wheels(ROBOT, False)
     engine.command_wheels(ROBOT, 2.0, 2.0)
     assert list(calls_of(engine.save())) == [
-        (3, "turn_wheels", (ROBOT, 1.0, 1.0)),
-        (9, "turn_wheels", (ROBOT, 2.0, 2.0)),
+        (3, "set_motor_speeds", (ROBOT, 1.0, 1.0)),
+        (9, "set_motor_speeds", (ROBOT, 2.0, 2.0)),
         (15, "power_wheels", (ROBOT, False)),
     ]
 
 
 def frictions(engine: Any, name: str) -> dict[str, float]:
-    """The sliding friction of all links of a robot or a body, by their names in Bullet."""
+    """Return the sliding friction of all links of a robot or a body, by their names in Bullet."""
     bullet, number = engine._bullet, engine._bodies[name].number
     names = {-1: bullet.getBodyInfo(number)[0].decode()}
     names |= {
@@ -207,7 +207,7 @@ def test_a_link_of_several_shapes_is_one_link() -> None:
     assert pair == LINKS
 
 
-def test_a_base_of_several_shapes_stands_without_touching() -> None:
+def test_a_base_of_several_shapes_rests_without_contacts() -> None:
     from sim_nodes.pybullet.engine import PybulletEngine
 
     second = '<collision><origin xyz="0.1 0 0.04"/><geometry><box size="0.1 0.1 0.08"/></geometry></collision>'

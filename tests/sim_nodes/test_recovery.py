@@ -1,4 +1,4 @@
-"""What a robot does that cannot go on, without physics: it is held where it is."""
+"""Recoveries of a blocked robot, without physics: it is held in place."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seoro.bridges.wire import Outcome
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.mapping import build_map
-from sim_nodes.navigation.navigator import Goal, Navigator, Situation
+from sim_nodes.navigation.navigator import ControlInput, Goal, Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.physics import Wall
 from sim_nodes.robots.diff_drive import AT_REST, Velocity
@@ -20,12 +20,12 @@ from sim_nodes.sensors.lidar import Scan
 INTERVAL = 0.04  # [s]
 ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 NOTHING = Scan(np.full(360, np.inf), ANGLES, Pose2(0.0, 0.0, 0.0), np.full(360, np.inf), np.full(360, np.inf))
-HERE = Situation(Pose2(-1.0, 0.0, 0.0), AT_REST, NOTHING)
+HERE = ControlInput(Pose2(-1.0, 0.0, 0.0), AT_REST, NOTHING)
 
 
 @pytest.fixture
 def navigator() -> Navigator:
-    """Of a robot on the wrong side of a wall."""
+    """Return the navigator of a robot on the wrong side of a wall."""
     known = build_map((-3.0, -3.0, 3.0, 3.0), (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5),))
     navigator = Navigator(known, ObstacleLayer(known), BASE, INTERVAL)
     navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
@@ -33,7 +33,7 @@ def navigator() -> Navigator:
 
 
 def moved(navigator: Navigator, limit: float = 60.0) -> tuple[list[Velocity], Outcome | None]:
-    """The velocities until the goal ends."""
+    """Return the velocities until the goal ends."""
     velocities = []
     for _ in range(round(limit / INTERVAL)):
         velocity, ended = navigator.control(HERE)
@@ -43,7 +43,7 @@ def moved(navigator: Navigator, limit: float = 60.0) -> tuple[list[Velocity], Ou
     return velocities, None
 
 
-def test_a_robot_backs_up_then_spins_then_waits_and_all_again(navigator: Navigator) -> None:
+def test_recoveries_are_back_up_spin_and_wait_in_turn(navigator: Navigator) -> None:
     velocities, outcome = moved(navigator)
     assert outcome is Outcome.ABORTED
     assert navigator.recoveries == 6
@@ -57,7 +57,7 @@ def test_a_robot_backs_up_then_spins_then_waits_and_all_again(navigator: Navigat
     assert len(velocities) * INTERVAL == pytest.approx(7 * 0.6 + 2 * (1.5 + 1.6 + 5.0), abs=0.8)
 
 
-def test_a_robot_too_close_to_what_is_behind_it_leaves_ahead() -> None:
+def test_a_robot_too_close_to_a_rear_obstacle_leaves_forwards() -> None:
     known = build_map(
         (-3.0, -3.0, 3.0, 3.0),
         (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5), Wall("behind", -1.2, 0.0, math.pi / 2, 1.0, 0.1, 0.5)),

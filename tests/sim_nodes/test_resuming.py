@@ -1,4 +1,4 @@
-"""Nodes that are started at a snapshot."""
+"""Nodes started from a snapshot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.engine("mujoco")
 
 
 def driving(engine: str = "mujoco") -> Client:
-    """A robot that has driven for a while, and goes on."""
+    """Return a client of a robot that drives."""
     client = Client("empty", 3, engine)
     client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.3, duration=2.0))
     client.spawn("box", pose(2.0, 2.0, z=0.3))
@@ -30,7 +30,7 @@ def save(client: Client) -> wire.Snapshot:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_simulator_that_begins_at_a_snapshot_goes_on_as_the_one_that_saved_it(engine: str) -> None:
+def test_a_simulator_started_from_a_snapshot_continues_identically(engine: str) -> None:
     original = driving(engine)
     resumed = Client(save(original), None, engine)
     features = resumed.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
@@ -39,7 +39,7 @@ def test_a_simulator_that_begins_at_a_snapshot_goes_on_as_the_one_that_saved_it(
     assert resumed.truth == original.truth
 
 
-def test_it_loads_the_world_of_the_snapshot_where_none_is_named() -> None:
+def test_loading_without_a_name_loads_the_world_of_the_snapshot() -> None:
     resumed = Client(save(driving()), None)
     world = resumed.ask(wire.GET_CURRENT_WORLD, wire.Empty())
     assert (world.name, world.source) == ("empty", "")
@@ -50,7 +50,7 @@ def test_it_loads_the_world_of_the_snapshot_where_none_is_named() -> None:
     assert resumed.ask(wire.GET_CURRENT_WORLD, wire.Empty()).source == "hall"
 
 
-def test_stopping_goes_to_the_beginning_of_the_world() -> None:
+def test_stopping_returns_to_the_initial_state_of_the_world() -> None:
     resumed = Client(save(driving()), None)
     resumed.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=wire.SimulationState.STOPPED))
     assert resumed.ask(wire.GET_ENTITIES, wire.EntityFilter()).names == (ROBOT,)
@@ -58,7 +58,7 @@ def test_stopping_goes_to_the_beginning_of_the_world() -> None:
     assert resumed.truth.x == pytest.approx(0.0, abs=1e-6)
 
 
-def test_another_seed_draws_another_rest() -> None:
+def test_another_seed_changes_the_rest_of_the_run() -> None:
     snapshot = save(driving())
     believed = set()
     for seed in (None, 3, 4):
@@ -70,15 +70,15 @@ def test_another_seed_draws_another_rest() -> None:
 
 def test_snapshots_of_another_engine_or_version_are_refused() -> None:
     snapshot = save(driving())
-    with pytest.raises(RequestRefused, match="made with the engine bullet, and here is mujoco, where it means"):
+    with pytest.raises(RequestRefused, match="requires the engine bullet; found mujoco"):
         Client(snapshot.model_copy(update={"engine": "bullet"}), None)
-    with pytest.raises(RequestRefused, match=r"made with the version of seoro 0\.0\.1, and here is"):
+    with pytest.raises(RequestRefused, match=r"requires the version of seoro 0\.0\.1; found"):
         Client(snapshot.model_copy(update={"version": "0.0.1"}), None)
 
 
 def test_files_without_a_snapshot_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "notes.txt").write_text("no snapshot")
-    for name, words in (("notes.txt", "holds no snapshot"), ("none", "cannot be read: No such file")):
+    for name, words in (("notes.txt", "invalid snapshot: {}"), ("none", "cannot read {}: No such file")):
         arguments = [
             "mujoco",
             "--from-snapshot",
@@ -87,10 +87,10 @@ def test_files_without_a_snapshot_are_refused(tmp_path: Path, capsys: pytest.Cap
             f"unixsock-stream/{tmp_path}/hub",
         ]
         assert main(arguments) == INVALID
-        assert f"error: {tmp_path / name} {words}" in capsys.readouterr().err
+        assert f"error: {words.format(tmp_path / name)}" in capsys.readouterr().err
 
 
-def test_by_hand_a_node_says_when_it_begins(tmp_path: Path) -> None:
+def test_a_node_prints_the_time_of_its_snapshot(tmp_path: Path) -> None:
     file = tmp_path / "half.snapshot"
     file.write_bytes(wire.encode(save(driving())))
     endpoint = f"unixsock-stream/{tmp_path}/hub"
@@ -98,7 +98,7 @@ def test_by_hand_a_node_says_when_it_begins(tmp_path: Path) -> None:
     try:
         assert process.stdout is not None
         line = process.stdout.readline().decode()
-        assert line == f"sim listens on {endpoint} with the world empty at 0.50 s; Ctrl-C ends it\n"
+        assert line == f"sim listens on {endpoint} with the world empty at 0.50 s; press Ctrl-C to stop\n"
         process.send_signal(signal.SIGINT)
         assert process.wait(5.0) == 0
     finally:

@@ -1,4 +1,4 @@
-"""PyBullet goes on from where it is put back to, bit for bit, whatever touched there and has touched since."""
+"""PyBullet continues bit-identically after a rewind, independent of contacts then and since."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TABLE = BodyModel(
     mass=3.0,
 )
 DUMBBELL = BodyModel((Part(CUBE, (0.2, 0.0, 0.0)), Part(Sphere(0.1), (-0.2, 0.0, 0.0))), mass=2.0)
-MODELS = (*map(body, SHAPES), TABLE, DUMBBELL)
+MODELS = (*map(body, SHAPES.values()), TABLE, DUMBBELL)
 PLACES = {ROBOT: ORIGIN, "second": Pose2(1.0, 0.2, 3.0), "third": Pose2(0.2, 0.9, -1.5)}
 BODIES = tuple(f"body{index}" for index in range(8))
 CORNER = (Wall("walls", 0.4, 0.0, 0.0, 0.1, 1.0, 0.5), Wall("walls", 0.0, 0.4, 0.0, 1.0, 0.1, 0.5))
@@ -46,24 +46,24 @@ FASTEST = (1e200, 1e200, 1e200)
 
 
 class Trial:
-    """An engine and what is in it."""
+    """An engine and its entities."""
 
     def __init__(self, engine: Engine, robots: tuple[str, ...], bodies: tuple[str, ...]) -> None:
         self.engine, self._robots, self._names = engine, robots, (*robots, *bodies)
 
     def look(self) -> list[object]:
-        """Everything that can be seen."""
+        """Return all observations."""
         engine = self.engine
         return [
             [engine.body_state(name) for name in self._names],
             [engine.wheel_angles(name) for name in self._robots],
-            [sorted(map(repr, engine.touch_points(name))) for name in self._robots],
+            [sorted(map(repr, engine.contact_points(name))) for name in self._robots],
             [engine.cast_rays(name, DIRECTIONS, LIMIT).tobytes() for name in self._robots],
             engine.touching(),
         ]
 
     def follow(self, count: int) -> Iterator[list[object]]:
-        """The same after each of some steps."""
+        """Return all observations after each of some steps."""
         for _ in range(count):
             self.engine.step()
             yield self.look()
@@ -76,7 +76,7 @@ def made(robots: tuple[str, ...] = (ROBOT,), walls: tuple[Wall, ...] = ()) -> En
 
 
 def heap(draw: random.Random) -> Trial:
-    """Robots that drive about, under bodies that fall."""
+    """Return an engine with driving robots under falling bodies."""
     robots = tuple(PLACES)[: draw.randint(1, len(PLACES))]
     bodies = BODIES[: draw.randint(0, len(BODIES))]
     engine = made(robots, draw.choice(((), tuple(ROOM))))
@@ -90,18 +90,18 @@ def heap(draw: random.Random) -> Trial:
     return Trial(engine, robots, bodies)
 
 
-FIRST = (0, 3, 5, 12, 134, 145)  # of these, each fails without one of the things that make it so
+FIRST = (0, 3, 5, 12, 134, 145)  # each seed fails without one of the measures of `rewinding.py`
 
 
 @pytest.mark.parametrize(
     "seed", [*FIRST, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(13, 150))]
 )
-def test_what_falls_and_drives_goes_on_as_it_did(seed: int) -> None:
+def test_falling_and_driving_bodies_continue_identically(seed: int) -> None:
     draw = random.Random(seed)
     trial = heap(draw)
     engine = trial.engine
     assert isinstance(engine, Rewinds)
-    while (checkpoint := engine.checkpoint()) is None:  # something is in a corner
+    while (checkpoint := engine.checkpoint()) is None:  # a body is in a corner
         engine.step()
     before, after = trial.look(), list(trial.follow(100))
     drive(engine, -0.3, 0.0)
@@ -111,7 +111,7 @@ def test_what_falls_and_drives_goes_on_as_it_did(seed: int) -> None:
     assert list(trial.follow(100)) == after
 
 
-def test_what_has_not_begun_begins_as_it_did() -> None:
+def test_an_engine_rewound_to_the_start_continues_identically() -> None:
     robots = (ROBOT, "second")
     trial = Trial(made(robots), robots, ())
     engine = trial.engine
@@ -125,7 +125,7 @@ def test_what_has_not_begun_begins_as_it_did() -> None:
     assert list(trial.follow(20)) == after
 
 
-def test_where_nothing_touched_nothing_has_touched_since() -> None:
+def test_rewinding_to_a_state_without_contacts_removes_contacts() -> None:
     engine = arms.built_arm(lambda: make_engine("pybullet"))
     assert isinstance(engine, Rewinds)
     checkpoint = engine.checkpoint()
@@ -149,7 +149,7 @@ def put_shelf(engine: Engine) -> None:
 
 
 @pytest.mark.parametrize("put", [put_box, put_shelf])
-def test_there_is_no_way_back_from_two_shapes_of_one_thing(put: Callable[[Engine], None]) -> None:
+def test_no_checkpoint_exists_while_two_shapes_of_one_body_touch(put: Callable[[Engine], None]) -> None:
     engine = made(walls=CORNER)
     assert isinstance(engine, Rewinds)
     assert engine.checkpoint() is not None
@@ -159,7 +159,7 @@ def test_there_is_no_way_back_from_two_shapes_of_one_thing(put: Callable[[Engine
     assert engine.checkpoint() is not None
 
 
-def test_a_shelf_is_where_it_is_put() -> None:
+def test_a_moved_shelf_prevents_checkpoints_at_its_new_pose() -> None:
     engine = made()
     assert isinstance(engine, Rewinds)
     engine.add_body("box", body(CUBE), at(-1.0, -1.0, 0.1))
@@ -171,7 +171,7 @@ def test_a_shelf_is_where_it_is_put() -> None:
     assert engine.checkpoint() is not None
 
 
-def test_a_world_that_was_lost_is_found_again() -> None:
+def test_rewinding_restores_a_diverged_world() -> None:
     engine = made()
     assert isinstance(engine, Rewinds)
     drive(engine, 0.2, 0.3)
@@ -187,7 +187,7 @@ def test_a_world_that_was_lost_is_found_again() -> None:
         assert trial.look() == before
 
 
-def test_a_way_back_that_is_not_the_last_leads_back() -> None:
+def test_rewinding_to_an_older_checkpoint_works() -> None:
     engine = made()
     assert isinstance(engine, Rewinds)
     drive(engine, 0.2, 0.3)
@@ -201,7 +201,7 @@ def test_a_way_back_that_is_not_the_last_leads_back() -> None:
     assert list(trial.follow(20)) == after
 
 
-def test_there_is_no_way_back_from_where_an_arm_may_touch_with_several_shapes() -> None:
+def test_no_checkpoint_exists_where_an_arm_may_touch_with_several_shapes() -> None:
     engine = arms.built_arm(lambda: make_engine("pybullet"))
     assert isinstance(engine, Rewinds)
     assert engine.checkpoint() is not None

@@ -7,13 +7,13 @@ import pytest
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import yaw_of
 from sim_nodes.robots.declaration import available_robots, load_robot
-from sim_nodes.robots.diff_drive import Velocity, base_motion, wheel_speeds
+from sim_nodes.robots.diff_drive import Velocity, base_motion, wheel_angular_speeds
 
 pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
 
 import mujoco
 
-from sim_nodes.mujoco.look import SEEN_BY_RAYS
+from sim_nodes.mujoco.appearance import SEEN_BY_RAYS
 from sim_nodes.mujoco.model import robot_spec
 
 
@@ -27,13 +27,13 @@ def test_the_robots_are_available() -> None:
     assert load_robot("turtlebot4").kinds == ("differential_drive_robot", "robot", "osc_actor")
 
 
-def test_no_link_and_no_mass_is_lost_in_translation(model: mujoco.MjModel) -> None:
+def test_engines_load_all_links_and_masses(model: mujoco.MjModel) -> None:
     links = {model.body(index).name for index in range(1, model.nbody)}
     assert links == {"base_link", "left_wheel", "right_wheel", "front_caster", "rplidar_link"}
     assert model.body_mass.sum() == pytest.approx(2.69 + 2 * 0.2 + 0.01 + 0.17)
 
 
-def test_declaration_and_urdf_agree(model: mujoco.MjModel) -> None:
+def test_declarations_match_their_urdf(model: mujoco.MjModel) -> None:
     declaration = BASE
     drive, lidar = declaration.drive, declaration.lidar
     left, right = (model.body(f"{side}_wheel") for side in ("left", "right"))
@@ -49,6 +49,6 @@ def test_declaration_and_urdf_agree(model: mujoco.MjModel) -> None:
 
 def test_wheel_speeds_and_base_motion_are_inverse() -> None:
     drive = BASE.drive
-    left, right = wheel_speeds(drive, Velocity(0.2, -0.7))
+    left, right = wheel_angular_speeds(drive, Velocity(0.2, -0.7))
     assert base_motion(drive, left, right) == pytest.approx((0.2, -0.7))
-    assert wheel_speeds(drive, Velocity(0.0, math.pi))[0] < 0.0
+    assert wheel_angular_speeds(drive, Velocity(0.0, math.pi))[0] < 0.0

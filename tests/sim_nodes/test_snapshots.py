@@ -31,7 +31,7 @@ def inject(client: Client, name: str, device: str, fault: Fault) -> None:
 
 
 def busy(engine: str, seed: int = 3) -> Client:
-    """A robot on its way, watched, with faults, a box before it and one that falls on its tail."""
+    """Return a client of a driving robot with watches, faults, a box ahead, and one that falls on it."""
     client = Client("maze", seed, engine)
     client.localise()
     client.navigate(GOAL)
@@ -57,13 +57,13 @@ def busy(engine: str, seed: int = 3) -> Client:
     client.ask(wire.DELETE_ENTITY, wire.EntityName(name="gone"))
     client.spawn("falling", pose(client.truth.x, client.truth.y, z=0.5))
     time = 1.5
-    while time < 2.51:  # in the midst of a tick, and between two scans
+    while time < 2.51:  # during a tick, and between two scans
         time = client.advance(2.51).time
     return client
 
 
 @pytest.mark.parametrize("purpose", [Purpose.CONTINUE, Purpose.BEGIN])
-def test_a_robot_that_is_driven_by_a_velocity_is_driven_on(purpose: Purpose) -> None:
+def test_a_restored_robot_keeps_its_velocity_command(purpose: Purpose) -> None:
     original = Client("empty", 3)
     original.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.3, duration=2.0))
     original.advance(0.3)
@@ -83,7 +83,7 @@ def test_a_robot_that_is_driven_by_a_velocity_is_driven_on(purpose: Purpose) -> 
 
 def save(client: Client) -> wire.Snapshot:
     answer = client.ask(wire.SAVE_STATE, wire.Empty())
-    return wire.SAVE_STATE.read_answer(wire.encode(answer))
+    return wire.SAVE_STATE.read_reply(wire.encode(answer))
 
 
 def restore(
@@ -93,7 +93,7 @@ def restore(
 
 
 def follow(client: Client, until: float) -> Iterator[object]:
-    """Everything that is seen of a run from now on: answers, states, what the robot senses and believes."""
+    """Return all later observations of a run: answers, states, samples and localised poses."""
     time = client.simulator.simulation.time
     while time < until:
         advanced = client.advance(min(until, time + 0.25))
@@ -107,7 +107,7 @@ def follow(client: Client, until: float) -> Iterator[object]:
 
 
 @pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
-def test_a_fork_goes_on_to_the_bit_as_the_original(engine: str) -> None:
+def test_a_fork_continues_bit_identically(engine: str) -> None:
     original = busy(engine)
     snapshot = save(original)
     rest = list(follow(original, 7.0))
@@ -121,14 +121,14 @@ def test_a_fork_goes_on_to_the_bit_as_the_original(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_nothing_that_a_simulation_consists_of_is_forgotten(engine: str) -> None:
+def test_snapshots_contain_all_state(engine: str) -> None:
     original = busy(engine)
     fork = Client("empty", 99, engine)
     restore(fork, save(original))
     assert differences(original.simulator.simulation, fork.simulator.simulation) == []
 
 
-def test_state_that_is_not_declared_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_undeclared_state_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Odometry, "STATE", ("_angles",))
     monkeypatch.setattr(MobileBase, "STATE", ("sensors", "localisation", "_navigator", "_scan"))
     original = busy("mujoco")
@@ -139,7 +139,7 @@ def test_state_that_is_not_declared_is_found(monkeypatch: pytest.MonkeyPatch) ->
     assert "['_obstacles']" in found
 
 
-def test_another_seed_makes_another_rest_from_the_same_state() -> None:
+def test_another_seed_changes_a_restored_run() -> None:
     snapshot = save(busy("mujoco"))
     rests = []
     for seed in (None, 3, 4):
@@ -150,7 +150,7 @@ def test_another_seed_makes_another_rest_from_the_same_state() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_that_begins_from_a_snapshot_takes_over_what_robots_do() -> None:
+def test_a_run_from_a_snapshot_continues_motions_of_robots() -> None:
     original = busy("mujoco")
     snapshot = save(original)
     left = snapshot.time
@@ -165,7 +165,7 @@ def test_a_run_that_begins_from_a_snapshot_takes_over_what_robots_do() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_that_begins_from_a_snapshot_hears_nothing_of_another_run() -> None:
+def test_a_run_from_a_snapshot_gets_no_events_of_another_run() -> None:
     snapshot = save(busy("mujoco"))
     fork = Client("empty", 99, "mujoco")
     restore(fork, snapshot, Purpose.BEGIN)
@@ -176,13 +176,13 @@ def test_a_run_that_begins_from_a_snapshot_hears_nothing_of_another_run() -> Non
         time = advanced.time
         told += advanced.occurrences
     assert told == []
-    assert fork.truth.distance(GOAL.position.x, GOAL.position.y) < 0.2  # it went on, for nobody
+    assert fork.truth.distance(GOAL.position.x, GOAL.position.y) < 0.2  # it continued without a client
     with pytest.raises(RequestRefused, match="no active goal"):
         fork.ask(wire.CANCEL_GOAL, wire.CancelGoal(id="goal"))
 
 
 @pytest.mark.slow
-def test_another_goal_ends_what_a_robot_does_for_nobody() -> None:
+def test_a_goal_replaces_a_goal_without_a_client() -> None:
     fork = Client("empty", 99, "mujoco")
     restore(fork, save(busy("mujoco")), Purpose.BEGIN)
     fork.navigate(pose(0.5, 0.0), goal="mine")
@@ -191,7 +191,7 @@ def test_another_goal_ends_what_a_robot_does_for_nobody() -> None:
     assert fork.truth.distance(0.5, 0.0) < 0.2
 
 
-def test_rewinding_keeps_the_clock_and_ends_what_was_begun_since() -> None:
+def test_rewinding_keeps_the_clock_and_cancels_later_goals() -> None:
     client = Client("maze", 3)
     client.localise()
     client.watch(5.0, 5.0, 0.1, watch="before")
@@ -211,7 +211,7 @@ def test_rewinding_keeps_the_clock_and_ends_what_was_begun_since() -> None:
         client.ask(wire.CANCEL_WATCH, wire.CancelWatch(id=watch))
 
 
-def test_rewinding_goes_on_with_a_goal_that_was_active_then_and_is_now() -> None:
+def test_rewinding_continues_a_goal_that_is_active_in_both_states() -> None:
     client = Client("maze", 3)
     client.localise()
     client.navigate(GOAL)
@@ -233,15 +233,15 @@ def test_rewinding_goes_on_with_a_goal_that_was_active_then_and_is_now() -> None
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"engine": "pybullet"}, "the engine pybullet, and here is mujoco"),
+        ({"engine": "pybullet"}, "the engine pybullet; found mujoco"),
         ({"engine_version": "3.0"}, "version of mujoco 3.0"),
         ({"version": "9.9"}, "version of seoro 9.9"),
-        ({"format": 7}, "the format 7, and here is 3"),
+        ({"format": 7}, "the format 7; found 3"),
         ({"state": b"nonsense"}, "damaged"),
     ],
     ids=str,
 )
-def test_a_snapshot_that_means_nothing_here_is_refused(
+def test_a_snapshot_of_another_engine_or_version_is_refused(
     empty: Client, change: dict[str, object], words: str
 ) -> None:
     before = save(empty)
@@ -250,36 +250,36 @@ def test_a_snapshot_that_means_nothing_here_is_refused(
     assert save(empty) == before
 
 
-def test_a_snapshot_that_does_not_fit_leaves_everything_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mismatched_snapshot_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     client = busy("mujoco")
     other = busy("mujoco")
     with monkeypatch.context() as patched:
         patched.setattr(Lidar, "STATE", ("period",))
         snapshot = save(client)
-    with pytest.raises(RequestRefused, match="cannot be restored: there is a Lidar where"):
+    with pytest.raises(RequestRefused, match="cannot restore the snapshot: found a Lidar; "):
         restore(other, snapshot)
     assert list(follow(other, 4.0)) == list(follow(client, 4.0))
 
 
-def test_a_made_up_snapshot_is_refused_and_leaves_everything_as_it_was(empty: Client) -> None:
+def test_a_forged_snapshot_is_refused_and_changes_nothing(empty: Client) -> None:
     snapshot = save(empty)
     contents = snapshots.check(snapshot, empty.simulator.simulation.engine, snapshot.version)
     walls = (replace(wall, height=-1.0) for wall in load_world("maze").walls)
     made_up = replace(contents, world=replace(contents.world, walls=tuple(walls)))
     state = zlib.compress(pack(made_up))
     digest = blake2b(state, digest_size=16).hexdigest()
-    with pytest.raises(RequestRefused, match="cannot be restored"):
+    with pytest.raises(RequestRefused, match="cannot restore"):
         restore(empty, snapshot.model_copy(update={"state": state, "digest": digest}))
     assert empty.advance(0.5).time == 0.5
     assert empty.truth.distance(0.0, 0.0) < 0.01
 
 
-def test_lost_physics_cannot_be_saved_and_are_mended_by_a_snapshot(empty: Client) -> None:
+def test_diverged_physics_cannot_be_saved_and_can_be_restored(empty: Client) -> None:
     snapshot = save(empty)
     empty.simulator.simulation.engine._data.qpos[:] = float("nan")  # type: ignore[attr-defined]
     with pytest.raises(RequestRefused, match="reset the simulation"):
         empty.advance(0.1)
-    with pytest.raises(RequestRefused, match="cannot be saved: the physics are lost"):
+    with pytest.raises(RequestRefused, match="cannot save the state: the physics has diverged"):
         save(empty)
     restore(empty, snapshot)
     assert empty.advance(1.0).time == 1.0

@@ -1,4 +1,4 @@
-"""What a node finds to spawn by itself: files of its model path, props of its world, folders that are named."""
+"""Models for spawning: files on the model path, props of the world, and files in given folders."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes import spawnables
+from sim_nodes import files
 from sim_nodes.simulator import Simulator
 from tests.sim_nodes.client import BOX, Client, pose
 from tests.sim_nodes.engines import make_engine
@@ -56,48 +56,48 @@ def test_props_and_models_of_the_model_path_are_listed(yard: Client) -> None:
     assert listed.message == ""
     parcel, post, pot, *_ = listed.spawnables
     assert (parcel.description, post.description, pot.description) == (
-        "as the prop parcel of the world, 2 kg",
-        "as the prop post of the world, fixed",
+        "prop parcel of the world, 2 kg",
+        "prop post of the world, fixed",
         "small pot.sdf, 5 kg",
     )
     assert (pot.bounds.lower.x, pot.bounds.upper.z) == (-0.15, 0.3)
 
 
-def test_all_that_is_listed_can_be_spawned_by_its_uri(yard: Client) -> None:
+def test_listed_models_can_be_spawned_by_their_uri(yard: Client) -> None:
     for index, each in enumerate(found(yard).spawnables):
         bounds = spawn(yard, f"thing_{index}", each.uri).bounds
         assert bounds == each.bounds
         yard.ask(wire.DELETE_ENTITY, wire.EntityName(name=f"thing_{index}"))
 
 
-def test_folders_are_looked_through_when_they_are_named(yard: Client, tmp_path: Path) -> None:
+def test_models_in_given_folders_are_listed(yard: Client, tmp_path: Path) -> None:
     folder = tmp_path / "more"
     folder.mkdir()
     (folder / "box.sdf").write_text(BOX)
     (folder / "away.sdf").symlink_to(tmp_path / "models" / "garden" / "pots" / "small pot.sdf")
     named = found(yard, folder.as_uri(), "relative", str(tmp_path / "none"))
     assert named.spawnables[-1].uri == f"file://{folder.resolve()}/box.sdf"
-    assert named.message == f"'relative' is no folder here; '{tmp_path}/none' is no folder here"
+    assert named.message == f"folder not found: 'relative'; folder not found: '{tmp_path}/none'"
     spawn(yard, "box", named.spawnables[-1].uri)
 
 
-def test_a_long_list_says_where_it_ends(yard: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spawnables, "MAX_FILES", 2)
+def test_a_truncated_list_is_reported(yard: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "MAX_FILES", 2)
     listed = found(yard)
     assert [each.uri for each in listed.spawnables[2:]] == ["garden://pots/small%20pot.sdf"]
-    assert listed.message == "after 2 files no more were looked at"
+    assert listed.message == "ignored further files after the first 2"
 
 
 @pytest.mark.parametrize(
     ("uri", "words"),
     [
-        ("", "neither a model nor the URI of one was given"),
-        ("prop://moon", "prop://moon: the world has no prop 'moon': it has parcel, post"),
-        ("garden://pots/none.sdf", "there is no model 'garden://pots/none.sdf'; looked at"),
-        ("box.sdf", "'box.sdf' names no model: write `name://path`"),
+        ("", "missing model"),
+        ("prop://moon", "prop://moon: unknown prop 'moon' of the world; props: parcel, post"),
+        ("garden://pots/none.sdf", "unknown model 'garden://pots/none.sdf' (searched:"),
+        ("box.sdf", "invalid model 'box.sdf': expected `name://path`"),
     ],
 )
-def test_what_there_is_not_is_refused(yard: Client, uri: str, words: str) -> None:
+def test_unknown_models_are_refused(yard: Client, uri: str, words: str) -> None:
     with pytest.raises(RequestRefused) as refused:
         spawn(yard, "thing", uri)
     assert words in refused.value.message

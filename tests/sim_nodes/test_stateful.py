@@ -36,7 +36,7 @@ def saved(whole: Whole) -> State:
     return state
 
 
-def test_parts_stay_the_objects_that_they_are_and_values_are_taken() -> None:
+def test_restoring_keeps_parts_and_replaces_values() -> None:
     other = Whole()
     part, named, row = other.part, other.named["1"], other.row[0]
     other.restore(saved(changed()))
@@ -44,7 +44,7 @@ def test_parts_stay_the_objects_that_they_are_and_values_are_taken() -> None:
     assert (part.count, named.count, row.count, other.last) == (1, 2, 3, [4])
 
 
-def test_attributes_that_there_were_not_yet_are_not_there_afterwards() -> None:
+def test_restoring_removes_attributes_missing_in_the_state() -> None:
     state = saved(Whole())
     whole = Whole()
     vars(whole)["late"] = 1
@@ -59,16 +59,16 @@ def test_attributes_that_there_were_not_yet_are_not_there_afterwards() -> None:
 @pytest.mark.parametrize(
     ("state", "words"),
     [
-        (State("Part", {}), "there is a Whole"),
-        (State("Whole", {"unknown": 1}), "there is a Whole"),
+        (State("Part", {}), "found a Whole"),
+        (State("Whole", {"unknown": 1}), "found a Whole"),
         (saved(Whole(3)), "the parts of Whole.named"),
         (State("Whole", {"row": []}), "the parts of Whole.row"),
-        (State("Whole", {"part": None}), "there is a Part"),
-        (State("Whole", {"last": [State("Part", {})]}), "parts of Whole.last that were not made here"),
-        (State("Whole", {"last": State("Part", {})}), "parts of Whole.last that were not made here"),
+        (State("Whole", {"part": None}), "found a Part"),
+        (State("Whole", {"last": [State("Part", {})]}), "parts of Whole.last that are missing here"),
+        (State("Whole", {"last": State("Part", {})}), "parts of Whole.last that are missing here"),
     ],
     ids=repr,
 )
-def test_states_of_something_else_are_refused(state: State, words: str) -> None:
+def test_states_of_another_class_are_refused(state: State, words: str) -> None:
     with pytest.raises(StateMismatch, match=words):
         Whole().restore(state)

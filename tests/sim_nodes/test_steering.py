@@ -63,7 +63,7 @@ def test_a_robot_stops_when_its_drive_is_cancelled(empty: Client) -> None:
     assert empty.truth.distance(there.x, there.y) < 1e-3
 
 
-def test_a_command_is_obeyed_for_half_a_second(empty: Client) -> None:
+def test_a_velocity_command_expires_after_half_a_second(empty: Client) -> None:
     for second in range(1, 5):
         command(empty, 0.3)
         empty.advance(second * 0.4)
@@ -76,41 +76,41 @@ def test_a_command_is_obeyed_for_half_a_second(empty: Client) -> None:
     assert empty.truth.x == pytest.approx(stopped, abs=1e-3)
 
 
-def test_a_command_to_nobody_is_for_the_first_robot_that_drives(empty: Client) -> None:
+def test_a_command_without_a_robot_goes_to_the_first_wheeled_one(empty: Client) -> None:
     command(empty, 0.3, robot="")
     empty.advance(1.0)
     assert empty.truth.x > 0.05
 
 
-def test_a_robot_does_one_thing_at_a_time(empty: Client) -> None:
+def test_a_busy_robot_refuses_velocities(empty: Client) -> None:
     empty.localise()
     drive(empty, 0.1)
-    with pytest.raises(RequestRefused, match="is driving to goal 'drive'") as refused:
+    with pytest.raises(RequestRefused, match="is busy with goal 'drive'") as refused:
         empty.navigate(pose(1.0, 0.0))
     assert refused.value.code == Result.INCORRECT_STATE
-    with pytest.raises(RequestRefused, match="is driving to goal 'drive'"):
+    with pytest.raises(RequestRefused, match="is busy with goal 'drive'"):
         command(empty, 0.1)
-    with pytest.raises(RequestRefused, match="'drive' is in use"):
+    with pytest.raises(RequestRefused, match="duplicate id 'drive'"):
         drive(empty, 0.1)
     empty.run_until("drive")
     command(empty, -0.2)
-    empty.navigate(pose(1.0, 0.0))  # commands are no goals: what comes after them takes over
+    empty.navigate(pose(1.0, 0.0))  # the next command or goal replaces a command
     assert empty.run_until("goal")[0].outcome is Outcome.SUCCEEDED
 
 
 @pytest.mark.parametrize(
     ("linear", "angular", "duration", "words"),
     [
-        (0.4, 0.0, 1.0, "drives with up to 0.306 m/s"),
-        (0.1, -2.0, 1.0, "turns with up to 1.9 rad/s"),
-        (math.nan, 0.0, 1.0, "no finite number"),
-        (0.1, math.inf, 1.0, "no finite number"),
-        (0.1, 0.0, math.nan, "the duration is nan s"),
-        (0.1, 0.0, 0.0, "the duration is 0.0 s"),
+        (0.4, 0.0, 1.0, "expected up to 0.306 m/s"),
+        (0.1, -2.0, 1.0, "and 1.9 rad/s"),
+        (math.nan, 0.0, 1.0, "finite number"),
+        (0.1, math.inf, 1.0, "finite number"),
+        (0.1, 0.0, math.nan, "invalid duration nan s"),
+        (0.1, 0.0, 0.0, "invalid duration 0.0 s"),
         (0.1, 0.0, 1e9, "at most 86400 s"),
     ],
 )
-def test_what_cannot_be_driven_is_refused(
+def test_invalid_velocities_are_refused(
     empty: Client, linear: float, angular: float, duration: float, words: str
 ) -> None:
     with pytest.raises(RequestRefused, match=words):
@@ -119,10 +119,10 @@ def test_what_cannot_be_driven_is_refused(
     assert empty.truth.x == pytest.approx(0.0, abs=1e-3)
 
 
-def test_commands_that_no_wheel_can_follow_are_refused(empty: Client) -> None:
-    with pytest.raises(RequestRefused, match="along its x axis"):
+def test_velocities_beyond_the_limits_are_refused(empty: Client) -> None:
+    with pytest.raises(RequestRefused, match="only linear x and angular z"):
         command(empty, 0.1, y=0.1)
-    with pytest.raises(RequestRefused, match="no finite number"):
+    with pytest.raises(RequestRefused, match="finite number"):
         command(empty, math.nan)
-    with pytest.raises(RequestRefused, match="no robot 'nobody': known are turtlebot4"):
-        command(empty, 0.1, robot="nobody")
+    with pytest.raises(RequestRefused, match="unknown robot 'other'; robots: turtlebot4"):
+        command(empty, 0.1, robot="other")

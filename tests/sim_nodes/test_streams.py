@@ -18,14 +18,14 @@ LIDAR, ODOMETRY, IMU = (SensorName(robot=ROBOT, sensor=name) for name in ("lidar
 
 @dataclass
 class Tray:
-    """Keeps what is published."""
+    """Keeps published messages."""
 
-    told: list[wire.Streamed] = field(default_factory=list)
-    is_taken: bool = True
+    told: list[wire.StreamUpdate] = field(default_factory=list)
+    has_subscribers: bool = True
     is_closed: bool = False
 
     def put(self, payload: bytes) -> None:
-        self.told.append(wire.decode(wire.Streamed, payload, wire.ANSWER))
+        self.told.append(wire.decode(wire.StreamUpdate, payload, wire.ANSWER))
 
     def close(self) -> None:
         self.is_closed = True
@@ -39,7 +39,7 @@ class Tray:
 
 
 def streaming(client: Client, name: str = "view", **wanted: object) -> Tray:
-    """The tray of a stream."""
+    """Open a stream; return its tray."""
     tray = Tray()
     client.simulator.streams.connect(lambda _: tray)
     client.ask(wire.OPEN_STREAM, wire.OpenStream.model_validate({"id": name, **wanted}))
@@ -62,7 +62,7 @@ def test_samples_are_published_in_the_tick_in_which_they_arrive(engine: str) -> 
 
 
 @pytest.mark.parametrize("steps", [False, True])
-def test_time_passes_in_the_same_way_for_streams_whoever_lets_it(empty: Client, steps: bool) -> None:
+def test_streams_are_equal_for_grants_and_playing(empty: Client, steps: bool) -> None:
     tray = streaming(empty, sensors=(IMU,), joints=(ROBOT,))
     if steps:
         empty.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=50))
@@ -77,7 +77,7 @@ def test_time_passes_in_the_same_way_for_streams_whoever_lets_it(empty: Client, 
     assert joints.positions == pytest.approx((0.0, 0.0), abs=1e-3)
 
 
-def test_where_a_robot_believes_to_be_is_published_once_it_does(maze: Client) -> None:
+def test_localised_poses_are_published(maze: Client) -> None:
     tray = streaming(maze, poses=(ROBOT,))
     maze.advance(0.2)
     assert not any(told.poses for told in tray.told)
@@ -97,7 +97,7 @@ def test_joints_of_an_arm_are_published(empty: Client) -> None:
     assert joints == cell.ask(wire.GET_JOINT_STATES, wire.RobotName(robot="ur10e"))
 
 
-def test_streams_change_nothing_of_what_is_simulated() -> None:
+def test_streams_do_not_change_the_simulation() -> None:
     ends = []
     for wanted in (False, True):
         client = Client("maze", 5)
@@ -131,20 +131,20 @@ def test_streams_outlast_resets_and_worlds(maze: Client) -> None:
     assert tray.told == []
 
 
-def test_a_stream_ends_with_those_who_took_it(empty: Client) -> None:
+def test_a_stream_closes_after_its_last_subscriber(empty: Client) -> None:
     tray = streaming(empty)
-    tray.is_taken = False  # the subscription is on its way
+    tray.has_subscribers = False  # the subscription is not known yet
     empty.advance(1.2)
     assert not tray.is_closed
-    tray.is_taken = True
+    tray.has_subscribers = True
     empty.advance(2.5)
-    tray.is_taken = False
+    tray.has_subscribers = False
     empty.advance(4.1)
     assert tray.is_closed
     assert tray.told[-1].time <= 4.0
 
 
-def test_nothing_is_simulated_ahead_of_what_is_published(empty: Client) -> None:
+def test_open_streams_prevent_simulating_ahead(empty: Client) -> None:
     tray = streaming(empty)
     assert empty.ask(wire.ADVANCE, wire.Advance(until=0.1, horizon=4.0)).time == pytest.approx(0.1)
     assert tray.told[-1].time == pytest.approx(0.1)
@@ -154,28 +154,31 @@ def test_nothing_is_simulated_ahead_of_what_is_published(empty: Client) -> None:
 @pytest.mark.parametrize(
     ("wanted", "words"),
     [
-        ({"sensors": (SensorName(robot="r2", sensor="lidar"),)}, "no robot 'r2'"),
-        ({"sensors": (SensorName(robot=ROBOT, sensor="radar"),)}, "no sensor 'radar': it has bumper"),
-        ({"poses": ("r2",)}, "no robot 'r2'"),
-        ({"joints": ("r2",)}, "no robot 'r2'"),
-        ({"id": "view"}, "there is a stream 'view' already"),
+        ({"sensors": (SensorName(robot="r2", sensor="lidar"),)}, "unknown robot 'r2'"),
+        (
+            {"sensors": (SensorName(robot=ROBOT, sensor="radar"),)},
+            "unknown sensor 'radar' of turtlebot4; sensors: bumper",
+        ),
+        ({"poses": ("r2",)}, "unknown robot 'r2'"),
+        ({"joints": ("r2",)}, "unknown robot 'r2'"),
+        ({"id": "view"}, "duplicate stream 'view'"),
     ],
 )
-def test_what_cannot_be_published_is_refused(empty: Client, wanted: dict[str, object], words: str) -> None:
+def test_invalid_streams_are_refused(empty: Client, wanted: dict[str, object], words: str) -> None:
     streaming(empty)
     with pytest.raises(RequestRefused, match=words):
         empty.ask(wire.OPEN_STREAM, wire.OpenStream.model_validate({"id": "other", **wanted}))
 
 
-def test_only_nodes_publish(empty: Client) -> None:
-    with pytest.raises(RequestRefused, match="publishes nothing"):
+def test_streams_without_a_node_are_refused(empty: Client) -> None:
+    with pytest.raises(RequestRefused, match="does not publish streams"):
         empty.ask(wire.OPEN_STREAM, wire.OpenStream(id="view"))
-    with pytest.raises(RequestRefused, match="no stream 'view': open are none"):
+    with pytest.raises(RequestRefused, match="unknown stream 'view'; open streams: none"):
         empty.ask(wire.CLOSE_STREAM, wire.StreamName(id="view"))
 
 
-def test_there_is_an_end_of_streams(empty: Client) -> None:
+def test_the_number_of_streams_is_limited(empty: Client) -> None:
     for number in range(16):
         streaming(empty, f"view{number}")
-    with pytest.raises(RequestRefused, match="16 streams already"):
+    with pytest.raises(RequestRefused, match="too many streams: 16"):
         streaming(empty, "one_more")

@@ -1,4 +1,4 @@
-"""Who is to blame for a contact, the same in both engines."""
+"""Strikers of contacts, the same in both engines."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ robots:
 
 @pytest.fixture(params=["mujoco", "pybullet"])
 def pair(tmp_path: Path, request: pytest.FixtureRequest) -> Client:
-    """Two robots that look along x, the second 2 m behind the first, and a wall 3 m ahead."""
+    """Return a client of two robots facing along x, the second 2 m behind the first, and a wall 3 m ahead."""
     path = tmp_path / "pair.yaml"
     path.write_text(WORLD)
     return Client(str(path), engine=request.param)
@@ -37,7 +37,7 @@ def drive(client: Client, robot: str, linear: float, duration: float = 10.0) -> 
     client.ask(wire.DRIVE, wire.Drive(id=goal, robot=robot, linear=linear, angular=0.0, duration=duration))
 
 
-def put(client: Client, name: str, at: wire.Pose, ahead: float = 0.0, aside: float = 0.0) -> None:
+def put(client: Client, name: str, at: wire.Pose3D, ahead: float = 0.0, aside: float = 0.0) -> None:
     twist = Twist(linear=Vector3(x=ahead, y=aside))
     client.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=name, pose=at, twist=twist))
 
@@ -47,7 +47,7 @@ def cube(edge: float = 0.3) -> str:
 
 
 def contacts(client: Client, until: float, step: float = 20.0) -> list[wire.Contact]:
-    """All contacts up to a time, in grants of a length at most."""
+    """Return all contacts up to a time, in grants of a maximum length."""
     found: list[wire.Contact] = []
     while (now := client.simulator.simulation.time) < until:
         found += client.advance(min(now + step, until)).contacts
@@ -58,7 +58,7 @@ def strikers(found: list[wire.Contact], *names: str) -> list[tuple[str, ...] | N
     return [contact.strikers for contact in found if {contact.first, contact.second} == set(names)]
 
 
-def test_who_drives_into_what_stands_is_to_blame(pair: Client) -> None:
+def test_a_robot_that_drives_into_a_standing_one_is_the_striker(pair: Client) -> None:
     pair.spawn("box", pose(1.0, 0.0, z=0.15), cube())
     drive(pair, ROBOT, 0.2, 4.0)
     [contact] = contacts(pair, 4.0)
@@ -68,13 +68,13 @@ def test_who_drives_into_what_stands_is_to_blame(pair: Client) -> None:
     assert not contact.pushes
 
 
-def test_who_stands_is_not_to_blame_for_what_hits_it(pair: Client) -> None:
+def test_a_standing_robot_is_not_the_striker(pair: Client) -> None:
     pair.spawn("box", pose(0.4, 0.0, z=0.151), cube())
     put(pair, "box", pose(0.4, 0.0, z=0.151), ahead=-2.0)
     assert strikers(contacts(pair, 1.0), "box", ROBOT)[0] == ("box",)
 
 
-def test_who_drives_away_is_not_to_blame_for_what_is_faster(pair: Client) -> None:
+def test_a_robot_hit_from_behind_is_not_the_striker(pair: Client) -> None:
     pair.spawn("box", pose(-0.6, 0.0, z=0.151), cube())
     drive(pair, ROBOT, 0.1)
     contacts(pair, 1.0)
@@ -82,7 +82,7 @@ def test_who_drives_away_is_not_to_blame_for_what_is_faster(pair: Client) -> Non
     assert strikers(contacts(pair, 2.0), "box", ROBOT)[0] == ("box",)
 
 
-def test_who_is_hit_from_aside_is_not_to_blame(pair: Client) -> None:
+def test_a_robot_hit_from_the_side_is_not_the_striker(pair: Client) -> None:
     drive(pair, ROBOT, 0.3)
     contacts(pair, 1.0)
     x = pair.truth.x
@@ -91,14 +91,14 @@ def test_who_is_hit_from_aside_is_not_to_blame(pair: Client) -> None:
     assert strikers(contacts(pair, 1.5), "box", ROBOT)[0] == ("box",)
 
 
-def test_two_who_drive_into_each_other_are_both_to_blame(pair: Client) -> None:
+def test_robots_that_drive_into_each_other_are_both_strikers(pair: Client) -> None:
     drive(pair, OTHER, 0.2)
     drive(pair, ROBOT, -0.2)
     [contact] = contacts(pair, 5.0)
     assert set(contact.strikers or ()) == {ROBOT, OTHER}
 
 
-def test_who_is_pushed_into_something_is_not_to_blame(pair: Client) -> None:
+def test_a_robot_pushed_into_a_body_is_not_the_striker(pair: Client) -> None:
     pair.spawn("box", pose(0.5, 0.0, z=0.15), box(0.3, 0.3, 0.3, static=True))
     drive(pair, OTHER, 0.3, 12.0)
     found = contacts(pair, 12.0)
@@ -107,7 +107,7 @@ def test_who_is_pushed_into_something_is_not_to_blame(pair: Client) -> None:
     assert strikers(found, ROBOT, "box"), "it was pushed as far as that"
 
 
-def test_what_is_put_into_the_way_at_the_last_moment_is_to_blame(pair: Client) -> None:
+def test_a_body_placed_in_front_of_a_robot_is_the_striker(pair: Client) -> None:
     pair.spawn("box", pose(0.0, 2.0, z=0.15), box(0.3, 0.3, 0.3, static=True))
     drive(pair, ROBOT, 0.3)
     contacts(pair, 2.0)
@@ -121,7 +121,7 @@ def test_what_is_put_into_the_way_at_the_last_moment_is_to_blame(pair: Client) -
     assert (contact.strikers, contact.pushes) == ((ROBOT,), True), "it has had the time to stop"
 
 
-def test_who_drives_on_against_what_it_touches_is_to_blame_again(pair: Client) -> None:
+def test_a_robot_that_keeps_pushing_is_a_striker_again(pair: Client) -> None:
     drive(pair, ROBOT, 0.3, 10.5)
     assert strikers(contacts(pair, 11.0), "barrier", ROBOT)[0] == (ROBOT,)
     drive(pair, ROBOT, 0.3, 1.0)
@@ -131,7 +131,7 @@ def test_who_drives_on_against_what_it_touches_is_to_blame_again(pair: Client) -
     assert not any(contact.pushes for contact in contacts(pair, 14.0)), "it backs off"
 
 
-def test_however_time_is_granted_the_same_is_to_blame(pair: Client) -> None:
+def test_the_size_of_grants_does_not_change_strikers(pair: Client) -> None:
     found = []
     for step in (20.0, 0.02, 0.037):
         pair.ask(wire.RESET_SIMULATION, wire.ResetSimulation())
@@ -143,7 +143,7 @@ def test_however_time_is_granted_the_same_is_to_blame(pair: Client) -> None:
     assert found[0] == found[1] == found[2]
 
 
-def test_a_run_that_goes_on_from_a_snapshot_blames_the_same(pair: Client) -> None:
+def test_a_restored_run_has_the_same_strikers(pair: Client) -> None:
     pair.spawn("box", pose(0.6, 0.05, z=0.15), cube())
     drive(pair, ROBOT, 0.2)
     contacts(pair, 1.313)
@@ -156,7 +156,7 @@ def test_a_run_that_goes_on_from_a_snapshot_blames_the_same(pair: Client) -> Non
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
-def test_an_arm_may_grip_lift_and_set_down_and_is_to_blame_for_what_it_carries_into_others(engine: str) -> None:
+def test_an_arm_is_the_striker_of_collisions_of_its_load_only(engine: str) -> None:
     cell = Cell(engine)
     seen: list[wire.Contact] = []
     finish = cell.run_until

@@ -1,4 +1,4 @@
-"""What is said of entities, and what they are found by: `set_entity_info`, tags of world files and of spawns."""
+"""Descriptions and tags of entities: set by `set_entity_info`, in world files, and when spawning."""
 
 from __future__ import annotations
 
@@ -65,11 +65,11 @@ def test_entities_of_a_world_are_found_by_any_or_all_of_their_tags(yard: Client)
     assert info(yard, "walls").tags == ("brick", "north")
 
 
-def test_an_empty_filter_lets_all_pass(yard: Client) -> None:
+def test_an_empty_filter_matches_all(yard: Client) -> None:
     assert found(yard, filter="") == found(yard)
 
 
-def test_what_is_spawned_has_the_tags_that_it_was_given(yard: Client) -> None:
+def test_spawned_bodies_have_the_requested_tags(yard: Client) -> None:
     spawn(yard, "box", "cargo")
     assert found(yard, "cargo") == ("box", "parcel")
     assert info(yard, "box") == wire.EntityInfo(
@@ -77,7 +77,7 @@ def test_what_is_spawned_has_the_tags_that_it_was_given(yard: Client) -> None:
     )
 
 
-def test_what_is_said_of_an_entity_takes_the_place_of_all_that_was(yard: Client) -> None:
+def test_setting_entity_info_replaces_all_of_it(yard: Client) -> None:
     tell(yard, "parcel", Category.HUMAN, "a visitor", "guest")
     assert info(yard, "parcel") == wire.EntityInfo(
         category=Category.HUMAN, description="a visitor", tags=("guest",)
@@ -88,7 +88,7 @@ def test_what_is_said_of_an_entity_takes_the_place_of_all_that_was(yard: Client)
     assert info(yard, "parcel") == wire.EntityInfo(category=Category.OBJECT, description="")
 
 
-def test_it_lasts_until_the_entity_is_deleted_or_everything_is_reset(yard: Client) -> None:
+def test_entity_info_lasts_until_deletion_or_a_full_reset(yard: Client) -> None:
     spawn(yard, "box", "cargo")
     tell(yard, "box", Category.OBJECT, "a box", "mine")
     tell(yard, ROBOT, Category.ROBOT, "an old one", "mine")
@@ -104,7 +104,7 @@ def test_it_lasts_until_the_entity_is_deleted_or_everything_is_reset(yard: Clien
     assert info(yard, ROBOT).tags == ("fleet", "small")
 
 
-def test_snapshots_know_it(yard: Client) -> None:
+def test_snapshots_keep_entity_info(yard: Client) -> None:
     spawn(yard, "box", "cargo")
     tell(yard, ROBOT, Category.ROBOT, "an old one", "mine")
     resumed = Client(yard.ask(wire.SAVE_STATE, wire.Empty()), None)
@@ -112,19 +112,19 @@ def test_snapshots_know_it(yard: Client) -> None:
     assert info(resumed, ROBOT).description == "an old one"
 
 
-def test_what_makes_no_sense_is_refused(yard: Client) -> None:
-    with pytest.raises(RequestRefused, match="no entity 'moon'"):
+def test_invalid_requests_are_refused(yard: Client) -> None:
+    with pytest.raises(RequestRefused, match="unknown entity 'moon'"):
         tell(yard, "moon", Category.OBJECT, "")
-    with pytest.raises(RequestRefused, match=r"no category 3: known are 0 \(object\)"):
+    with pytest.raises(RequestRefused, match=r"unknown category 3; categories: 0 \(object\)"):
         tell(yard, ROBOT, 3, "")
-    with pytest.raises(RequestRefused, match="a description has 1000 characters at most, not 1001"):
+    with pytest.raises(RequestRefused, match="the description has 1001 characters; expected at most 1000"):
         tell(yard, ROBOT, Category.ROBOT, "x" * 1001)
-    with pytest.raises(RequestRefused, match="'two words' is no tag: a tag has 1 to 64 characters"):
+    with pytest.raises(RequestRefused, match="invalid tag 'two words'; expected 1 to 64 characters"):
         tell(yard, ROBOT, Category.ROBOT, "", "two words")
-    with pytest.raises(RequestRefused, match="21 tags were given: give 20 at most"):
+    with pytest.raises(RequestRefused, match="found 21 tags; expected at most 20"):
         tell(yard, ROBOT, Category.ROBOT, "", *(f"t{number}" for number in range(21)))
-    with pytest.raises(RequestRefused, match="'' is no tag"):
+    with pytest.raises(RequestRefused, match="invalid tag ''"):
         spawn(yard, "box", "")
-    with pytest.raises(RequestRefused, match=r"no filter mode 7: known are 0 \(any of the tags\) and 1 \(all"):
+    with pytest.raises(RequestRefused, match=r"unknown filter mode 7; expected 0 \(any of the tags\) or 1 \(all"):
         found(yard, "small", mode=7)
     assert info(yard, ROBOT).tags == ("fleet", "small")

@@ -28,7 +28,7 @@ def pair(tmp_path: Path) -> Client:
     return client
 
 
-def test_frames_without_a_name_are_those_of_the_first_robot(pair: Client) -> None:
+def test_unprefixed_frames_belong_to_the_first_robot(pair: Client) -> None:
     found = {}
     for frame in ("base_link", f"{ROBOT}/base_link", f"{OTHER}/base_link", f"{OTHER}_base_link_gt"):
         relative = wire.RelativePose(frame=frame, parent_frame="map", distance=0.0)

@@ -25,7 +25,7 @@ SMALL: dict[str, Any] = {"width": 64, "height": 48}
 
 
 def played(film: bytes) -> tuple[list[float], list[NDArray[np.uint8]]]:
-    """Times and pictures of a film, as a player has them."""
+    """Return the times and images of a video, as decoded by a player."""
     with av.open(io.BytesIO(film)) as container:
         frames = list(container.decode(video=0))
     return [round(frame.time, 6) for frame in frames], [frame.to_ndarray(format="rgb24") for frame in frames]
@@ -35,12 +35,12 @@ def start(client: Client, **what: Any) -> None:
     client.ask(wire.START_RECORDING, StartRecording(**{**SMALL, **what}))
 
 
-def stop(client: Client) -> wire.Recorded:
+def stop(client: Client) -> wire.RecordingEnd:
     return client.ask(wire.STOP_RECORDING, wire.Empty())
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_films_have_pictures_at_equal_steps_of_simulated_time(engine: str) -> None:
+def test_videos_have_images_at_equal_steps_of_simulated_time(engine: str) -> None:
     needs_pictures(engine)
     client = Client("empty", engine=engine)
     start(client, rate=10, follow=ROBOT)
@@ -55,7 +55,7 @@ def test_films_have_pictures_at_equal_steps_of_simulated_time(engine: str) -> No
     assert last.error == ""
 
 
-def test_what_there_is_of_a_film_that_goes_on_plays() -> None:
+def test_an_unfinished_video_is_playable() -> None:
     needs_pictures("mujoco")
     client = Client("empty")
     start(client, rate=5)
@@ -63,7 +63,7 @@ def test_what_there_is_of_a_film_that_goes_on_plays() -> None:
     assert 1.0 <= times[-1] <= 2.5
 
 
-def test_a_film_of_a_camera_goes_on_without_it_and_through_resets() -> None:
+def test_a_video_continues_without_its_camera_and_through_resets() -> None:
     needs_pictures("mujoco")
     client = Client("empty")
     lens = {"fov": 1.0, "width": 32, "height": 32}
@@ -78,7 +78,7 @@ def test_a_film_of_a_camera_goes_on_without_it_and_through_resets() -> None:
     assert (times[-1], pictures[-1].shape) == (3.0, (32, 32, 3))
 
 
-def test_a_film_goes_on_when_the_simulation_goes_back() -> None:
+def test_a_video_continues_after_a_rewind() -> None:
     needs_pictures("mujoco")
     client = Client("empty")
     start(client, follow=ROBOT, rate=10)
@@ -93,7 +93,7 @@ def test_a_film_goes_on_when_the_simulation_goes_back() -> None:
     assert near < far, "the robot is followed to where it was"
 
 
-def test_recording_changes_nothing_of_the_run() -> None:
+def test_recording_does_not_change_the_run() -> None:
     needs_pictures("mujoco")
     recorded, other = Client("maze"), Client("maze")
     start(recorded, rate=10)
@@ -105,7 +105,7 @@ def test_recording_changes_nothing_of_the_run() -> None:
     assert recorded.estimate == other.estimate
 
 
-def test_a_fault_of_the_encoder_ends_the_film_and_not_the_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_encoder_error_ends_the_video_but_not_the_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
     needs_pictures("mujoco")
     client = Client("empty")
     start(client, rate=5)
@@ -117,11 +117,11 @@ def test_a_fault_of_the_encoder_ends_the_film_and_not_the_simulation(monkeypatch
     assert client.advance(1.1).film_error == ""
 
 
-def test_a_film_that_nobody_collects_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_uncollected_video_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(video, "MAX_KEPT", 1000)
     encoder = Encoder(64, 48, 1)
     noise = np.random.default_rng(0)
-    with pytest.raises(OSError, match="nobody has collected"):
+    with pytest.raises(OSError, match="were not collected"):
         for _ in range(100):
             encoder.add(noise.integers(0, 255, (48, 64, 3), dtype=np.uint8))
 
@@ -129,34 +129,34 @@ def test_a_film_that_nobody_collects_ends(monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.parametrize(
     ("what", "message"),
     [
-        ({"rate": 24}, "24 pictures a second are not possible: 1, 2, 5, 10, 25, 50 are"),
-        ({"width": 65}, "even sizes, not 65 by 48"),
+        ({"rate": 24}, "unsupported rate of 24 images per second; expected 1, 2, 5, 10, 25, 50"),
+        ({"width": 65}, "odd video size 65 by 48"),
         ({"width": 5000}, "16 to 2048 pixels"),
-        ({"follow": "ghost"}, "no entity 'ghost'"),
-        ({"camera": "ghost"}, "no camera 'ghost'"),
+        ({"follow": "ghost"}, "unknown entity 'ghost'"),
+        ({"camera": "ghost"}, "unknown camera 'ghost'"),
         ({"camera": f"{ROBOT}/front", "follow": ROBOT}, "not both"),
     ],
 )
-def test_what_cannot_be_recorded_is_refused(empty: Client, what: dict[str, Any], message: str) -> None:
+def test_invalid_recordings_are_refused(empty: Client, what: dict[str, Any], message: str) -> None:
     with pytest.raises(RequestRefused, match=message):
         start(empty, **what)
-    with pytest.raises(RequestRefused, match="nothing is recorded"):
+    with pytest.raises(RequestRefused, match="no recording is active"):
         stop(empty)
 
 
-def test_one_film_is_recorded_at_a_time(empty: Client) -> None:
+def test_a_second_recording_is_refused(empty: Client) -> None:
     needs_pictures("mujoco")
     start(empty)
-    with pytest.raises(RequestRefused, match="recorded already"):
+    with pytest.raises(RequestRefused, match="a recording is active"):
         start(empty)
     stop(empty)
     start(empty)
 
 
-def test_without_an_encoder_it_is_said_how_to_install_one(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_encoder_is_refused_with_a_hint(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     needs_pictures("mujoco")
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(RequestRefused, match=r"films need PyAV: pip install 'seoro\[video\]'") as refused:
+    with pytest.raises(RequestRefused, match=r"videos need PyAV: pip install 'seoro\[video\]'") as refused:
         start(empty)
     assert refused.value.code == Result.FEATURE_UNSUPPORTED
 

@@ -1,4 +1,4 @@
-"""Which files a world consists of, for those who send it elsewhere."""
+"""Lists of the files of a world, for copying it to another machine."""
 
 import json
 import shutil
@@ -17,20 +17,20 @@ def workshop(tmp_path: Path) -> Path:
     return Path(shutil.copytree(WORKSHOP, tmp_path / "workshop")) / "workshop.yaml"
 
 
-def test_a_world_has_its_plan_its_robots_and_its_models(workshop: Path) -> None:
+def test_files_of_a_world_include_plan_robots_and_models(workshop: Path) -> None:
     found = {path.name for path in files_of_world(workshop)}
     assert found == {
         "workshop.yaml", "plan.yaml", "plan.png", "cart.yaml", "cart.urdf", "shelf.urdf", "trestle.xml",
     }  # fmt: skip
 
 
-def test_a_plan_in_the_world_file_itself_has_its_picture(workshop: Path) -> None:
+def test_files_of_a_world_include_the_image_of_an_inline_plan(workshop: Path) -> None:
     plan = "{image: plan.png, resolution: 0.05, origin: [-4.0, -3.0, 0.0]}"
     workshop.write_text(f"name: bare\nfloor_plan: {plan}\n")
     assert {path.name for path in files_of_world(workshop)} == {"workshop.yaml", "plan.png"}
 
 
-def test_what_is_missing_is_told(workshop: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_files_are_reported(workshop: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (workshop.parent / "cart.urdf").unlink()
     with pytest.raises(WorldError, match=r"cart\.urdf"):
         list(files_of_world(workshop))

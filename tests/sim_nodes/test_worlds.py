@@ -16,7 +16,7 @@ START, VIA, BOX, GOAL = (0.0, 0.0), (1.5, -1.5), (2.0, -2.0), (3.0, -3.0)
 CLEARANCE = 0.18
 
 
-def test_the_worlds_that_come_along_are_listed_and_load() -> None:
+def test_bundled_worlds_are_listed_and_load() -> None:
     assert available_worlds() == ("arm_cell", "corridor", "empty", "hall", "maze", "rooms")
     for name in available_worlds():
         world = load_world(name)
@@ -24,7 +24,7 @@ def test_the_worlds_that_come_along_are_listed_and_load() -> None:
         assert world.robots[0].name == ("ur10e" if name == "arm_cell" else "turtlebot4")
 
 
-def test_the_way_through_the_maze_crosses_where_the_box_will_be() -> None:
+def test_the_path_through_the_maze_crosses_the_position_of_the_box() -> None:
     world = load_world("maze")
     known = build_map(world.extent, world.walls)
     path = plan_to(known.grid, known.distance, CLEARANCE, GOAL).path(*START)
@@ -34,7 +34,7 @@ def test_the_way_through_the_maze_crosses_where_the_box_will_be() -> None:
     assert known.distance[known.grid.cells(*path.T)].min() >= 0.35
 
 
-def test_beside_the_box_a_gap_of_0_8_m_is_left() -> None:
+def test_a_gap_of_0_8_m_is_beside_the_box() -> None:
     world = load_world("maze")
     known = build_map(world.extent, (*world.walls, Wall("box", *BOX, 0.0, 0.3, 0.3, 0.3)))
     assert plan_to(known.grid, known.distance, 0.4, GOAL).reaches(*START)
@@ -42,7 +42,7 @@ def test_beside_the_box_a_gap_of_0_8_m_is_left() -> None:
     assert known.distance[known.grid.cells(*path.T)].min() >= 0.35
 
 
-def test_all_of_the_maze_can_be_reached() -> None:
+def test_the_whole_maze_is_reachable() -> None:
     world = load_world("maze")
     known = build_map(world.extent, world.walls)
     inside = known.distance >= 0.35
@@ -73,16 +73,22 @@ def test_walls_are_boxes_or_lines() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("name: [", "no valid YAML"),
+        ("name: [", "invalid YAML"),
         ("- 1", "the file"),
         (world_text() + "colour: red\n", "colour: unknown key `colour`"),
-        (world_text("{points: [[0, 0], [0, 0]]}"), "the same"),
+        (world_text("{points: [[0, 0], [0, 0]]}"), "are equal"),
         (world_text("{points: [[0, 0], [1, 0]], center: [0, 0], size: [1, 1]}"), "walls.0: .*either"),
-        (world_text("{center: [0, 0]}"), "belong together"),
+        (world_text("{center: [0, 0]}"), "expected both"),
         (world_text("{points: [[0, 0], [.nan, 0]]}"), "walls.0.points.1.0"),
-        (world_text(robots="{name: r, robot: spot}"), "unknown kind 'spot', known are turtlebot4"),
-        (world_text(robots="{name: r, robot: turtlebot4}, {name: r, robot: turtlebot4}"), "same name"),
-        (world_text("{points: [[0, 0], [1, 0]]}", "{name: walls, robot: turtlebot4}"), "robot and wall"),
+        (world_text(robots="{name: r, robot: spot}"), "unknown kind of robot 'spot' \\(kinds: turtlebot4"),
+        (
+            world_text(robots="{name: r, robot: turtlebot4}, {name: r, robot: turtlebot4}"),
+            "duplicate name of robots",
+        ),
+        (
+            world_text("{points: [[0, 0], [1, 0]]}", "{name: walls, robot: turtlebot4}"),
+            "duplicate name of a robot and a wall",
+        ),
         ("name: w\nextent: [2, 2, -2, -2]\n", "extent"),
         (
             world_text(robots=", ".join(f"{{name: r{each}, robot: turtlebot4}}" for each in range(17))),
@@ -90,7 +96,7 @@ def test_walls_are_boxes_or_lines() -> None:
         ),
     ],
 )
-def test_a_wrong_world_file_is_refused_with_the_place(text: str, words: str) -> None:
+def test_an_invalid_world_file_is_refused_with_the_key(text: str, words: str) -> None:
     with pytest.raises(WorldError, match=words) as error:
         parse_world(text, "w.yaml", Path())
     assert str(error.value).startswith("w.yaml")
@@ -112,18 +118,18 @@ props:
 @pytest.mark.parametrize(
     ("line", "wrong", "words"),
     [
-        (7, "    robot: spot", "robots.0.robot: unknown kind 'spot'"),
-        (7, "    robot: [turtlebot4", "no valid YAML"),
+        (7, "    robot: spot", "robots.0.robot: unknown kind of robot 'spot'"),
+        (7, "    robot: [turtlebot4", "invalid YAML"),
         (7, "    robot: turtlebot4\n    colour: red", "robots.0.colour: unknown key"),
         (4, "  - points: [[-2, -2], [.nan, -2]]", "walls.0.points.1.0"),
-        (8, "    pose: {x: 0.0, z: 1.0}", "robots.0.pose.z: a turtlebot4 stands on the floor"),
+        (8, "    pose: {x: 0.0, z: 1.0}", "robots.0.pose.z: unexpected z: a turtlebot4 stands on the floor"),
         (10, "  - {name: crate, cube: 0.3, pose: {x: 1, y: 1, z: 0}}", "props.0.pose.z: 'crate' would be"),
         (10, "  - {name: crate, model: none.sdf, pose: {x: 1, y: 1}}", "props.0.model: cannot read"),
         (2, "extent: [3, 3, -3, -3]", "extent"),
-        (7, "\trobot: turtlebot4", "no valid YAML"),
+        (7, "\trobot: turtlebot4", "invalid YAML"),
     ],
 )
-def test_a_mistake_is_refused_with_its_line(line: int, wrong: str, words: str) -> None:
+def test_an_error_in_a_world_file_is_reported_with_its_line(line: int, wrong: str, words: str) -> None:
     lines = HALL.splitlines()
     lines[line - 1] = wrong
     where = line + wrong.count("\n")
@@ -131,15 +137,15 @@ def test_a_mistake_is_refused_with_its_line(line: int, wrong: str, words: str) -
         parse_world("\n".join(lines), "hall.yaml", Path())
     message = str(error.value)
     assert words in message
-    if words != "extent":  # which is wrong by what it says as a whole, and so is the file
+    if words != "extent":  # errors of a whole entry, and of the whole file
         expected = (
-            {where, where + 1} if words == "no valid YAML" else {where}
+            {where, where + 1} if words == "invalid YAML" else {where}
         )  # a bracket is missed on the next line
         assert any(message.startswith(f"hall.yaml:{number}: ") for number in expected), message
 
 
-def test_unknown_worlds_are_told_from_wrong_ones(tmp_path: Path) -> None:
-    with pytest.raises(WorldError, match="known are arm_cell, corridor, empty") as unknown:
+def test_unknown_worlds_are_distinguished_from_invalid_ones(tmp_path: Path) -> None:
+    with pytest.raises(WorldError, match="worlds: arm_cell, corridor, empty") as unknown:
         load_world("moon")
     assert unknown.value.missing
     with pytest.raises(WorldError, match="cannot read"):

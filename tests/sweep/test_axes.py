@@ -1,11 +1,11 @@
-"""What varies in a scenario."""
+"""Axes of a sweep."""
 
 from pathlib import Path
 
 import pytest
 
 from seoro.embed import Scenario, load
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.lang.frontend import lower
 from seoro.sweep.axes import Axis, combinations, find_axes
 from seoro.sweep.emit import emitted
@@ -34,13 +34,13 @@ scenario main:
 
 
 def scenario(folder: Path, text: str = TEXT) -> Scenario:
-    """A scenario file."""
+    """Load a scenario file."""
     (folder / "main.osc").write_text(text)
     return load(folder / "main.osc")
 
 
 def axes(folder: Path, *given: str) -> dict[str, tuple[str, ...]]:
-    """The values of its axes, by path."""
+    """Return the values of the axes, by path."""
     plan = lower(scenario(folder).checked, "main")
     return {axis.path: axis.values for axis in find_axes(plan, given)}
 
@@ -53,11 +53,11 @@ def test_parameters_with_a_list_of_values_vary(tmp_path: Path) -> None:
     }
 
 
-def test_what_is_given_does_not_vary(tmp_path: Path) -> None:
+def test_given_parameters_do_not_vary(tmp_path: Path) -> None:
     assert list(axes(tmp_path, "noise", "limit")) == ["paint"]
 
 
-def test_parameters_of_what_is_invoked_vary_by_its_label_or_name(tmp_path: Path) -> None:
+def test_parameters_of_invocations_vary_by_label_or_name(tmp_path: Path) -> None:
     text = """import osc.types
 import osc.helpers
 
@@ -89,10 +89,10 @@ def test_the_last_axis_varies_fastest(tmp_path: Path) -> None:
     assert [tuple(each.values()) for each in combinations(two)] == [("1", "x"), ("1", "y"), ("2", "x"), ("2", "y")]
 
 
-def test_more_combinations_than_anyone_can_want_are_refused(tmp_path: Path) -> None:
+def test_too_many_combinations_are_refused(tmp_path: Path) -> None:
     span = lower(scenario(tmp_path).checked, "main").scenarios["main"].span
     many = [Axis(f"p{number}", tuple(map(str, range(100))), span) for number in range(3)]
-    with pytest.raises(InvalidUse, match="1,000,000 combinations"):
+    with pytest.raises(UsageError, match="too many combinations: 1,000,000"):
         next(combinations(many))
 
 

@@ -25,7 +25,7 @@ def test_measurements_and_samples_become_columns(tmp_path: Path) -> None:
     }
 
 
-def test_a_run_that_left_nothing_has_no_columns(tmp_path: Path) -> None:
+def test_a_run_without_output_has_no_columns(tmp_path: Path) -> None:
     assert measured(tmp_path) == {}
     (tmp_path / "measurements.json").write_text("{")
     (tmp_path / "trace.jsonl").write_text('{"kind": "record"')

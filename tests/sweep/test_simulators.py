@@ -13,7 +13,7 @@ from seoro.sweep.simulators import simulator_for
 
 
 def arguments_for(arguments: Sequence[str]) -> tuple[Sequence[str], bool]:
-    """What runs are given, and whether there is a socket at that time; after it there is none."""
+    """Return the arguments of runs, and whether the socket exists meanwhile; afterwards it is removed."""
 
     async def look() -> tuple[Sequence[str], bool]:
         async with simulator_for(arguments) as given:
@@ -28,7 +28,7 @@ def socket_of(argument: str) -> Path:
     return Path(argument.removeprefix("--connect=unixsock-stream/"))
 
 
-def test_runs_share_a_simulator_that_ends_with_them() -> None:
+def test_runs_share_a_simulator_that_ends_after_them() -> None:
     if find_spec("mujoco") is None:
         pytest.skip("the engine mujoco is not installed")
     given, exists = arguments_for(["a.osc", "--sim=mujoco", "--rate=max"])
@@ -38,7 +38,7 @@ def test_runs_share_a_simulator_that_ends_with_them() -> None:
 
 
 @pytest.mark.parametrize("arguments", [["a.osc", "--sim=gazebo"], ["a.osc"], ["a.osc", "--connect=tcp/[::1]:1"]])
-def test_runs_that_cannot_or_do_not_share_one_keep_their_arguments(arguments: list[str]) -> None:
+def test_runs_without_a_shared_simulator_keep_their_arguments(arguments: list[str]) -> None:
     given, exists = arguments_for(arguments)
     assert given == arguments
     assert not exists

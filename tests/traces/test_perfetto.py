@@ -26,7 +26,7 @@ def convert(records: Trace) -> list[dict[str, Any]]:
 
 
 def check_format(events: list[dict[str, Any]]) -> None:
-    """What the format asks of each event, and of the nesting of slices on each track."""
+    """Check each event, and the nesting of slices on each track, against the format."""
     open_slices: dict[tuple[int, int], list[float]] = {}
     for event in events:
         assert event["ph"] in ("B", "E", "i", "C", "M"), event
@@ -84,7 +84,7 @@ def test_members_of_a_parallel_have_tracks_of_their_own(trace: Trace) -> None:
     assert len({event["tid"] for event in waits}) == 3
 
 
-def test_what_happens_is_there(trace: Trace) -> None:
+def test_the_timeline_contains_all_records(trace: Trace) -> None:
     events = convert(trace)
     assert [e["args"] for e in events if e["ph"] == "C"] == [{"value": 1.0}]
     named = {event["name"]: event["ts"] for event in events if event["ph"] == "i"}

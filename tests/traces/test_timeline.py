@@ -3,8 +3,8 @@
 import json
 from typing import Any
 
-from seoro.traces.choose import Choice, choose
-from seoro.traces.read import read_trace
+from seoro.traces.filter import Filter, select
+from seoro.traces.reader import read_trace
 from seoro.traces.summary import summarise
 from seoro.traces.summary_text import summary_lines
 from seoro.traces.timeline import timeline
@@ -17,7 +17,7 @@ def lines(records: Trace) -> list[str]:
     return [str(line) for line in timeline(records)]
 
 
-def test_what_happens_is_indented_by_what_it_happens_in(trace: Trace) -> None:
+def test_records_are_indented_by_their_surrounding_behaviors(trace: Trace) -> None:
     shown = lines(trace)
     assert shown[1].startswith("     0.000  > scenario main  ")
     [log] = [line for line in shown if '" gone' in line]
@@ -25,7 +25,7 @@ def test_what_happens_is_indented_by_what_it_happens_in(trace: Trace) -> None:
     assert log.index('"') == around.index(">") + 2
 
 
-def test_what_ends_at_once_has_one_line(trace: Trace) -> None:
+def test_behaviors_that_end_at_once_have_one_line(trace: Trace) -> None:
     increments = [line for line in lines(trace) if "increment" in line]
     assert len(increments) == 1
     assert increments[0].split()[1] == "+"
@@ -42,12 +42,12 @@ def test_ends_say_how_long_and_why(trace: Trace) -> None:
 def test_the_verdict_is_explained(trace: Trace) -> None:
     last = lines(trace)[-1]
     assert "timeout: still running after 5 s" in last
-    assert "waits since 0.000 s: `wait elapsed(10s)`" in last
-    assert "waits since 0.000 s: `wait elapsed(10s)`" in "\n".join(summary_lines(summarise(trace, [])))
+    assert "waiting since 0.000 s: `wait elapsed(10s)`" in last
+    assert "waiting since 0.000 s: `wait elapsed(10s)`" in "\n".join(summary_lines(summarise(trace, [])))
 
 
 def test_an_end_without_its_start_is_shown(trace: Trace) -> None:
-    later = list(choose(trace, Choice(start=5.0)))
+    later = list(select(trace, Filter(start=5.0)))
     assert any("- behavior " in line for line in lines(later))
 
 
@@ -58,15 +58,15 @@ def test_kinds_that_are_new_are_shown_when_asked_for() -> None:
 
 
 def test_records_are_chosen_by_kind_time_path_and_text(trace: Trace) -> None:
-    def kinds(choice: Choice) -> list[str]:
-        return [record["kind"] for record in choose(trace, choice)]
+    def kinds(choice: Filter) -> list[str]:
+        return [record["kind"] for record in select(trace, choice)]
 
-    assert kinds(Choice()) == [record["kind"] for record in trace]
-    assert kinds(Choice(kinds=["log", "run.*"])) == ["run.start", "log", "run.end"]
-    assert kinds(Choice(paths=["main/parallel[0]/nap[2]"])) == ["behavior.start", "behavior.end"]
-    assert kinds(Choice(paths=["main.go"])) == ["event"]
-    assert set(kinds(Choice(paths=["*/nap*"]))) == {"behavior.start", "behavior.end"}
-    assert kinds(Choice(kinds=["event"], start=0.5, end=1.0, paths=["*.go"])) == ["event"]
+    assert kinds(Filter()) == [record["kind"] for record in trace]
+    assert kinds(Filter(kinds=["log", "run.*"])) == ["run.start", "log", "run.end"]
+    assert kinds(Filter(paths=["main/parallel[0]/nap[2]"])) == ["behavior.start", "behavior.end"]
+    assert kinds(Filter(paths=["main.go"])) == ["event"]
+    assert set(kinds(Filter(paths=["*/nap*"]))) == {"behavior.start", "behavior.end"}
+    assert kinds(Filter(kinds=["event"], start=0.5, end=1.0, paths=["*.go"])) == ["event"]
 
 
 def test_the_summary_adds_up(trace: Trace) -> None:
@@ -93,4 +93,4 @@ def test_a_run_that_was_killed_has_behaviors_that_did_not_end(trace: Trace) -> N
     summary = summarise([record for record in read_trace(file) if isinstance(record, dict)], [])
     assert summary.end is None
     assert summary.unfinished[0].name == "main"
-    assert next(summary_lines(summary)).startswith("no end  main")
+    assert next(summary_lines(summary)).startswith("unfinished  main")

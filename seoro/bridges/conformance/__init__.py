@@ -1,4 +1,4 @@
-"""Does a backend of simulated robots keep the contracts of `seoro.runtime`? For tests of ours and others'.
+"""Conformance tests for backends of simulated robots, which check the contracts of `seoro.runtime`.
 
     import asyncio
     from seoro.bridges.conformance import check_backend
@@ -6,38 +6,34 @@
     def test_my_backend():
         asyncio.run(check_backend(open_my_backend))
 
-It knows a backend by the contracts only, and asks it over whatever there is between them. The world has to be a
-free and level floor about one robot that drives, which begins at the origin and looks along x. `check_arm` is for
-a world with an arm. Rules are functions; the first line of a docstring is what has to hold.
+The checks use a backend by its contracts only. Its world must be a free and level floor with a driving robot,
+which starts at the origin and faces along x. `check_arm` requires a world with an arm. Rules are functions,
+whose docstrings begin with the requirement.
 """
 
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from typing import ParamSpec
+from functools import partial
+from typing import Any
 
 import anyio
 
-from seoro.bridges.conformance import arms, cameras, entities, faults, passing, robots, snapshots
-from seoro.bridges.conformance.arms import ArmFacts
-from seoro.bridges.conformance.bench import Make, SimulatedBackend, has
+from seoro.bridges.conformance import advance, arms, cameras, entities, faults, robots, snapshots
+from seoro.bridges.conformance.arms import ArmBench, ArmFacts
+from seoro.bridges.conformance.bench import Make, SimulatedBackend, has, started, started_with
 from seoro.errors import BackendError, BackendLost, BackendRefused
-from seoro.runtime.capabilities import (
-    Arms,
-    Cameras,
-    DrivenRobots,
-    Faults,
-    MobileRobots,
-    Sensors,
-    Simulation,
-    Snapshots,
-)
+from seoro.runtime.contracts.arms import Arms
+from seoro.runtime.contracts.cameras import Cameras
+from seoro.runtime.contracts.faults import Faults
+from seoro.runtime.contracts.robots import DrivenRobots, MobileRobots
+from seoro.runtime.contracts.sensors import Sensors
+from seoro.runtime.contracts.worlds import Simulation, Snapshots
 
 __all__ = [
     "ARM_RULES",
     "RULES",
     "ArmFacts",
-    "ArmRule",
     "Make",
     "Rule",
     "SimulatedBackend",
@@ -47,26 +43,25 @@ __all__ = [
     "check_rule",
 ]
 
-P = ParamSpec("P")
-Rule = Callable[[Make], Awaitable[None]]
-ArmRule = Callable[[Make, ArmFacts], Awaitable[None]]
+Rule = Callable[[Any], Awaitable[None]]
+"""Checks a `Bench`, an `ArmBench`, or a `Make` if it is one of `REPEATED`."""
 LOSS_TIME = 10.0  # [s] of the machine's clock
 
 RULES: tuple[tuple[tuple[type, ...], tuple[Rule, ...]], ...] = (
-    ((), (passing.time_passes_in_grants, passing.time_never_goes_back)),
+    ((), (advance.time_passes_in_grants, advance.time_never_goes_back)),
     (
         (DrivenRobots, Simulation),
         (
-            passing.time_stands_still_without_grants,
-            passing.requests_find_the_time_of_the_run,
+            advance.time_stands_still_without_grants,
+            advance.requests_apply_at_the_time_of_the_run,
             robots.robots_stand_still_after_a_run,
         ),
     ),
-    ((DrivenRobots, Simulation), (robots.robots_drive_as_long_as_they_are_told,)),
+    ((DrivenRobots, Simulation), (robots.drives_have_their_speed_and_duration,)),
     (
         (MobileRobots, DrivenRobots, Simulation),
         (
-            passing.grants_end_when_something_is_to_be_told,
+            advance.grants_end_at_events,
             robots.watches_fire_once,
             robots.cancelled_watches_are_silent,
         ),
@@ -74,116 +69,137 @@ RULES: tuple[tuple[tuple[type, ...], tuple[Rule, ...]], ...] = (
     (
         (MobileRobots, Simulation),
         (
-            passing.equal_runs_are_equal_to_the_bit,
+            advance.equal_runs_are_reproducible,
             robots.goals_end_once,
             robots.cancelled_goals_end_and_robots_stop,
-            entities.a_reset_puts_the_world_back,
+            entities.resets_restore_the_world,
         ),
     ),
-    ((MobileRobots,), (robots.impossible_goals_are_refused, robots.watches_of_nothing_are_refused)),
+    ((MobileRobots,), (robots.impossible_goals_are_refused, robots.invalid_watches_are_refused)),
     (
         (Simulation,),
         (
-            entities.what_is_spawned_is_there_until_it_is_deleted,
+            entities.spawned_entities_are_listed_until_deleted,
             entities.names_are_unique,
-            entities.what_cannot_be_spawned_is_refused,
-            entities.what_is_put_somewhere_is_there,
+            entities.invalid_spawns_are_refused,
+            entities.moved_robots_have_their_new_pose,
         ),
     ),
-    ((Simulation, DrivenRobots), (entities.contacts_are_told,)),
+    ((Simulation, DrivenRobots), (entities.contacts_are_reported,)),
     (
         (Simulation, DrivenRobots, Snapshots),
-        (snapshots.what_was_saved_goes_on_as_it_did, snapshots.unknown_snapshots_are_refused),
+        (snapshots.restored_runs_repeat_the_original, snapshots.unknown_snapshots_are_refused),
     ),
     (
         (Cameras,),
         (
-            cameras.pictures_have_the_size_that_was_asked_for,
-            cameras.what_stays_as_it_is_looks_the_same,
-            cameras.cameras_are_there_until_they_are_deleted,
+            cameras.pictures_have_the_requested_size,
+            cameras.pictures_are_reproducible,
+            cameras.cameras_are_listed_until_deleted,
             cameras.unknown_cameras_are_refused,
         ),
     ),
-    ((Cameras, Simulation), (cameras.cameras_see_what_changes,)),
+    ((Cameras, Simulation), (cameras.cameras_see_changes,)),
     (
         (Faults, Sensors),
         (
             faults.faults_take_effect_until_they_are_cleared,
-            faults.faults_that_cannot_be_found_are_given_up,
+            faults.faults_without_effect_are_aborted,
             faults.cancelled_faults_are_cleared,
             faults.impossible_faults_are_refused,
         ),
     ),
     ((Faults, DrivenRobots, Simulation), (faults.motors_without_power_do_not_drive,)),
 )
-"""The rules, each after the capabilities that a backend has to have for it to apply."""
+"""Rules, after the contracts that they require."""
 
-ARM_RULES: tuple[ArmRule, ...] = (
-    arms.arms_come_to_their_goals,
+REPEATED: frozenset[Rule] = frozenset(
+    {
+        advance.requests_apply_at_the_time_of_the_run,
+        advance.equal_runs_are_reproducible,
+        cameras.pictures_are_reproducible,
+    }
+)
+"""Rules that compare several runs."""
+
+ARM_RULES: tuple[Rule, ...] = (
+    arms.arms_reach_their_goals,
     arms.cancelled_motions_end_and_arms_stop,
     arms.impossible_motions_are_refused,
     arms.a_moving_arm_is_busy,
-    arms.what_is_only_planned_moves_nothing,
+    arms.plans_move_nothing,
     arms.grippers_open_and_close,
     arms.joints_are_watched,
 )
-"""The rules for arms with grippers."""
+"""Rules for arms with grippers."""
 
 
 async def check_backend(make: Make) -> tuple[str, ...]:
-    """Check a backend by all rules for what it can do.
+    """Check a backend by all rules of its contracts.
 
-    A backend that says by `serves(contract)` that it lacks a contract is not checked for that. Simulator nodes
-    lack those of which they do not name all verbs among their features.
+    Unsupported contracts (`serves(contract)`) are not checked. Simulator nodes support a contract if their
+    features include all of its verbs.
 
     Args:
-        make: Opens the backend at the beginning of its world, always with the same seed; it is called several
-            times, and one is closed before the next is opened.
+        make: Opens the backend in the initial state of its world, always with the same seed. It is called several
+            times, after the previous backend was closed.
 
     Returns:
-        Names of the contracts that were not checked, since the backend lacks them.
+        Names of the unsupported contracts, which were not checked.
 
     Raises:
-        AssertionError: A rule is broken; the message says which, what was found, and what was expected.
+        AssertionError: A rule is broken; the message has the rule, the observed and the expected value.
     """
     try:
         async with make() as backend:
-            lacks = {need for needs, _ in RULES for need in needs if not has(backend, need)}
+            missing = {contract for needed, _ in RULES for contract in needed if not has(backend, contract)}
     except BackendLost as error:
-        raise AssertionError(f"A backend begins at time zero, with its robots at rest. But {error}") from error
-    for needs, rules in RULES:
-        if lacks.isdisjoint(needs):
+        raise AssertionError(f"A backend starts at time zero, with its robots at rest. But {error}") from error
+    for needed, rules in RULES:
+        if missing.isdisjoint(needed):
             for rule in rules:
                 await check_rule(rule, make)
-    return tuple(sorted(need.__name__ for need in lacks))
+    return tuple(sorted(contract.__name__ for contract in missing))
 
 
 async def check_arm(make: Make, facts: ArmFacts) -> None:
-    """Check a backend that has an arm by all rules for arms.
+    """Check a backend with an arm by all rules for arms.
 
     Args:
-        make: As of `check_backend`; opens a world with an arm.
-        facts: What the rules have to know of it.
+        make: As for `check_backend`, with an arm in the world.
+        facts: Facts about the arm, for the rules.
 
     Raises:
-        AssertionError: It has none, or a rule is broken; the message says which, and what was found.
+        AssertionError: The backend has no arm, or a rule is broken; the message has the observed value.
     """
     async with make() as backend:
         if not has(backend, Arms):
-            raise AssertionError(f"{backend.name} lacks what the contract `Arms` asks for")
+            raise AssertionError(f"{backend.name} does not support the contract `Arms`")
     for rule in ARM_RULES:
         await check_rule(rule, make, facts)
 
 
-async def check_rule(rule: Callable[P, Awaitable[None]], *of: P.args, **named: P.kwargs) -> None:
-    """Check a backend by one of the rules, with what that takes.
+async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> None:
+    """Check a backend by one rule.
+
+    Args:
+        rule: The rule.
+        make: As for `check_backend`.
+        facts: Facts about the arm, for rules of arms.
 
     Raises:
         AssertionError: The rule is broken.
     """
     demand = str(rule.__doc__).partition("\n")[0]
     try:
-        await rule(*of, **named)
+        if rule in REPEATED:
+            await rule(make)
+        elif facts is None:
+            async with started(make) as bench:
+                await rule(bench)
+        else:
+            async with started_with(make, arms.ARM, partial(ArmBench, facts)) as arm:
+                await rule(arm)
     except AssertionError as error:
         raise AssertionError(f"{demand} But {error}") from error
     except BackendRefused as refused:
@@ -193,35 +209,37 @@ async def check_rule(rule: Callable[P, Awaitable[None]], *of: P.args, **named: P
 
 
 async def check_loss(make: Make, kill: Callable[[], None]) -> None:
-    """Check that the end of what simulates is told: once, with a reason, and that requests fail from then on.
+    """Check that the end of the simulator is reported once, with a reason, and that later requests fail.
 
     Args:
-        make: As of `check_backend`.
-        kill: Ends what simulates, at once and without a word.
+        make: As for `check_backend`.
+        kill: Kills the simulator at once.
 
     Raises:
-        AssertionError: It is not told.
+        AssertionError: The end is not reported.
     """
     async with make() as backend:
         lost: list[str] = []
-        told = anyio.Event()
+        reported = anyio.Event()
 
         def lose(error: BackendError) -> None:
             lost.append(str(error))
-            told.set()
+            reported.set()
 
         await backend.start_run(lambda name, arguments: None, lose)
         await backend.advance(0.1)
         kill()
         with anyio.move_on_after(LOSS_TIME):
-            await told.wait()
+            await reported.wait()
         if len(lost) != 1 or " " not in lost[0]:
-            raise AssertionError(f"the end of {backend.name} is told once, in a sentence, but was told as {lost}")
+            raise AssertionError(
+                f"the end of {backend.name} must be reported once, in a sentence, but was reported as {lost}"
+            )
         try:
             with anyio.fail_after(LOSS_TIME):
                 await backend.advance(0.2)
         except BackendLost:
             return
         except TimeoutError:
-            raise AssertionError(f"{backend.name} is gone, and a grant waits for it") from None
-        raise AssertionError(f"{backend.name} is gone, and a grant was carried out")
+            raise AssertionError(f"a grant waits for {backend.name}, which has ended") from None
+        raise AssertionError(f"{backend.name} has ended, but a grant succeeded")

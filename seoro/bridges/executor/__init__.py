@@ -1,3 +1,8 @@
-"""Executors, as clients reach them: what is said (`messages.py`), where they are and finding them (`addresses.py`,
-`finding.py`), and asking again when the connection was lost (`asking.py`).
+"""Executors for their clients.
+
+- `messages.py`, `probing.py`, `verbs.py`: messages and verbs.
+- `finding.py`: discovery.
+- `asking.py`: requests, which are repeated after a lost connection.
+
+May import `session`, `wire` and `seoro.security`.
 """

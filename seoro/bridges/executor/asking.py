@@ -1,15 +1,14 @@
-"""Asking an executor. All that it is asked for can be asked again, so that a lost answer costs time only."""
+"""Requests to an executor. All of them may be repeated, so that a lost reply costs only time."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import AsyncGenerator, Callable
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import anyio
 
 from seoro.bridges.executor.messages import UNAVAILABLE
-from seoro.bridges.seals import Peer, Prepared, Seals
 from seoro.bridges.session import (
     AsyncSession,
     NoAnswer,
@@ -17,46 +16,50 @@ from seoro.bridges.session import (
     NotAuthentic,
     Refused,
     SessionError,
-    asking_for_parts,
+    query_parts,
 )
+from seoro.bridges.wire.authentication import STALE
 from seoro.bridges.wire.keys import NAMESPACE, executor_command
 from seoro.bridges.wire.limits import Limits
 from seoro.bridges.wire.message import A, M, Message, Q, Verb, WireError, decode, encode
-from seoro.bridges.wire.proving import STALE
-from seoro.bridges.wire.refusal import said_in
+from seoro.bridges.wire.refusal import read_refusal
 from seoro.errors import BackendLost, BackendRefused
-from seoro.keys.roles import Role
+from seoro.security.keys.roles import Role
+from seoro.security.network.peers import Peer, PeerSigner, PreparedRequest
 
 if TYPE_CHECKING:
-    from seoro.keys.folder import Keys
+    from seoro.security.keys.folder import Keys
 
 P = TypeVar("P", bound=Message)
 
-TIMEOUT: Final = 5.0  # [s] for one answer, beside what the executor is asked to wait
-PATIENCE: Final = 300.0  # [s] for which it is asked again
-FIRST_PAUSE: Final = 0.05  # [s] before it is asked again; doubles
+TIMEOUT: Final = 5.0  # [s] for a reply, in addition to the wait of the executor
+PATIENCE: Final = 300.0  # [s] for which requests are repeated
+FIRST_PAUSE: Final = 0.05  # [s] before the first repetition; doubles
 LONGEST_PAUSE: Final = 1.0  # [s]
 
 
 class ExecutorLost(BackendLost):
-    """The executor is gone, or cannot be reached any more."""
+    """The executor ended, or is unreachable."""
 
 
 class Unavailable(Exception):
-    """There is no answer now: it may be asked again."""
+    """The reply is missing; the request may be repeated."""
 
 
 class Executor:
-    """An executor that can be asked.
+    """An executor that receives requests.
 
     Args:
-        session: That reaches it.
-        name: Its name.
-        minor: Of the version of what it says; `messages.MINOR` is ours.
-        keys: What to seal commands with.
-        is_secured: Whether the executor has to have keys, too.
+        session: Session that reaches the executor.
+        name: Name of the executor.
+        minor: Minor version of its protocol; ours is `messages.MINOR`.
+        keys: Keys that sign requests; None for unsigned requests.
+        is_secured: Whether the executor must have keys, too.
 
-    `on_silence` is called when it does not answer, and `on_answer` when it does again.
+    Attributes:
+        patience: Time for which requests are repeated [s].
+        on_silence: Called with the reason when replies are missing.
+        on_answer: Called at the next reply.
     """
 
     def __init__(
@@ -66,22 +69,22 @@ class Executor:
         self.name = name
         self.minor = minor
         peer = Peer(name, Role.EXECUTOR)
-        self._seals = None if keys is None else Seals(session, peer, keys, is_secured)
+        self._signer = None if keys is None else PeerSigner(session, peer, keys, is_secured)
         self.patience = PATIENCE
         self.on_silence: Callable[[str], object] = lambda reason: None
         self.on_answer: Callable[[], object] = lambda: None
 
     async def ask(self, verb: Verb[Q, A], request: Q, wait: float = 0.0) -> A:
-        """Ask for something, again and again while there is no answer.
+        """Send a request, and repeat it until the reply; returns the reply.
 
         Args:
-            verb: What is asked for.
-            request: The same in full.
-            wait: How long the executor may wait before it answers [s].
+            verb: Verb of the request.
+            request: The request.
+            wait: Time for which the executor may delay the reply [s].
 
         Raises:
-            BackendRefused: It said no, or the keys are not for that.
-            ExecutorLost: It has not answered for as long as it is waited for, or another has answered for it.
+            BackendRefused: The executor refuses the request, or the keys here do not permit it.
+            ExecutorLost: The executor does not reply within `patience`, or the reply is not authentic.
         """
         began, pause, is_silent = time.monotonic(), FIRST_PAUSE, False
         while True:
@@ -105,27 +108,27 @@ class Executor:
     async def ask_in_parts(
         self, verb: Verb[Q, A], part: type[P], request: Q, wait: float = 0.0
     ) -> AsyncGenerator[A | P, None]:
-        """Ask for something once, and give the parts of the answer as they come, and then the answer.
+        """Send a request once; yields the parts of the reply as they arrive, and then the reply.
 
         Args:
-            verb: What is asked for.
-            part: What parts are.
-            request: The same in full.
-            wait: How long the executor may wait before it has answered [s].
+            verb: Verb of the request.
+            part: Model of parts.
+            request: The request.
+            wait: Time for which the executor may delay the end of the reply [s].
 
         Raises:
-            Unavailable: There is no answer, or no more of it.
-            BackendRefused: It said no.
-            ExecutorLost: Another has answered for it, or the answer was changed.
+            Unavailable: The reply or a part of it is missing.
+            BackendRefused: The executor refuses the request.
+            ExecutorLost: The reply is not authentic.
         """
         key = executor_command(NAMESPACE, self.name, verb.name)
         payload = encode(request)
         try:
-            asked = await self._prepared(verb.name, key, payload)
-            within = wait + TIMEOUT
-            async with asking_for_parts(self._session, key, payload, within, asked.beside, asked.check) as parts:
-                async for is_part, said in parts:
-                    yield self._decoded(part if is_part else verb.answer, said, verb.answers)
+            prepared = await self._prepare(verb, key, payload)
+            within, attachment, check = wait + TIMEOUT, prepared.attachment, prepared.check
+            async with query_parts(self._session, key, payload, within, attachment, check) as parts:
+                async for is_part, data in parts:
+                    yield self._decode(part if is_part else verb.reply, data, verb.reply_limits)
         except Refused as refused:
             raise self._refusal(refused) from None
         except NotAuthentic as error:
@@ -136,36 +139,38 @@ class Executor:
     def _lost(self, error: SessionError | Unavailable) -> str:
         match error:
             case NoServer():
-                return f"the executor '{self.name}' is gone, or the connection to it is lost"
+                return f"the executor '{self.name}' ended, or the connection to it is lost"
             case NoAnswer():
                 return f"the executor '{self.name}' does not answer"
             case _:
-                return f"the executor '{self.name}' cannot be asked: {error}"
+                return f"cannot reach the executor '{self.name}': {error}"
 
     async def _ask_once(self, verb: Verb[Q, A], request: Q, wait: float) -> A:
         key = executor_command(NAMESPACE, self.name, verb.name)
         payload = encode(request)
-        asked = await self._prepared(verb.name, key, payload)
+        prepared = await self._prepare(verb, key, payload)
         try:
             answer = await self._session.query(
-                key, payload, wait + TIMEOUT, asked.beside, check=asked.check, is_urgent=verb.is_urgent
+                key, payload, wait + TIMEOUT, prepared.attachment, check=prepared.check, is_urgent=verb.is_urgent
             )
-            return self._decoded(verb.answer, answer, verb.answers)
+            return self._decode(verb.reply, answer, verb.reply_limits)
         except Refused as refused:
             raise self._refusal(refused) from None
 
-    async def _prepared(self, verb: str, key: str, payload: bytes) -> Prepared:
-        return Prepared() if self._seals is None else await self._seals.prepare(verb, key, payload, None)
+    async def _prepare(self, verb: Verb[Any, Any], key: str, payload: bytes) -> PreparedRequest:
+        return PreparedRequest() if self._signer is None else await self._signer.prepare(verb, key, payload, None)
 
-    def _decoded(self, kind: type[M], answer: bytes, limits: Limits) -> M:
+    def _decode(self, kind: type[M], answer: bytes, limits: Limits) -> M:
         try:
             return decode(kind, answer, limits)
         except WireError as error:
-            raise ExecutorLost(f"the executor '{self.name}' sent an answer that is none: {error}") from error
+            raise ExecutorLost(f"the executor '{self.name}' sent an invalid answer: {error}") from error
 
     def _refusal(self, refused: Refused) -> Exception:
-        said = said_in(refused.payload)
-        if said.code == STALE and self._seals is not None:
-            self._seals.forget()
-            return Unavailable(said.message)
-        return Unavailable(said.message) if said.code == UNAVAILABLE else BackendRefused(said.message, said.code)
+        refusal = read_refusal(refused.payload)
+        if refusal.code == STALE and self._signer is not None:
+            self._signer.reset()
+            return Unavailable(refusal.message)
+        if refusal.code == UNAVAILABLE:
+            return Unavailable(refusal.message)
+        return BackendRefused(refusal.message, refusal.code)

@@ -1,5 +1,7 @@
-"""How far the clock of an executor is from ours, as NTP finds out: from when a request left and arrived, and when
-its answer left and arrived (RFC 5905, section 8). Of some exchanges, the quickest counts: it leaves least doubt.
+"""Offset of the clock of an executor, measured as by NTP (RFC 5905, section 8).
+
+Each exchange has four times: departure and arrival of the request and of the reply. The exchange with the shortest
+round trip counts, since it has the smallest uncertainty.
 """
 
 from __future__ import annotations
@@ -13,16 +15,16 @@ from seoro.bridges.executor.asking import Executor
 from seoro.bridges.wire.message import Empty
 
 EXCHANGES: Final = 4
-NOTABLE: Final = 0.1  # [s] by which clocks may differ
+NOTABLE: Final = 0.1  # [s] accepted offset of a clock
 
 
 @dataclass(frozen=True)
 class Clock:
-    """A clock, against ours.
+    """Offset of a clock from ours.
 
     Args:
-        offset: How far it is ahead [s].
-        round_trip: How long the quickest exchange was on its way [s]; the offset is wrong by half of it at most.
+        offset: Time by which the clock is ahead [s].
+        round_trip: Shortest round trip [s]; the uncertainty of the offset is half of it.
     """
 
     offset: float
@@ -35,28 +37,28 @@ class Clock:
 
     @property
     def is_wrong(self) -> bool:
-        """Whether it is further from ours than anybody would expect, beyond doubt."""
+        """Whether the offset certainly exceeds `NOTABLE`."""
         return abs(self.offset) - self.round_trip / 2.0 > NOTABLE
 
 
 def compare(left: float, took: float, received: float, sent: float) -> Clock:
-    """The clock of somebody who was asked, by one exchange.
+    """Return the offset of a server's clock from one exchange.
 
     Args:
-        left: When the request left [s since 1970], by our clock.
-        took: How long it took until the answer was here [s].
-        received: When the request arrived, by theirs.
-        sent: When the answer left, by theirs.
+        left: Departure of the request [s since 1970], by our clock.
+        took: Time until the arrival of the reply [s].
+        received: Arrival of the request, by the server's clock.
+        sent: Departure of the reply, by the server's clock.
     """
     offset = ((received - left) + (sent - (left + took))) / 2.0
     return Clock(offset, max(took - (sent - received), 0.0))
 
 
 async def describe(executor: Executor, exchanges: int = EXCHANGES) -> tuple[wire.ExecutorInfo, Clock | None]:
-    """What an executor is, and its clock; None for the clock of one that is too old to tell.
+    """Return the description of an executor, and its clock (None for old versions).
 
     Raises:
-        BackendError: It is gone.
+        BackendError: The executor does not reply.
     """
     best: Clock | None = None
     for _ in range(exchanges):

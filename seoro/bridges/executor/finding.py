@@ -1,4 +1,4 @@
-"""Which executors there are, and whether they can be spoken with: tokens tell the version of what they say."""
+"""Discovery of executors by their liveliness tokens, which contain the version of their protocol."""
 
 from __future__ import annotations
 
@@ -7,26 +7,30 @@ from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from seoro import __version__
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.session import AsyncSession
 from seoro.bridges.wire.keys import MAJOR, NAMESPACE, any_executor_tokens, executor_tokens, token_major, token_node
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 
 if TYPE_CHECKING:
-    from seoro.keys.folder import Keys
+    from seoro.security.keys.folder import Keys
 
 TIMEOUT: Final = 2.0  # [s]
-LOOK_AGAIN: Final = 0.05  # [s] between two looks for executors
+PAUSE: Final = 0.05  # [s] between two searches
 
 
 async def find_executors(
     session: AsyncSession, keys: Keys | None = None, *, is_secured: bool = False
 ) -> list[Executor]:
-    """All executors that a session reaches, by their names; waits a little for the first. See `Executor`.
+    """Return all executors that a session reaches, sorted by name; waits up to `TIMEOUT` for the first.
+
+    Args:
+        session: The session.
+        keys: See `Executor`.
+        is_secured: See `Executor`.
 
     Raises:
-        InvalidUse: There are some, of other versions only.
+        UsageError: All executors have other versions of the protocol.
     """
     found: frozenset[str] = frozenset()
     with anyio.move_on_after(TIMEOUT):
@@ -34,7 +38,7 @@ async def find_executors(
             found = await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
             if found:
                 break
-            await anyio.sleep(LOOK_AGAIN)
+            await anyio.sleep(PAUSE)
     if not found:
         await _refuse_strangers(session, None)
     named = sorted(dict(map(_named, found)).items())
@@ -44,10 +48,16 @@ async def find_executors(
 async def find_executor(
     session: AsyncSession, name: str, keys: Keys | None = None, *, is_secured: bool = False
 ) -> Executor:
-    """The executor of a name, which is waited for a little: it may be about to start. See `Executor`.
+    """Return the executor of a name; waits up to `TIMEOUT` for its start.
+
+    Args:
+        session: The session.
+        name: Name of the executor.
+        keys: See `Executor`.
+        is_secured: See `Executor`.
 
     Raises:
-        InvalidUse: There is none, or it is of another version.
+        UsageError: The executor is missing, or has another version of the protocol.
     """
     others: set[str] = set()
     with anyio.move_on_after(TIMEOUT):
@@ -58,26 +68,25 @@ async def find_executor(
                 (others.add if alive else others.discard)(token)
     await _refuse_strangers(session, name)
     known = ", ".join(_names(others))
-    raise InvalidUse(
-        f"there is no executor '{name}' here",
-        help=f"there are {known}" if known else how_to_see_some(f"seoro serve --name {name}", is_secured),
+    raise UsageError(
+        f"unknown executor '{name}'",
+        help=f"executors: {known}" if known else start_hint(f"seoro serve --name {name}", is_secured),
     )
 
 
 async def _refuse_strangers(session: AsyncSession, name: str | None) -> None:
-    """Refuse executors, or that of a name, that speak in another way."""
+    """Refuse an executor with another version of the protocol, of one name or, for None, of any."""
     for token in sorted(await session.list_tokens(any_executor_tokens(NAMESPACE), TIMEOUT)):
         found, major = token_node(token)[0], token_major(token)
         if major != str(MAJOR) and name in (None, found):
-            raise InvalidUse(
-                f"the executor '{found}' is of another version of seoro: it speaks version {major} of the "
-                f"protocol, and this seoro ({__version__}) speaks {MAJOR}",
+            raise UsageError(
+                f"the executor '{found}' speaks version {major} of the protocol; expected version {MAJOR}",
                 help="use the same version of seoro on both sides",
             )
 
 
 def _named(token: str) -> tuple[str, int]:
-    """Name and minor version of an executor; the first ones told none."""
+    """Return the name and the minor version of an executor; 0 for versions without it."""
     name, boot = token_node(token)
     minor, dash, _ = boot.partition("-")
     return name, int(minor) if dash and minor.isdecimal() else 0
@@ -87,7 +96,7 @@ def _names(tokens: Iterable[str]) -> list[str]:
     return sorted({token_node(token)[0] for token in tokens})
 
 
-def how_to_see_some(start: str, is_secured: bool) -> str:
-    """What to do when there is no executor: those whose keys are revoked see none."""
-    unseen = "; whose keys are revoked sees none" if is_secured else ""
+def start_hint(start: str, is_secured: bool) -> str:
+    """Return a hint to start an executor by a command."""
+    unseen = "; clients with revoked keys see no executors" if is_secured else ""
     return f"start it with `{start}`{unseen}"

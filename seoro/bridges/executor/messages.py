@@ -1,60 +1,65 @@
-"""What executors and their clients say to each other: bundles, runs, records. Not among the verbs of nodes.
+"""Messages between executors and their clients: bundles, runs and records.
 
-An executor serves its verbs at `executor_command(...)`, in the form of those of nodes. A run is known by an id
-that its client has drawn, so that a submission which is sent twice is one run. What a scenario consists of
-travels as blobs, single files that are known by the SHA-256 of their content, and a manifest that says where
-they belong.
+An executor serves its verbs at `executor_command(...)`, in the same form as nodes. The client draws the id of a
+run at random, so that a repeated submission is the same run. The files of a scenario are sent as blobs, addressed
+by the SHA-256 of their content. A manifest lists their paths.
 
-A trace is a file that only grows, as JSON Lines. A watcher says up to which byte it has it, and the answer waits
-until there is more: nothing can be lost or doubled on the way, and who asks late, or seldom, delays nobody.
+A trace is a file that only grows, as JSON Lines. A client names the last byte that it has, and the reply waits for
+more. So no record is lost or doubled, and slow clients do not delay the run.
 """
 
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import ConfigDict, Field
 
+from seoro.bridges.wire.authentication import UNAVAILABLE as UNAVAILABLE  # noqa: PLC0414 - re-exported
 from seoro.bridges.wire.limits import BYTES, KIBIBYTE, MAX_MESSAGE, MEBIBYTE, Limits
-from seoro.bridges.wire.message import Empty, Message, Verb
-from seoro.bridges.wire.proving import CHALLENGE, CLAIM
-from seoro.bridges.wire.proving import UNAVAILABLE as UNAVAILABLE  # noqa: PLC0414 - for those who import it from here
+from seoro.bridges.wire.message import Empty, Message, Query, Verb
+from seoro.security.keys.roles import Role
 
-MINOR = 3  # of what is said here; grows with what is added
-PRIORITIES = 1  # the minor version from which on there are priorities
-WORLD_FILES = 2  # and world files
-FILMS = 3  # and films
-ABSOLUTE_PATHS = 3  # and files that are named by absolute paths
-DRY_RUNS = 3  # and dry runs
-ROS_SIMULATORS = 3  # and simulators of ROS 2 systems, with worlds that are theirs
+MINOR = 4  # minor version of the protocol; increases with each addition
+# Minor versions that introduced a feature.
+PRIORITIES = 1
+WORLD_FILES = 2
+FILMS = 3
+ABSOLUTE_PATHS = 3  # names of files in scenarios
+DRY_RUNS = 3
+ROS_SIMULATORS = 3  # simulators of ROS 2 systems, with their own worlds
+EXTERNAL = 4  # events emitted by applications
+
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
-MAX_FILES = 10_000  # of a bundle
-MAX_FILE = 256 << 20  # [bytes]
-MAX_BUNDLE = 1 << 30  # [bytes] of all its files
+MAX_FILES = 10_000  # files of a bundle
+MAX_FILE = 256 << 20  # [bytes] of a file
+MAX_BUNDLE = 1 << 30  # [bytes] of all files of a bundle
 MAX_PATH = 1024  # [characters]
 MAX_TEXT = 10_000  # [characters] of an option
-LACKING = 104  # the code of a refusal: blobs of the bundle are not there, and have to be sent
-HIGHEST_PRIORITY = 100  # and the lowest, below 0
-WINDOW = 256 << 10  # [bytes] of a trace that are sent to one who asks once: a link has room for them
+NOT_EMITTED = 105  # code of a refusal: the event cannot be emitted
+MAX_FIELDS = 8 << 10  # [bytes] of the arguments of an event
+INCOMPLETE_BUNDLE = 104  # code of a refusal: blobs are missing, and have to be sent again
+HIGHEST_PRIORITY = 100  # the lowest priority is its negative
+WINDOW = 256 << 10  # [bytes] of a trace in the parts of one reply: a link buffers them
+MAX_FOLLOWING = 500  # waiting requests for records of all clients
 LONGEST_DRY_RUN = 90.0  # [s]
-LONGEST_WAIT = 10.0  # [s] for what has not happened yet; clients ask again then
+LONGEST_WAIT = 10.0  # [s] maximum wait of a request; clients then repeat it
 
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 RunId = Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]
 Text = Annotated[str, Field(max_length=MAX_TEXT)]
-Place = Annotated[str, Field(min_length=1, max_length=MAX_PATH)]
+PathText = Annotated[str, Field(min_length=1, max_length=MAX_PATH)]
 Limit = Annotated[float, Field(gt=0, allow_inf_nan=False)]  # [s]
 
 
-class Said(Message):
-    """Base of the messages here: a command needs a few of them, and each takes a millisecond to be made ready."""
+class ExecutorMessage(Message):
+    """Base of messages of executors, built on first use: building takes a millisecond each."""
 
     model_config = ConfigDict(defer_build=True)
 
 
 class State(StrEnum):
-    """What has become of a run."""
+    """State of a run."""
 
     QUEUED = "queued"
     RUNNING = "running"
@@ -62,63 +67,63 @@ class State(StrEnum):
     FAILED = "failed"
     ERROR = "error"
     CANCELLED = "cancelled"
-    LOST = "lost"  # its executor died while it ran
-    INVALID = "invalid"  # it was not run: the scenario, or how it was to be run, cannot be
+    LOST = "lost"  # its executor died during the run
+    INVALID = "invalid"  # not started: the scenario or an option is invalid
 
     @property
     def is_final(self) -> bool:
-        """Whether nothing changes any more."""
+        """Whether the run is over."""
         return self not in (State.QUEUED, State.RUNNING)
 
 
-class BundleFile(Said):
-    """A file of a bundle: where it belongs, relative to the bundle's root, and what its content is."""
+class BundleFile(ExecutorMessage):
+    """File of a bundle: its path relative to the bundle's root, hash and size."""
 
-    path: Place
+    path: PathText
     hash: Hash
     size: Annotated[int, Field(ge=0, le=MAX_FILE)]
 
 
-class BundledSimulator(Said):
-    """As `seoro.Simulator`; files are those of the bundle, the endpoint is seen from the executor."""
+class BundledSimulator(ExecutorMessage):
+    """See `seoro.Simulator`; files are those of the bundle, the endpoint is reached from the executor."""
 
     name: Text | None = None
     endpoint: Text | None = None
     world: Text | None = None
     rate: float
-    model_path: tuple[Place, ...] = ()
-    snapshot: Place | None = None
-    world_file: Place | None = None  # instead of a name of a world
-    world_by_uri: bool = False  # whether the simulator is told that file as `file://`
+    model_path: tuple[PathText, ...] = ()
+    snapshot: PathText | None = None
+    world_file: PathText | None = None  # replaces the name of a world
+    world_by_uri: bool = False  # whether the simulator receives that file as `file://`
 
 
-class BundledRos(Said):
-    """As `seoro.Ros`."""
+class BundledRos(ExecutorMessage):
+    """See `seoro.Ros`."""
 
     endpoint: Text
     domain: int = 0
     dialect: Text | None = None
-    interfaces: tuple[Place, ...] = ()
+    interfaces: tuple[PathText, ...] = ()
 
 
-class BundledLab(Said):
-    """As `seoro.Lab`."""
+class BundledLab(ExecutorMessage):
+    """See `seoro.Lab`."""
 
-    file: Place
+    file: PathText
     rate: float | None = None
-    model_path: tuple[Place, ...] = ()
+    model_path: tuple[PathText, ...] = ()
 
 
-class BundledLeasing(Said):
-    """As `seoro.embed.options.Leasing`."""
+class BundledLeasing(ExecutorMessage):
+    """See `seoro.embed.options.Leasing`."""
 
-    wait: Annotated[float, Field(ge=0)] | None = None  # which may be infinite
+    wait: Annotated[float, Field(ge=0)] | None = None  # may be infinite
     priority: int = 0
     lease: Text = ""
 
 
-class BundledFilm(Said):
-    """As `seoro.film.Film`."""
+class BundledFilm(ExecutorMessage):
+    """See `seoro.embed.video.VideoOptions`."""
 
     camera: Text = ""
     follow: Text = ""
@@ -127,13 +132,13 @@ class BundledFilm(Said):
     rate: int
 
 
-class BundledOptions(Said):
-    """How the scenario is to be run: as the options of `seoro.start`, with files of the bundle."""
+class BundledOptions(ExecutorMessage):
+    """Options of a run, as of `seoro.start`, with files of the bundle."""
 
     name: Text | None = None
     seed: int | None = None
     overrides: Annotated[dict[Text, Text], Field(default_factory=dict)]
-    parameters: Place | None = None
+    parameters: PathText | None = None
     clock: Text | None = None
     simulator: BundledSimulator | None = None
     ros: BundledRos | None = None
@@ -141,34 +146,33 @@ class BundledOptions(Said):
     leasing: BundledLeasing = BundledLeasing()
     grace: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     timeout: Limit | None = None  # [s] of the machine's clock
-    timeout_of_file: bool = False  # whether the scenario file gives it, or the sender
-    film: BundledFilm | None = None  # to be recorded, as `seoro.film.NAME` among what the run leaves
+    timeout_of_file: bool = False  # whether the scenario file sets the timeout, not the client
+    external: tuple[Text, ...] = ()  # events that applications may emit
+    film: BundledFilm | None = None  # saved as `seoro.embed.video.NAME` among the output files
 
 
-class Manifest(Said):
-    """What is run: the files, which of them is the scenario, what the user calls it, and how it is run."""
+class Manifest(ExecutorMessage):
+    """Manifest of a bundle: its files, its scenario and the options of the run."""
 
     files: Annotated[tuple[BundleFile, ...], Field(min_length=1, max_length=MAX_FILES)]
-    entry: Place
-    shown: Text
-    directory: Text = ""  # what stands for the working directory, relative to the root
-    root: Text | None = None  # what the root is called where the bundle was made: an absolute path
+    entry: PathText  # path of the scenario
+    shown: Text  # name of the scenario for people
+    directory: Text = ""  # working directory, relative to the root
+    root: Text | None = None  # absolute path of the root at the client
     options: BundledOptions
 
 
-class Hashes(Said):
-    """Blobs."""
+class Hashes(ExecutorMessage):
+    """Hashes of blobs."""
 
     hashes: Annotated[tuple[Hash, ...], Field(max_length=MAX_FILES)]
 
 
-class PutBlob(Said):
-    """A part of a blob; parts come in order, and the last completes it. The same part may come again.
+class PutBlob(ExecutorMessage):
+    """Part of a blob; parts are sent in order, and the last completes the blob. Parts may be repeated.
 
-    Where those before it are missing, or the whole has another hash, it is refused as an `INCORRECT_STATE`: the
-    blob has to be sent anew.
-
-    An executor with keys finds out by itself who sends it, and in which role.
+    If previous parts are missing, or the hash of the blob differs, it is refused as `INCORRECT_STATE`: the client
+    must send the blob from its start. An executor with keys sets `by` and `role` from the signature.
     """
 
     hash: Hash
@@ -179,25 +183,25 @@ class PutBlob(Said):
     role: Text = ""
 
 
-class Submission(Said):
-    """A run that is asked for; its blobs are there. The same once more is the same run."""
+class Submission(ExecutorMessage):
+    """Submission of a run, after its blobs. A repetition is the same run."""
 
     run: RunId
     manifest: Manifest
-    by: Text = ""  # who asks for it, for people
-    role: Text = ""  # as what, by their keys; set by the executor
-    stop_if_lost: Limit | None = None  # [s] without a watcher after which it is stopped; None to let it live
+    by: Text = ""  # name of the client, for people
+    role: Text = ""  # role of the client, set by executors with keys
+    stop_if_lost: Limit | None = None  # [s] without a client until the run is stopped; None to continue
     priority: Annotated[int, Field(ge=-HIGHEST_PRIORITY, le=HIGHEST_PRIORITY)] = 0  # higher ones run first
 
 
 class DryRun(Submission):
-    """A run that is tried and not carried out; of it, and of the blobs that were sent for it, nothing is kept."""
+    """Dry run of a scenario; the executor keeps neither the run nor the blobs in `sent`."""
 
     sent: Annotated[tuple[Hash, ...], Field(max_length=MAX_FILES)] = ()
 
 
-class Tried(Said):
-    """How a dry run went: what the run would have begun with, or why it cannot be (`seoro.embed.ends`)."""
+class DryRunResult(ExecutorMessage):
+    """Result of a dry run: the chosen values, or the reason of its refusal (`seoro.embed.run_end`)."""
 
     seed: int | None = None
     parameters: bytes = b""  # the chosen values, as JSON
@@ -205,157 +209,173 @@ class Tried(Said):
     end: bytes = b""
 
 
-class RunInfo(Said):
-    """What is known of a run; times are seconds since 1970 by the executor's clock."""
+class RunInfo(ExecutorMessage):
+    """State of a run; times are seconds since 1970 by the executor's clock."""
 
     run: RunId
-    file: str  # as the user named it
+    file: str  # name of the scenario for people
     by: str
     state: State
     submitted: float
     started: float | None = None
     ended: float | None = None
-    reason: str = ""  # of its end, in a line
-    announcement: str = ""  # what it runs with, once that is known
+    reason: str = ""  # reason of its end, one line
+    announcement: str = ""  # seed and parameter values, once known
     priority: int = 0
-    place: int | None = None  # in the queue, from 1 on; None if it does not wait, or for something else
-    waits: str = ""  # for robots: which, and who has them
-    trace: str = ""  # SHA-256 of its whole trace, of a run that is over; empty if that is unknown
+    place: int | None = None  # position in the queue, from 1 on; None outside the queue
+    waits: str = ""  # robots that it waits for, and their holders
+    trace: str = ""  # SHA-256 of its whole trace; empty if unknown, or before its end
 
 
-class Runs(Said):
-    """Runs, the youngest first."""
+class Runs(ExecutorMessage):
+    """Runs, most recent first."""
 
     runs: tuple[RunInfo, ...]
 
 
-class ListRuns(Said):
-    """The youngest runs, so many at most; those whose ids begin so."""
+class ListRuns(ExecutorMessage):
+    """List the most recent runs, up to `limit`, whose ids begin with `prefix`."""
 
     limit: Annotated[int, Field(ge=1, le=1000)] = 100
     prefix: Annotated[str, Field(pattern=r"^[0-9a-f]{0,32}$")] = ""
 
 
-class OneRun(Said):
-    """A run that is meant."""
+class OneRun(ExecutorMessage):
+    """A run by its id."""
 
     run: RunId
 
 
 class StopRun(OneRun):
-    """Stop a run, which cleans up; of no effect on one that is over."""
+    """Stop a run, which cleans up; without effect after its end."""
 
     reason: Text = ""
 
 
-class Details(Said):
-    """All about a run: `end` is what it ended with (`seoro.embed.ends`); empty while there is none."""
+class EmitEvent(OneRun):
+    """Emit an event in a run; a repetition with the same id is the same emission."""
+
+    emission: RunId
+    event: PathText
+    fields: Annotated[bytes, Field(max_length=MAX_FIELDS)]  # arguments by name, as a JSON object
+    wait: Annotated[float, Field(ge=0, le=LONGEST_WAIT)] = 0.0  # [s] maximum wait for its occurrence
+
+
+class Emitted(ExecutorMessage):
+    """Result of an emission: its time, or the reason of its refusal."""
+
+    emission: RunId
+    time: float | None = None  # [s] on the clock of the run; None before its occurrence
+    name: str = ""  # name of the event in the trace
+    arguments: bytes = b"{}"  # arguments by name, as a JSON object
+    refused: str = ""  # reason of a refusal
+
+
+class Details(ExecutorMessage):
+    """Details of a run; `end` is its result (`seoro.embed.run_end`), empty until it ends."""
 
     info: RunInfo
     end: bytes = b""
 
 
 class AskRecords(OneRun):
-    """The records of a run from a byte of its trace on; waits up to `wait` [s] for something that is new."""
+    """Request the records of a run from a byte of its trace on; waits up to `wait` [s] for a change."""
 
     at: Annotated[int, Field(ge=0)] = 0
-    state: State | None = None  # as far as the asker knows
-    is_announced: bool = False  # whether the asker knows what it runs with
-    waits: str | None = None  # for whom it waits, as far as the asker knows; None from one who does not want to
+    state: State | None = None  # last state known to the client
+    is_announced: bool = False  # whether the client knows the announcement
+    waits: str | None = None  # last `RunInfo.waits` known to the client; None to ignore its changes
     wait: Annotated[float, Field(ge=0, le=LONGEST_WAIT)] = 0.0
-    keeps_alive: bool = False  # whether this watcher is the one whose loss would stop the run
-    printed_at: Annotated[int, Field(ge=0)] | None = (
-        None  # up to where the asker has what it prints; None: not at all
-    )
-    in_parts: bool = False  # whether to send what comes at once, `WINDOW` bytes at most, and then the answer
+    keeps_alive: bool = False  # whether the request counts for `stop_if_lost`
+    printed_at: Annotated[int, Field(ge=0)] | None = None  # byte of the printed output to continue from
+    in_parts: bool = False  # whether to send records at once as `NewRecords`, up to `WINDOW` bytes
 
 
-class Records(Said):
-    """Whole lines of a trace; `info.state` is final in the answer to one who has them all."""
+class Records(ExecutorMessage):
+    """Whole lines of a trace; with the last ones, `info.state` is final."""
 
     lines: bytes
-    at: int  # where to go on
-    is_complete: bool  # whether nothing comes any more
+    at: int  # byte to continue from
+    is_complete: bool  # whether these are the last
     info: RunInfo
-    end: bytes = b""  # with the last lines: what it ended with, as in `Details`
-    printed: bytes = b""  # what its process has printed after `printed_at`
+    end: bytes = b""  # with the last lines: result of the run, as in `Details`
+    printed: bytes = b""  # printed output of the run after `printed_at`
 
 
-class NewRecords(Said):
-    """Whole lines that a trace has grown by: the parts of `Records`."""
+class NewRecords(ExecutorMessage):
+    """New whole lines of a trace; part of a reply with `Records`."""
 
     lines: bytes
-    at: int  # where to go on
+    at: int  # byte to continue from
 
 
-class OutputInfo(Said):
-    """A file that a run has left: its path in the output folder, and its size."""
+class OutputInfo(ExecutorMessage):
+    """Output file of a run: its path in the output folder, and its size."""
 
     path: str
     size: int
 
 
-class Outputs(Said):
-    """What a run has left."""
+class Outputs(ExecutorMessage):
+    """Output files of a run."""
 
     files: tuple[OutputInfo, ...]
 
 
 class ReadFile(OneRun):
-    """A part of a file of the output folder."""
+    """Read a part of an output file."""
 
-    path: Place
+    path: PathText
     offset: Annotated[int, Field(ge=0)] = 0
 
 
-class FilePart(Said):
-    """A part of a file; empty at its end."""
+class FilePart(ExecutorMessage):
+    """Part of a file; empty at its end."""
 
     data: bytes
 
 
-class ExecutorInfo(Said):
-    """What an executor is."""
+class ExecutorInfo(ExecutorMessage):
+    """Version, abilities and load of an executor."""
 
-    version: str  # of seoro
-    jobs: int  # how many runs go on at a time
-    allowed: tuple[str, ...]  # what scenarios may do that they else may not
-    running: int = 0  # how many runs go on now
-    waiting: int = 0  # and how many wait
-    received: float | None = None  # when the request arrived [s since 1970], by the executor's clock
-    sent: float | None = None  # when this left, by the same
-    free: int | None = None  # [bytes] of disk, where it keeps runs
-    simulators: tuple[str, ...] | None = None  # that it can start
-    films: bool | None = None  # whether they can be filmed
-    stopped: str = ""  # the emergency stop that keeps runs from beginning, in words
-    no_sandbox: str | None = None  # why runs are not sandboxed; empty if they are
+    version: str  # version of seoro
+    jobs: int  # number of runs at a time
+    allowed: tuple[str, ...]  # permissions of scenarios
+    running: int = 0  # number of active runs
+    waiting: int = 0  # number of waiting runs
+    received: float | None = None  # arrival of the request [s since 1970], by the executor's clock
+    sent: float | None = None  # departure of the reply, by the same clock
+    free: int | None = None  # free disk space for runs [bytes]
+    simulators: tuple[str, ...] | None = None  # installed simulators
+    films: bool | None = None  # whether it can record videos
+    stopped: str = ""  # reason of an emergency stop
+    no_sandbox: str | None = None  # reason why runs are not sandboxed; empty if they are
 
 
-class Revoke(Said):
-    """A list of revoked keys, which the authority of the lab has signed."""
+class Revoke(ExecutorMessage):
+    """Install a list of revoked keys, signed by the authority of the lab."""
 
     data: Annotated[bytes, Field(max_length=CHUNK)]
 
 
-HASHES = Limits(MEBIBYTE, MAX_FILES + 100)  # of all files of a bundle
-PART = Limits(CHUNK + 256 * KIBIBYTE)  # of a file, with two texts
-BUNDLE = Limits(16 * MEBIBYTE, 10 * MAX_FILES)  # a manifest of 10,000 files, which has 7 elements for each
-FILES = Limits(MAX_MESSAGE, 2_000_000)  # 400,000 files that a run has left
+HASHES = Limits(MEBIBYTE, MAX_FILES + 100)  # all files of a bundle
+PART = Limits(CHUNK + 256 * KIBIBYTE)  # a part of a file, with two texts
+BUNDLE = Limits(16 * MEBIBYTE, 10 * MAX_FILES)  # a manifest of 10,000 files with 7 elements each
+FILES = Limits(MAX_MESSAGE, 2_000_000)  # 400,000 output files
 
-DESCRIBE = Verb("describe", Empty, ExecutorInfo)
+DESCRIBE = Query("describe", Empty, ExecutorInfo, role=Role.VIEWER)
 MISSING_BLOBS = Verb("missing_blobs", Hashes, Hashes, HASHES)
 PUT_BLOB = Verb("put_blob", PutBlob, Empty, PART)
-SUBMIT = Verb("submit", Submission, RunInfo, BUNDLE)
-DRY_RUN = Verb("dry_run", DryRun, Tried, BUNDLE, BYTES)
-LIST_RUNS = Verb("list_runs", ListRuns, Runs)
-GET_RUN = Verb("get_run", OneRun, Details, answers=BYTES)
-STOP_RUN = Verb("stop_run", StopRun, RunInfo)
-RECORDS = Verb("records", AskRecords, Records, answers=BYTES)
-LIST_FILES = Verb("list_files", OneRun, Outputs, answers=FILES)
-READ_FILE = Verb("read_file", ReadFile, FilePart)
-REMOVE_RUN = Verb("remove_run", OneRun, Empty)
-REVOKE = Verb("revoke", Revoke, Empty, PART)
-EXECUTOR_VERBS: tuple[Verb[Any, Any], ...] = (
-    CHALLENGE, CLAIM, DESCRIBE, MISSING_BLOBS, PUT_BLOB, SUBMIT, DRY_RUN, LIST_RUNS, GET_RUN, STOP_RUN, RECORDS,
-    LIST_FILES, READ_FILE, REMOVE_RUN, REVOKE,
-)  # fmt: skip
+SUBMIT = Verb("submit", Submission, RunInfo, BUNDLE, is_audited=True)
+DRY_RUN = Verb("dry_run", DryRun, DryRunResult, BUNDLE, BYTES, is_audited=True)
+LIST_RUNS = Query("list_runs", ListRuns, Runs, role=Role.VIEWER)
+GET_RUN = Query("get_run", OneRun, Details, reply_limits=BYTES, role=Role.VIEWER)
+STOP_RUN = Verb("stop_run", StopRun, RunInfo, is_audited=True, is_stop=True)
+EMIT_EVENT = Verb("emit_event", EmitEvent, Emitted, is_audited=True)
+RECORDS = Query(
+    "records", AskRecords, Records, reply_limits=BYTES, role=Role.VIEWER, waits=True, max_pending=MAX_FOLLOWING
+)
+LIST_FILES = Query("list_files", OneRun, Outputs, reply_limits=FILES, role=Role.VIEWER)
+READ_FILE = Query("read_file", ReadFile, FilePart, role=Role.VIEWER)
+REMOVE_RUN = Verb("remove_run", OneRun, Empty, is_audited=True)
+REVOKE = Verb("revoke", Revoke, Empty, PART, role=Role.ADMIN, is_audited=True)

@@ -1,5 +1,5 @@
-"""Who has which robots of a node, and whether anything may move: data and rules, without I/O but a file.
+"""Leases and holds of robots, and emergency stops: state and rules. The only I/O is the file of stops.
 
-`leases.py` has holders, leases by hand and who waits; `latch.py` the emergency stop; `share.py` says what of all
-that has happened is whose. Bridges (`seoro.bridges.serving`) and simulator nodes put it to work, each in its way.
+`leases.py` has holders, leases and the wait queue; `emergency_stop.py` the emergency stop; `event_filter.py`
+selects the events of each run. Bridges (`seoro.bridges.serving`) and simulator nodes use it.
 """

@@ -1,1 +1,5 @@
-"""Robots behind a bridge as a backend: the runtime's contracts, spoken over the wire, in real time."""
+"""Robots of bridges as a backend of the runtime, in real time.
+
+`connecting` acquires robots of a bridge for a run, `RobotNode` implements the runtime's contracts by requests
+to it. May import the session, the wire and `seoro.bridges.sim`.
+"""

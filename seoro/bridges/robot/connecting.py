@@ -1,4 +1,4 @@
-"""Getting at robots behind a bridge, or in a simulator that plays by itself, and holding them."""
+"""Connections to robots of bridges and of playing simulators, and holds of these robots."""
 
 from __future__ import annotations
 
@@ -10,54 +10,50 @@ from typing import TYPE_CHECKING
 
 import anyio
 
-from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.finding import find_node
 from seoro.bridges.robot.node import RobotNode
-from seoro.bridges.seals import node_seals
-from seoro.bridges.secured import check_reached, node_keys, security_of
 from seoro.bridges.session import AsyncSession, InvalidEndpoint, Security, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.errors import BackendError, BackendRefused, BackendUnreachable, InvalidUse
-from seoro.keys.roles import MOVING
+from seoro.concurrency.background import background
+from seoro.errors import BackendError, BackendRefused, BackendUnreachable, UsageError
+from seoro.security.keys.roles import MOVING
+from seoro.security.network.endpoint_keys import check_reached, node_keys, security_of
+from seoro.security.network.peers import node_signer
 
 if TYPE_CHECKING:
-    from seoro.keys.folder import Keys
+    from seoro.security.keys.folder import Keys
 
 RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
 
 
-class NoSuchRobot(InvalidUse):
-    """There is no robot of a name; the message says which, and which there are."""
+class UnknownRobot(UsageError):
+    """The robot is unknown; the message lists the robots of the node."""
 
 
-class RobotsTaken(BackendUnreachable):
+class RobotsBusy(BackendUnreachable):
     """Another client holds the robots; a later attempt may succeed."""
-
-
-def _any_name() -> str:
-    return f"run-{secrets.token_hex(8)}"
 
 
 @dataclass(frozen=True)
 class Claim:
-    """By what robots are claimed.
+    """Claim of robots by a run.
 
     Args:
-        holder: Name of the client, which no other has; it has one place in line everywhere.
-        lease: Id of a lease by hand under which it has them.
-        waits: Whether it comes back soon when it does not get them.
-        priority: Of its place in line.
+        holder: Unique name of the client, for one place in all wait queues.
+        lease: Id of a manual lease of the robots.
+        waits: Whether the client retries soon if the robots are busy.
+        priority: Priority in the wait queues.
     """
 
-    holder: str = field(default_factory=_any_name)
+    holder: str = field(default_factory=lambda: f"run-{secrets.token_hex(8)}")
     lease: str = ""
     waits: bool = False
     priority: int = 0
 
-    def of(self, purpose: str, robots: tuple[str, ...] = (), *, gives_signs: bool = True) -> wire.Holder:
-        """The request for robots; for all that a node has if none are named."""
+    def request(self, purpose: str, robots: tuple[str, ...] = (), *, sends_heartbeats: bool = True) -> wire.Holder:
+        """Return the request for robots, or for a whole node if none are named."""
         return wire.Holder(
             holder=self.holder,
             purpose=purpose,
@@ -65,7 +61,7 @@ class Claim:
             lease=self.lease,
             waits=self.waits,
             priority=self.priority,
-            gives_signs=gives_signs,
+            gives_signs=sends_heartbeats,
         )
 
 
@@ -77,24 +73,24 @@ async def connect_robots(
     robots: tuple[str, ...] = (),
     claim: Claim | None = None,
 ) -> AsyncIterator[RobotNode]:
-    """Hold robots for as long as the block lasts; they stand still when it ends.
+    """Hold robots while the block lasts; they are stopped at its end.
 
     Args:
-        endpoint: Zenoh endpoint of the bridge, or of the router that it is connected to.
-        purpose: What they are held for, for others who want them.
-        name: Of the bridge; None for the only one there.
-        robots: Which robots; all of the bridge if none are named.
-        claim: By what they are claimed.
+        endpoint: Zenoh endpoint of the bridge, or of its router.
+        purpose: Purpose of the hold, shown to other clients.
+        name: Name of the bridge; None for the only one.
+        robots: Names of robots; all of the bridge if empty.
+        claim: Claim of the robots.
 
     Raises:
-        RobotsTaken: Others have them.
-        NoSuchRobot: There is none of a name.
-        BackendUnreachable: There is no bridge (yet).
-        InvalidUse: They cannot be had.
+        RobotsBusy: Another client holds the robots.
+        UnknownRobot: A robot is unknown.
+        BackendUnreachable: No bridge was found (yet).
+        UsageError: The node is a simulator, or refuses the claim.
     """
     keys = node_keys(endpoint, MOVING)
     security = security_of(endpoint, keys)
-    holder = (claim or Claim()).of(purpose, robots)
+    holder = (claim or Claim()).request(purpose, robots)
     try:
         async with (
             open_session(connect=endpoint, security=security) as session,
@@ -102,23 +98,23 @@ async def connect_robots(
         ):
             yield node
     except SessionError as error:
-        raise not_reached(endpoint, security, error, START) from error
+        raise connection_error(endpoint, security, error, START) from error
 
 
-def not_reached(endpoint: str, security: Security | None, error: SessionError, start: str) -> Exception:
-    """Exception for a session that cannot be opened.
+def connection_error(endpoint: str, security: Security | None, error: SessionError, start: str) -> Exception:
+    """Return the exception for a failed session.
 
     Args:
-        endpoint: Where.
-        security: Of the session.
-        error: Why, as the session says.
-        start: How a node is started there.
+        endpoint: Endpoint of the session.
+        security: Keys of the session.
+        error: Error of the session.
+        start: Command that starts a node there.
 
     Raises:
-        InvalidUse: The keys here do not fit those of the endpoint.
+        UsageError: The endpoint rejects the keys.
     """
     if isinstance(error, InvalidEndpoint):
-        return InvalidUse(str(error), help=start)
+        return UsageError(str(error), help=start)
     check_reached(endpoint, security)
     return BackendUnreachable(str(error), help=start)
 
@@ -129,51 +125,47 @@ async def _held(
 ) -> AsyncIterator[RobotNode]:
     found = await find_node(session, endpoint, name, "bridge to robots", START)
     address = NodeAddress(
-        session, wire.NAMESPACE, found, "bridge", holder.holder, node_seals(session, found, keys)
+        session, wire.NAMESPACE, found, "bridge", holder.holder, node_signer(session, found, keys)
     )
     await address.prove()
     async with held(address, holder) as features:
         node = RobotNode(address, holder, features)
         async with background() as group:
-            group.start_soon(node.hold)
+            group.start_soon(node.send_heartbeats)
             yield node
 
 
 @asynccontextmanager
 async def held(address: NodeAddress, holder: wire.Holder) -> AsyncIterator[wire.RobotFeatures]:
-    """Hold robots of a node for as long as the block lasts, in which its client gives signs of life if it said so.
+    """Hold robots of a node while the block lasts, in which the client sends the announced heartbeats.
 
     Raises:
-        RobotsTaken: Others have them.
-        InvalidUse: They cannot be had.
+        RobotsBusy: Another client holds the robots.
+        UsageError: The node refuses the claim.
     """
     async with address.session.token(wire.holder_token(wire.NAMESPACE, holder.holder)):
-        features = await _take(address, holder)
+        features = await _acquire(address, holder)
+        waits = False
         try:
             yield features
-        except RobotsTaken:
-            await _release(address, holder)
+        except RobotsBusy:  # other robots are busy: keep the place in the queue
+            waits = holder.waits
             raise
-        except BaseException:
-            await _release(address, holder.model_copy(update={"waits": False}))
-            raise
-        await _release(address, holder.model_copy(update={"waits": False}))
+        finally:
+            with anyio.move_on_after(RELEASE_TIMEOUT, shield=True), suppress(BackendError):
+                released = holder.model_copy(update={"waits": waits})
+                await ask(address, wire.RELEASE_ROBOTS, released, RELEASE_TIMEOUT)
 
 
-async def _release(address: NodeAddress, holder: wire.Holder) -> None:
-    with anyio.move_on_after(RELEASE_TIMEOUT, shield=True), suppress(BackendError):
-        await ask(address, wire.RELEASE_ROBOTS, holder, RELEASE_TIMEOUT)
-
-
-async def _take(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures:
-    asked = holder if address.seals is None else address.seals.identify(holder)
+async def _acquire(address: NodeAddress, holder: wire.Holder) -> wire.RobotFeatures:
+    request = holder if address.signer is None else address.signer.add_holder_key(holder)
     try:
-        return await ask(address, wire.TAKE_ROBOTS, asked)
+        return await ask(address, wire.TAKE_ROBOTS, request)
     except BackendRefused as refused:
         if refused.code == wire.Result.FEATURE_UNSUPPORTED:
-            raise InvalidUse(f"'{address.node}' is a simulator, not a bridge to robots", help=START) from refused
+            raise UsageError(f"'{address.node}' is a simulator, not a bridge to robots", help=START) from refused
         if refused.code == wire.Result.NOT_FOUND:
-            raise NoSuchRobot(str(refused)) from refused
-        kind = RobotsTaken if refused.code == wire.LabResult.HELD else InvalidUse
-        what = "the simulator" if not holder.gives_signs else "the robots of the bridge"
-        raise kind(f"{what} '{address.node}' cannot be had: {refused}") from refused
+            raise UnknownRobot(str(refused)) from refused
+        kind = RobotsBusy if refused.code == wire.LabResult.HELD else UsageError
+        what = "robots of the bridge" if holder.gives_signs else "simulator"
+        raise kind(f"cannot acquire the {what} '{address.node}': {refused}") from refused

@@ -1,4 +1,4 @@
-"""Robots behind a bridge as a backend: which actors live in them, the beginning and the end of a run."""
+"""Robots behind a bridge as a backend."""
 
 from __future__ import annotations
 
@@ -11,20 +11,19 @@ from seoro.bridges.sim.driving import DrivingRequests
 from seoro.bridges.sim.localisation import LocalisationRequests
 from seoro.bridges.sim.mobile import MobileRequests
 from seoro.bridges.sim.requests import NodeAddress
-from seoro.runtime.contracts import Happened, Lost
 
-STOP_TIMEOUT = 5.0  # [s]; a bridge gives its robots less
+STOP_TIMEOUT = 5.0  # [s]; longer than that of bridges for their robots
 
 
 class RobotNode(MobileRequests, LocalisationRequests, DrivingRequests, ArmRequests, HoldingRequests):
-    """Robots behind a bridge that has been found, and that are held.
+    """Held robots of a bridge.
 
-    No actor lives there by itself: where a robot moves in the real world, somebody has to have said which it is.
+    Actors are never assigned to real robots implicitly: the user names the robot of each actor.
 
     Args:
-        address: How the bridge is reached.
-        holder: Who holds the robots.
-        features: What the bridge said of itself when they were taken.
+        address: Address of the bridge.
+        holder: Holder of the robots.
+        features: Features of the bridge at the acquisition.
     """
 
     def __init__(self, address: NodeAddress, holder: wire.Holder, features: wire.RobotFeatures) -> None:
@@ -33,25 +32,19 @@ class RobotNode(MobileRequests, LocalisationRequests, DrivingRequests, ArmReques
 
     @property
     def robots(self) -> Sequence[wire.RobotInfo]:
-        """The robots that there are."""
+        """The held robots."""
         return tuple(self._robots.values())
 
     def senses_contacts(self, robot: str) -> bool:
         """See `ContactSensing`."""
         return robot in self._robots and self._robots[robot].senses_contacts
 
-    def home_of(self, actor: str, types: Sequence[str]) -> str | None:
-        """None: see above."""
+    def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
+        """Return None, see above."""
         return None
 
-    async def start_run(self, happened: Happened, lost: Lost) -> None:
-        """Remember whom to tell of what happens, and of the end of the bridge."""
-        self._happened, self._lost = happened, lost
-        if self._loss is not None:
-            lost(self._loss)
-
     async def end_run(self) -> None:
-        """Make every robot stand still, and tell what came of goals that nobody has waited for."""
+        """Stop every robot, and report the remaining events."""
         for robot in self._robots:
             await self.ask(wire.STOP_ROBOT, wire.StopRobot(robot=robot), STOP_TIMEOUT)
-        await self.catch_up()
+        await self.replay_events()

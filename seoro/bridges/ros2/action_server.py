@@ -1,7 +1,7 @@
-"""Serving ROS actions: goals that take a while, tell how far they are, and can be called off.
+"""ROS action servers: long-running goals with feedback and cancellation.
 
 An action is three services (`send_goal`, `cancel_goal`, `get_result`) and two topics (`feedback`, `status`) below
-`NAME/_action`. Each goal is carried out by a task of its own, which is cancelled when the goal is.
+`NAME/_action`. Each goal is executed by its own task, which is cancelled with the goal.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from typing import Any
 import anyio
 from anyio.abc import TaskGroup
 
-from seoro.background import background
 from seoro.bridges.ros2.geometry import seconds, stamp
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.concurrency.background import background
 from seoro.errors import SeoroError
 
 log = logging.getLogger(__name__)
 
-KEPT = 100  # goals that have ended, whose results can still be asked for
-ANY = bytes(16)  # in a request to cancel: not one goal, but all
-UNKNOWN, ENDED = 2, 3  # why nothing is cancelled (action_msgs/srv/CancelGoal)
+KEPT_GOALS = 100  # number of ended goals whose results remain available
+ANY = bytes(16)  # goal ID in a request to cancel all goals
+UNKNOWN, ENDED = 2, 3  # return codes of rejected requests to cancel (action_msgs/srv/CancelGoal)
 
 
 class Status(IntEnum):
-    """Of a goal (action_msgs/msg/GoalStatus)."""
+    """Status of a goal (action_msgs/msg/GoalStatus)."""
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -46,168 +46,162 @@ class Status(IntEnum):
 
     @property
     def is_end(self) -> bool:
-        """Whether nothing comes after it."""
+        """Whether the status is final."""
         return self >= Status.SUCCEEDED
 
 
 @dataclass(frozen=True)
 class GoalEnd:
-    """How a goal has ended: its status, and the members of its result; missing ones have their defaults."""
+    """Final status of a goal, and members of its result message; missing members have their defaults."""
 
     status: Status
     result: Mapping[str, Any] = field(default_factory=dict)
 
 
-class ServedGoal:
-    """A goal that was accepted.
+class GoalHandle:
+    """Handle of an accepted goal.
 
     Args:
-        number: The 16 bytes that it is known by.
-        goal: What is to be reached.
-        told: Publishes feedback.
+        goal_id: ID of the goal: 16 bytes.
+        goal: Goal message.
+        publish: Publishes feedback messages.
 
     Attributes:
-        accepted: When it was [s since the epoch].
-        status: How far it is.
-        end: How it has ended, when it has.
+        accepted: Time of acceptance [s since the epoch].
+        status: Present status.
+        end: Result, once the goal has ended.
     """
 
-    def __init__(self, number: bytes, goal: Message, told: Callable[[Mapping[str, Any]], None]) -> None:
-        self.number = number
+    def __init__(self, goal_id: bytes, goal: Message, publish: Callable[[Mapping[str, Any]], None]) -> None:
+        self.goal_id = goal_id
         self.goal: Any = goal
         self.accepted = time.time()
         self.status = Status.ACCEPTED
         self.end: asyncio.Future[GoalEnd] = asyncio.get_running_loop().create_future()
-        self._told = told
+        self._publish = publish
         self._scope = anyio.CancelScope()
         self._stopped = GoalEnd(Status.CANCELED)
 
-    def tell(self, feedback: Mapping[str, Any]) -> None:
+    def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
         """Publish feedback."""
-        self._told({"goal_id": {"uuid": list(self.number)}, "feedback": feedback})
+        self._publish({"goal_id": {"uuid": list(self.goal_id)}, "feedback": feedback})
 
     def stop(self, end: GoalEnd) -> None:
-        """Have it end in this way, as soon as what carries it out has been cancelled."""
+        """Cancel the execution of the goal, which then ends with `end`."""
         if not self.status.is_end and not self._scope.cancel_called:
             self._stopped = end
             self._scope.cancel()
 
-    async def carry_out(self, carry_out: Carry) -> GoalEnd:
-        """Carry it out; called once."""
+    async def run(self, execute: Execute) -> GoalEnd:
+        """Execute the goal; called once."""
         end = GoalEnd(Status.ABORTED)
         with self._scope:
             try:
-                end = await carry_out(self)
+                end = await execute(self)
             except SeoroError as error:
                 log.warning("%s", error)
         return self._stopped if self._scope.cancelled_caught else end
 
 
-Carry = Callable[[ServedGoal], Awaitable[GoalEnd]]
-Accept = Callable[[ServedGoal], bool]
+Execute = Callable[[GoalHandle], Awaitable[GoalEnd]]
+Accept = Callable[[GoalHandle], bool]
 
 
 class ActionServer:
-    """What serves an action. Made by `serving_action`.
+    """Server of an action. Made by `serving_action`.
 
     Args:
-        accept: Says whether a goal is taken. Whatever it takes is carried out, though maybe cancelled before.
-        carry_out: Carries a goal out. It is cancelled when the goal is; what it raises of seoro's errors aborts
-            the goal.
-        told: Publishes feedback.
-        tasks: Those of the server.
-        statuses: The topic of what goals there are.
+        accept: Returns whether a goal is accepted. Each accepted goal is executed, though maybe canceled at once.
+        execute: Executes a goal; cancelled with the goal. A `SeoroError` aborts the goal.
+        feedback: Publisher of feedback.
+        tasks: Task group of the goals.
+        statuses: Publisher of the goal statuses.
     """
 
     def __init__(
-        self,
-        accept: Accept,
-        carry_out: Carry,
-        told: Callable[[Mapping[str, Any]], None],
-        tasks: TaskGroup,
-        statuses: Publication,
+        self, accept: Accept, execute: Execute, feedback: Publication, tasks: TaskGroup, statuses: Publication
     ) -> None:
         self._accept = accept
-        self._carry_out = carry_out
-        self._told = told
+        self._execute = execute
+        self._feedback = feedback
         self._tasks = tasks
         self._statuses = statuses
-        self._goals: dict[bytes, ServedGoal] = {}
+        self._goals: dict[bytes, GoalHandle] = {}
 
-    async def send(self, request: Any) -> dict[str, Any]:
-        """Take a goal, or not."""
-        number = bytes(request.goal_id.uuid)
-        goal = ServedGoal(number, request.goal, self._told)
-        if number in self._goals or not self._accept(goal):
+    async def on_goal(self, request: Any) -> dict[str, Any]:
+        """Accept or reject a goal."""
+        goal_id = bytes(request.goal_id.uuid)
+        goal = GoalHandle(goal_id, request.goal, self._feedback.publish)
+        if goal_id in self._goals or not self._accept(goal):
             return {"accepted": False}
-        self._goals[number] = goal
+        self._goals[goal_id] = goal
         self._publish()
         self._tasks.start_soon(self._run, goal)
         return {"accepted": True, "stamp": stamp(goal.accepted)}
 
-    async def _run(self, goal: ServedGoal) -> None:
+    async def _run(self, goal: GoalHandle) -> None:
         goal.status = Status.EXECUTING
         self._publish()
-        end = await goal.carry_out(self._carry_out)
+        end = await goal.run(self._execute)
         goal.status = end.status
         goal.end.set_result(end)
-        self._forget_some()
+        self._drop_old_goals()
         self._publish()
 
-    def _forget_some(self) -> None:
+    def _drop_old_goals(self) -> None:
         ended = [goal for goal in self._goals.values() if goal.status.is_end]
-        for goal in ended[:-KEPT]:
-            del self._goals[goal.number]
+        for goal in ended[:-KEPT_GOALS]:
+            del self._goals[goal.goal_id]
 
-    async def result(self, request: Any) -> dict[str, Any]:
-        """Wait for the end of a goal, and say how it was."""
+    async def on_result(self, request: Any) -> dict[str, Any]:
+        """Wait for the end of a goal; return its result."""
         goal = self._goals.get(bytes(request.goal_id.uuid))
         if goal is None:
             return {"status": Status.UNKNOWN}
         end = await asyncio.shield(goal.end)
         return {"status": end.status, "result": end.result}
 
-    async def cancel(self, request: Any) -> dict[str, Any]:
-        """Call off the goals that are meant: one, those up to a time, or all."""
-        number, until = bytes(request.goal_info.goal_id.uuid), seconds(request.goal_info.stamp)
-        meant = [
+    async def on_cancel(self, request: Any) -> dict[str, Any]:
+        """Cancel the requested goals: one, those up to a time, or all."""
+        goal_id, until = bytes(request.goal_info.goal_id.uuid), seconds(request.goal_info.stamp)
+        requested = [
             goal
             for goal in self._goals.values()
-            if goal.number == number or (goal.accepted <= until) or (number == ANY and until == 0.0)
+            if goal.goal_id == goal_id or (goal.accepted <= until) or (goal_id == ANY and until == 0.0)
         ]
-        going = [goal for goal in meant if not goal.status.is_end]
-        if number != ANY and not going:
-            return {"return_code": ENDED if meant else UNKNOWN}
-        for goal in going:
+        active = [goal for goal in requested if not goal.status.is_end]
+        if goal_id != ANY and not active:
+            return {"return_code": ENDED if requested else UNKNOWN}
+        for goal in active:
             goal.status = Status.CANCELING
             goal.stop(GoalEnd(Status.CANCELED))
         self._publish()
-        return {"goals_canceling": [_info(goal) for goal in going]}
+        return {"goals_canceling": [_info(goal) for goal in active]}
 
     def _publish(self) -> None:
         statuses = [{"goal_info": _info(goal), "status": goal.status} for goal in self._goals.values()]
         self._statuses.publish({"status_list": statuses})
 
 
-def _info(goal: ServedGoal) -> dict[str, Any]:
-    return {"goal_id": {"uuid": list(goal.number)}, "stamp": stamp(goal.accepted)}
+def _info(goal: GoalHandle) -> dict[str, Any]:
+    return {"goal_id": {"uuid": list(goal.goal_id)}, "stamp": stamp(goal.accepted)}
 
 
 @asynccontextmanager
 async def serving_action(
-    node: RosNode, name: str, type_name: str, carry_out: Carry, accept: Accept = lambda _: True
+    node: RosNode, name: str, type_name: str, execute: Execute, accept: Accept = lambda _: True
 ) -> AsyncIterator[None]:
-    """Serve an action for as long as the block lasts; goals that go on then are cancelled.
+    """Serve an action during the block; goals that are active at its end are cancelled.
 
     Args:
-        node: Who serves it.
-        name: Its name.
-        type_name: Its type.
-        carry_out: Carries a goal out; see `ActionServer`.
-        accept: Says whether a goal is taken; see `ActionServer`.
+        node: Node of the server.
+        name: Name of the action.
+        type_name: Type of the action.
+        execute: Executes a goal; see `ActionServer`.
+        accept: Returns whether a goal is accepted; see `ActionServer`.
 
     Raises:
-        InvalidName, UnknownInterface: There is no such name or type.
+        InvalidName, UnknownInterface: The name or type is invalid.
     """
     kind, below = node.system.types.canonical(type_name), f"{node.resolve(name)}/_action"
     latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
@@ -216,10 +210,10 @@ async def serving_action(
         node.publishing(f"{below}/status", "action_msgs/msg/GoalStatusArray", latched) as statuses,
         background() as tasks,
     ):
-        server = ActionServer(accept, carry_out, feedback.publish, tasks, statuses)
+        server = ActionServer(accept, execute, feedback, tasks, statuses)
         async with (
-            node.serving(f"{below}/send_goal", f"{kind}_SendGoal", server.send),
-            node.serving(f"{below}/get_result", f"{kind}_GetResult", server.result),
-            node.serving(f"{below}/cancel_goal", "action_msgs/srv/CancelGoal", server.cancel),
+            node.serving(f"{below}/send_goal", f"{kind}_SendGoal", server.on_goal),
+            node.serving(f"{below}/get_result", f"{kind}_GetResult", server.on_result),
+            node.serving(f"{below}/cancel_goal", "action_msgs/srv/CancelGoal", server.on_cancel),
         ):
             yield

@@ -1,4 +1,4 @@
-"""A ROS 2 system as a backend of runs: what actions of `osc.ros` ask; see `Ros2System` for what the methods do."""
+"""A ROS 2 system as a backend of runs, for the actions of `osc.ros`; see `Ros2System` for the methods."""
 
 from __future__ import annotations
 
@@ -12,37 +12,38 @@ from typing import Any, NamedTuple
 import anyio.to_thread
 from anyio.abc import TaskGroup
 
-from seoro.background import background
-from seoro.bridges.ros2.agreement import check_type
-from seoro.bridges.ros2.clients.goals import Doubt, pursuing
-from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
+from seoro.bridges.ros2.clients.cancellation import cancel_goal
+from seoro.bridges.ros2.clients.goals import UnsettledGoal, sending_goal
+from seoro.bridges.ros2.clients.lifecycle import watching_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
-from seoro.bridges.ros2.clients.recall import recall
 from seoro.bridges.ros2.clock import SharedClock
-from seoro.bridges.ros2.descriptions import decoded, knowing_service
+from seoro.bridges.ros2.descriptions import decode_message, node_for_service
 from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
+from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
 from seoro.bridges.ros2.recording import Playback, Recording, check_storage, open_bag, play, record
 from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
 from seoro.bridges.ros2.tf.listener import TransformListener, listen
-from seoro.bridges.ros2.topics import Publication, Received, Subscription
+from seoro.bridges.ros2.topics import Publication, ReceivedPayload, Subscription
+from seoro.bridges.ros2.type_matching import check_type
 from seoro.bridges.ros2.wire import PRESETS, named_dialect
 from seoro.bridges.session import Outages
-from seoro.runtime import ros_system as contract
-from seoro.runtime.contracts import Happened, Lost
+from seoro.concurrency.background import background
+from seoro.runtime.contracts import ros2 as contract
+from seoro.runtime.contracts.backends import EventHandler, LossHandler
 
-ROBOT = "robot"  # what all types of robots inherit
+ROBOT = "robot"  # base type of all robots
 
 
-class Arrived:
-    """A message that has arrived.
+class ReceivedMessage:
+    """A received message.
 
     Args:
-        message: The message.
-        arrived: When [s since the epoch].
+        message: The decoded message.
+        arrived: Time of arrival [s since the epoch].
     """
 
     __slots__ = ("arrived", "message")
@@ -53,96 +54,96 @@ class Arrived:
 
     @property
     def members(self) -> Members:
-        """What it says."""
+        """Members of the message."""
         return Members(self.message)
 
 
-class _Unread(NamedTuple):
-    """A message that cannot be read before somebody has told the definition of its type."""
+class _UndecodedMessage(NamedTuple):
+    """A message whose type definition is being fetched."""
 
-    received: Received
-    asking: asyncio.Future[Message]
+    received: ReceivedPayload
+    decoding: asyncio.Future[Message]
 
 
-class Incoming:
+class RosSubscription:
     """A subscription that ends with an error when a publisher of another type is found.
 
     Args:
-        subscription: The subscription.
-        node: Whose it is.
+        subscription: Subscription of the node.
+        node: Subscribing node.
     """
 
     def __init__(self, subscription: Subscription, node: RosNode) -> None:
         self._subscription = subscription
         self._node = node
         self._error: WrongType | None = None
-        self._unread: _Unread | None = None
+        self._undecoded: _UndecodedMessage | None = None
 
-    def take_now(self) -> Arrived | None:
-        """The oldest message that nobody has taken, if there is one, and its definition is known."""
-        if self._unread is not None:
-            return self._read_at_last(self._unread)
-        received = self._subscription.take_now()
+    def take_now(self) -> ReceivedMessage | None:
+        """Return the oldest unread message; None while it is missing, or while its type is being fetched."""
+        if self._undecoded is not None:
+            return self._take_decoded(self._undecoded)
+        received = self._subscription.receive_nowait()
         if received is not None:
-            return self._read(received)
+            return self._decode(received)
         if self._error is not None:
             raise self._error
         return None
 
-    def _read(self, received: Received) -> Arrived | None:
+    def _decode(self, received: ReceivedPayload) -> ReceivedMessage | None:
         try:
-            return Arrived(self._subscription.decode(received), received.arrived * 1e-9)
+            return ReceivedMessage(self._subscription.decode(received), received.arrived * 1e-9)
         except (UnknownInterface, DefinitionMismatch):
-            asking = asyncio.ensure_future(decoded(self._node, self._subscription, received))
-            self._unread = _Unread(received, asking)
+            decoding = asyncio.ensure_future(decode_message(self._node, self._subscription, received))
+            self._undecoded = _UndecodedMessage(received, decoding)
         return None
 
-    def _read_at_last(self, unread: _Unread) -> Arrived | None:
-        if not unread.asking.done():
+    def _take_decoded(self, undecoded: _UndecodedMessage) -> ReceivedMessage | None:
+        if not undecoded.decoding.done():
             return None
-        self._unread = None
-        return Arrived(unread.asking.result(), unread.received.arrived * 1e-9)
+        self._undecoded = None
+        return ReceivedMessage(undecoded.decoding.result(), undecoded.received.arrived * 1e-9)
 
     def when_arrived(self, call: Callable[[], None]) -> None:
-        """Have something called once, soon after there is a message, or something to be raised."""
-        if self._unread is not None:
-            self._unread.asking.add_done_callback(lambda _: call())
+        """Call a function once, soon after a message or an error is available."""
+        if self._undecoded is not None:
+            self._undecoded.decoding.add_done_callback(lambda _: call())
         else:
-            self._subscription.when_arrived(call)
+            self._subscription.on_arrival(call)
 
     async def close(self) -> None:
-        """Ask no more."""
-        if self._unread is not None:
-            self._unread.asking.cancel()
-            await asyncio.gather(self._unread.asking, return_exceptions=True)
+        """Fetch no more type definitions."""
+        if self._undecoded is not None:
+            self._undecoded.decoding.cancel()
+            await asyncio.gather(self._undecoded.decoding, return_exceptions=True)
 
     @property
     def lost(self) -> int:
-        """Messages that arrived and were not taken in time, or got lost on their way."""
+        """Number of messages dropped from the buffer or lost in transit."""
         return self._subscription.lost + self._subscription.missed
 
     async def watch_types(self) -> None:
-        """End when there are publishers, and all of them are of another type."""
+        """Close the subscription when all publishers of its topic have another type."""
         topic, type_name = self._subscription.topic, self._subscription.type
         node, own = self._node, self._node.node.session
 
-        def mistaken(graph: Any) -> WrongType | None:
+        def find_mismatch(graph: RosGraph) -> WrongType | None:
             try:
                 check_type(topic, type_name, [each for each in graph.publishers(topic) if each.session != own])
             except WrongType as error:
                 return error
             return None
 
-        self._error = await node.graph.wait_for(mistaken)
+        self._error = await node.graph.wait_for(find_mismatch)
         self._subscription.close()
 
 
-class Outgoing:
-    """A publisher.
+class RosPublisher:
+    """A publisher of a topic.
 
     Args:
-        publication: The publication.
-        node: Whose it is.
+        publication: Publisher of the node.
+        node: Publishing node.
     """
 
     def __init__(self, publication: Publication, node: RosNode) -> None:
@@ -151,7 +152,7 @@ class Outgoing:
         self.publish = publication.publish
 
     async def wait_for_subscription(self, timeout: float) -> bool:
-        """Wait until what is published reaches those who have subscribed."""
+        """Wait until messages connect_system the subscriptions; return False at once without subscriptions."""
         if not self._node.graph.subscriptions(self._publication.topic):
             return False
         try:
@@ -162,10 +163,10 @@ class Outgoing:
 
 
 class Frames:
-    """Frames that are followed.
+    """Frames of a system.
 
     Args:
-        listener: Follows them.
+        listener: Listener to their transforms.
     """
 
     def __init__(self, listener: TransformListener) -> None:
@@ -173,7 +174,7 @@ class Frames:
         self._last: dict[tuple[str, str], Stamped] = {}
 
     async def next_pose(self, frame: str, parent: str) -> contract.FramePose:
-        """The latest pose of a frame in another one."""
+        """Wait for a pose of a frame in another one that differs from the last returned pose."""
         last = self._last.get((frame, parent))
 
         def changed(buffer: TransformBuffer) -> Stamped | None:
@@ -181,13 +182,13 @@ class Frames:
             return found if found != last else None
 
         found = await self._listener.wait_for(changed)
-        assert found is not None, "that is what was waited for"
+        assert found is not None, "the condition is true"
         self._last[frame, parent] = found
         stamp = None if found.stamp is None else found.stamp * 1e-9
         return contract.FramePose(found.transform.translation, found.transform.rotation, stamp)
 
     def absence(self, frame: str, parent: str) -> str:
-        """Why it is not known where a frame is."""
+        """Return why the pose of a frame is unknown; empty if it is known."""
         try:
             self._listener.buffer.lookup(frame, parent)
         except TransformError as error:
@@ -196,13 +197,13 @@ class Frames:
 
 
 class RosBackend:
-    """A ROS 2 system that is reached by a node of its own.
+    """A ROS 2 system, accessed by a node of seoro.
 
     Args:
-        node: The node.
-        name: How messages call the system.
-        tasks: Where goals are canceled that were lost sight of, and what actions share is followed.
-        outages: The outages of the connection to the system.
+        node: Node of seoro.
+        name: Name of the system in messages.
+        tasks: Task group of subscriptions shared by actions, and of the cancellation of lost goals.
+        outages: Outages of the connection to the system.
     """
 
     def __init__(self, node: RosNode, name: str, tasks: TaskGroup, outages: Outages) -> None:
@@ -215,41 +216,38 @@ class RosBackend:
 
     @property
     def name(self) -> str:
-        """How messages call it."""
+        """Name in messages."""
         return self._name
 
     def loss_since(self, moment: float) -> str:
-        """See `Connected`. What the system sent during an outage is missed, so each outage counts."""
+        """See `Connected`. Messages sent during an outage are lost, so each outage counts."""
         if self._node.system.session.is_cut_off:
             return "the connection to the ROS 2 system is lost"
         if self._outages.since(moment):
-            return "the connection to the ROS 2 system was lost meanwhile, and messages may be missed"
+            return "the connection to the ROS 2 system was lost meanwhile, and messages may be missing"
         return ""
 
-    def home_of(self, actor: str, types: Sequence[str]) -> str | None:
-        """Robots that have found no other home live here."""
+    def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
+        """Return the name of an actor if it is a robot: robots without another backend are in this system."""
         return actor if ROBOT in types else None
 
-    async def start_run(self, happened: Happened, lost: Lost) -> None:
-        """Nothing happens here unasked; and what is lost may come back, which waiting actions notice."""
+    async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
+        """Do nothing: the system reports no events by itself, and waiting actions notice outages."""
 
     async def end_run(self) -> None:
-        """Nothing is left to end: what actions began, they have ended."""
-
-    def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[Outgoing]:
-        """Be a publisher of a topic."""
-        return self._publishing(topic, type_name, qos)
+        """Do nothing: actions end everything that they started."""
 
     @asynccontextmanager
-    async def _publishing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[Outgoing]:
+    async def publishing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[RosPublisher]:
+        """Create a publisher of a topic."""
         async with self._node.publishing(topic, type_name, PRESETS[qos]) as publication:
-            yield Outgoing(publication, self._node)
+            yield RosPublisher(publication, self._node)
 
     @asynccontextmanager
-    async def subscribing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[Incoming]:
-        """Be a subscription of a topic."""
+    async def subscribing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[RosSubscription]:
+        """Create a subscription to a topic."""
         async with self._node.subscribing(topic, type_name, PRESETS[qos]) as subscription, background() as tasks:
-            incoming = Incoming(subscription, self._node)
+            incoming = RosSubscription(subscription, self._node)
             tasks.start_soon(incoming.watch_types)
             try:
                 yield incoming
@@ -257,27 +255,27 @@ class RosBackend:
                 await incoming.close()
 
     async def wait_for(self, wanted: Sequence[contract.Wanted]) -> None:
-        """Wait until all of some things are there at one time."""
+        """Wait until all wanted entities exist at the same time."""
         presence = self._presence
         resolved = [presence.resolved(each) for each in wanted]
         await self._node.graph.wait_for(lambda graph: all(presence.has(graph, each) for each in resolved))
 
     def missing(self, wanted: Sequence[contract.Wanted]) -> tuple[str, ...]:
-        """Which of them are not there now."""
+        """Describe the wanted entities that do not exist now."""
         presence = self._presence
         resolved = [presence.resolved(each) for each in wanted]
         return tuple(presence.missing(each) for each in resolved if not presence.has(self._node.graph, each))
 
     async def call(self, service: str, type_name: str, request: contract.Members) -> Members:
-        """Call a service, once there is a server of it, and wait for its response."""
-        node = await knowing_service(self._node, service, type_name)
+        """Call a service once it has a server, and return its response."""
+        node = await node_for_service(self._node, service, type_name)
         types = node.system.types
-        types.encode(f"{types.canonical(type_name)}_Request", request)  # what is wrong is reported at once
+        types.encode(f"{types.canonical(type_name)}_Request", request)  # raises errors before any wait
         async with node.calling(service, type_name) as client:
             await client.wait_for_server()
             return Members(await client.call(request))
 
-    def pursuing(
+    def sending_goal(
         self,
         action: str,
         type_name: str,
@@ -287,13 +285,13 @@ class RosBackend:
         *,
         late: bool,
     ) -> AbstractAsyncContextManager[contract.RosGoal]:
-        """Send a goal to an action; at the end of the block it is canceled."""
+        """Send a goal to an action; the goal is canceled at the end of the block."""
 
-        def call_off(doubt: Doubt) -> None:
-            if doubt.is_lost:
-                self._tasks.start_soon(recall, self._node, doubt.action, doubt.number, note)
+        def cancel_lost(unsettled: UnsettledGoal) -> None:
+            if unsettled.is_lost:
+                self._tasks.start_soon(cancel_goal, self._node, unsettled.action, unsettled.goal_id, note)
 
-        return pursuing(self._node, action, type_name, goal, feedback, note, call_off, late=late)
+        return sending_goal(self._node, action, type_name, goal, feedback, note, cancel_lost, late=late)
 
     async def set_parameter(self, node: str, name: str, text: str) -> None:
         """Set a parameter of a node."""
@@ -301,18 +299,18 @@ class RosBackend:
 
     def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
         """Follow the states of a node."""
-        return following_lifecycle(self._node, full_name(node))
+        return watching_lifecycle(self._node, full_name(node))
 
     def clock(self, note: contract.Note) -> AbstractAsyncContextManager[SharedClock]:
         """Follow the time of the system."""
-        return self._clock.used(note)
+        return self._clock.using(note)
 
     @asynccontextmanager
     async def frames(self, namespace: str, note: contract.Note) -> AsyncIterator[Frames]:
-        """Follow the frames whose transforms are published in a namespace."""
+        """Follow the frames published in a namespace."""
         async with (
             listen(self._node, namespace, on_note=note) as listener,
-            self._clock.used(note, listener.buffer.clear),
+            self._clock.using(note, listener.buffer.clear),
         ):
             yield Frames(listener)
 
@@ -353,7 +351,7 @@ class RosBackend:
 
 
 def _summary(recording: Recording) -> str:
-    """What has been recorded, and what not."""
+    """Summarise a recording: messages by topic, and lost messages."""
     counts = ", ".join(f"{count} of {topic}" for topic, count in recording.counts.items()) or "no messages"
     lost = sum(recording.lost.values()) + sum(recording.missed.values())
     return f"recorded {counts} in {recording.folder}{f'; {lost} messages were lost' if lost else ''}"
@@ -361,13 +359,13 @@ def _summary(recording: Recording) -> str:
 
 @dataclass(frozen=True)
 class RosOptions:
-    """How a run reaches a ROS 2 system.
+    """Options of a connection to a ROS 2 system.
 
     Args:
         endpoint: Zenoh endpoint of the router that the robot's nodes use, or of the bridge.
         domain: ROS_DOMAIN_ID.
-        dialect: `rmw_zenoh` or `ros2dds`; found out when None.
-        interfaces: Folders with definitions of interfaces, in whose place seoro's own are not taken.
+        dialect: `rmw_zenoh` or `ros2dds`; None to detect it.
+        interfaces: Folders with interface packages, which replace packages of the same name in seoro.
     """
 
     endpoint: str
@@ -377,21 +375,19 @@ class RosOptions:
 
 
 def _load_types(folders: Sequence[Path]) -> TypeStore:
-    """The definitions, with what encodes: that takes long to load, and would hold up a run in its middle."""
-    types = TypeStore.bundled()
-    for folder in folders:
-        types = types.add_folder(folder)
+    """Load the definitions and the encoder, whose import is slow and would delay a run later."""
+    types = TypeStore.bundled(folders=folders)
     types.encode("std_msgs/msg/Empty", {})
     return types
 
 
 @asynccontextmanager
-async def reach(options: RosOptions) -> AsyncIterator[RosSystem]:
-    """Reach a ROS 2 system for as long as the block lasts.
+async def connect_system(options: RosOptions) -> AsyncIterator[RosSystem]:
+    """Connect to a ROS 2 system for the duration of the block.
 
     Raises:
-        InvalidUse: The definitions cannot be read, or there is no such dialect.
-        BackendError: Nobody listens at the endpoint, or no ROS 2 system is seen there.
+        UsageError: The definitions are unreadable, or the dialect is unknown.
+        BackendError: The endpoint is unreachable, or no ROS 2 system was found.
     """
     types = await anyio.to_thread.run_sync(_load_types, options.interfaces)
     dialect = named_dialect(options.dialect, options.domain)
@@ -401,9 +397,9 @@ async def reach(options: RosOptions) -> AsyncIterator[RosSystem]:
 
 @asynccontextmanager
 async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
-    """Take part in a ROS 2 system for as long as the block lasts; see `reach` for what this raises."""
+    """Join a ROS 2 system for the duration of the block; see `connect_system` for the errors."""
     async with (
-        reach(options) as system,
+        connect_system(options) as system,
         system.node(f"seoro_{system.session.identity[:6]}") as node,
         background() as tasks,
     ):

@@ -1,40 +1,41 @@
-"""What can go wrong between seoro and a ROS 2 system.
+"""Errors between seoro and a ROS 2 system.
 
-InvalidUse
-|-- WrongType           a topic or service is of another type than the one that was asked for
-`-- DefinitionMismatch  the types are called the same and are defined differently
+UsageError
+|-- WrongType           a topic or service has another type than expected
+`-- DefinitionMismatch  the type has the expected name, and another definition
 BackendError
-|-- NoSystem            no ROS 2 system is seen
-`-- CallFailed          a call of a service had no response
-    |-- NoServiceServer     nobody serves it
-    |-- NoResponse          the server took too long, or went away
-    `-- ServerFailed        the server said that it could not respond
+|-- NoSystem            no ROS 2 system was found
+`-- CallFailed          a service call has no response
+    |-- NoServiceServer     the service has no server
+    |-- NoResponse          the server took too long, or disappeared
+    `-- ServerFailed        the server reported a failure
 BackendLost
 `-- SystemLost          the connection to the ROS 2 system is lost
 """
 
 from __future__ import annotations
 
-from seoro.errors import BackendError, BackendLost, InvalidUse
+from seoro.errors import BackendError, BackendLost, UsageError
 
 
-class WrongType(InvalidUse):
-    """A topic or service is of another type than the one that was asked for."""
+class WrongType(UsageError):
+    """A topic or service has another type than expected."""
 
 
-class DefinitionMismatch(InvalidUse):
+class DefinitionMismatch(UsageError):
     """A robot and seoro have different definitions of the type of a topic or service.
 
     Args:
-        name: The topic or service.
-        type_name: What the type is called on both sides.
-        theirs: The hash that the robot has of it.
-        ours: The hash of the definition that seoro has.
+        name: Topic or service.
+        type_name: Name of the type on both sides.
+        theirs: Type hash of the robot.
+        ours: Type hash of seoro.
     """
 
     def __init__(self, name: str, type_name: str, theirs: str, ours: str) -> None:
         super().__init__(
-            f"{name}: the robot's definition of {type_name} is not the one here (theirs {theirs}, ours {ours})",
+            f"{name}: the robot and seoro have different definitions of {type_name} "
+            f"(robot {theirs}, seoro {ours})",
             help=f"give seoro the robot's own files of the package {type_name.partition('/')[0]}",
         )
         self.theirs = theirs
@@ -42,24 +43,24 @@ class DefinitionMismatch(InvalidUse):
 
 
 class NoSystem(BackendError):
-    """No ROS 2 system is seen."""
+    """No ROS 2 system was found."""
 
 
 class CallFailed(BackendError):
-    """A call of a service had no response."""
+    """A service call has no response."""
 
 
 class NoServiceServer(CallFailed):
-    """Nobody serves it."""
+    """The service has no server."""
 
 
 class NoResponse(CallFailed):
-    """The server took too long, or went away while it had the request."""
+    """The server took too long, or disappeared before it responded."""
 
 
 class ServerFailed(CallFailed):
-    """The server said that it could not respond."""
+    """The server reported a failure instead of a response."""
 
 
 class SystemLost(BackendLost):
-    """The connection to the ROS 2 system is lost: that nobody responds is no verdict on its nodes."""
+    """The connection to the ROS 2 system is lost; its nodes may be fine."""

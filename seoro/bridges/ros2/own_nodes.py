@@ -1,4 +1,4 @@
-"""How the nodes are called by which bridges take part in ROS 2 systems, for those who look for nodes of robots."""
+"""Names of the ROS 2 nodes of bridges and their guards."""
 
 from __future__ import annotations
 

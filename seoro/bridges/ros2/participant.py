@@ -1,6 +1,6 @@
-"""Taking part in a ROS 2 system: nodes that publish, subscribe, call and serve.
+"""Nodes of seoro in a ROS 2 system, with publishers, subscriptions, clients and servers.
 
-Everything is a context: it is announced when the block begins and is gone when it ends, on every path.
+Each of them is a context manager: it is announced during its block only.
 """
 
 from __future__ import annotations
@@ -10,14 +10,13 @@ from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 
-from seoro.background import background
-from seoro.bridges.ros2.addresses import ROUTER
-from seoro.bridges.ros2.agreement import agree, announced_hash, check_type, meeting_hash
+from seoro.bridges.addresses import ROS_ROUTER
 from seoro.bridges.ros2.errors import NoSystem
 from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.services import BUSY, WAITING, Client, Handler, Server
-from seoro.bridges.ros2.topics import ALL, Publication, Subscription
+from seoro.bridges.ros2.topics import KEEP_ALL, Publication, Subscription
+from seoro.bridges.ros2.type_matching import announced_hash, check_type, match_types, matching_hash
 from seoro.bridges.ros2.wire import (
     PRESETS,
     Dialect,
@@ -39,20 +38,21 @@ from seoro.bridges.session import (
     publishing,
     subscribing,
 )
-from seoro.errors import InvalidUse
+from seoro.concurrency.background import background
+from seoro.errors import UsageError
 
-DISCOVERY_TIMEOUT = 3.0  # [s] until something of a system has to be seen
+DISCOVERY_TIMEOUT = 3.0  # [s] to detect the dialect of a system
 SERVICE_QOS = PRESETS["services_default"]
 
 
 @dataclass(frozen=True)
 class RosSystem:
-    """A ROS 2 system that is reached. Made by `open_system`.
+    """A connected ROS 2 system. Made by `open_system`.
 
     Attributes:
-        session: Session over which it is reached.
-        graph: What there is in it.
-        types: The definitions that seoro has.
+        session: Session of the connection.
+        graph: Graph of the system.
+        types: Type definitions that seoro knows.
     """
 
     session: AsyncSession
@@ -62,15 +62,15 @@ class RosSystem:
 
     @property
     def dialect(self) -> Dialect:
-        """How it uses Zenoh."""
+        """Mapping of ROS 2 to Zenoh."""
         return self.graph.dialect
 
     @asynccontextmanager
     async def node(self, name: str = "seoro", namespace: str = "/") -> AsyncIterator[RosNode]:
-        """Be a node of the system for as long as the block lasts.
+        """Create a node for the duration of the block.
 
         Raises:
-            InvalidName: Nodes or namespaces cannot be called that.
+            InvalidName: The name or the namespace is invalid.
         """
         node = Node(
             self.session.identity, next(self._numbers), check_node_name(name), resolve_namespace(namespace)
@@ -83,13 +83,13 @@ class RosSystem:
             yield RosNode(self, node)
 
     def number(self) -> int:
-        """A number for a node or endpoint, which none has had yet."""
+        """Return a new number for a node or an endpoint."""
         return next(self._numbers)
 
 
 @dataclass(frozen=True)
 class RosNode:
-    """A node of seoro's. Made by `RosSystem.node`.
+    """A node of seoro. Made by `RosSystem.node`.
 
     Names of topics and services may be relative to its namespace, or private (`~/name`).
     """
@@ -99,14 +99,14 @@ class RosNode:
 
     @property
     def graph(self) -> RosGraph:
-        """What there is in the system."""
+        """Graph of the system."""
         return self.system.graph
 
     def resolve(self, name: str) -> str:
-        """The full name of a topic, service or action.
+        """Return the full name of a topic, service or action.
 
         Raises:
-            InvalidName: It is none.
+            InvalidName: The name is invalid.
         """
         return resolve(name, self.node.namespace, self.node.name)
 
@@ -114,27 +114,27 @@ class RosNode:
     async def publishing(
         self, topic: str, type_name: str, qos: Qos | None = None, *, type_hash: str | None = None
     ) -> AsyncIterator[Publication]:
-        """Be a publisher of a topic for as long as the block lasts.
+        """Create a publisher for the duration of the block.
 
         Args:
-            topic: Its name.
+            topic: Name of the topic.
             type_name: Type of the messages.
-            qos: What is offered; reliable, volatile, with a depth of 10 when None.
-            type_hash: Of the definition by which the messages are CDR already (`Publication.send`), which seoro
-                need not have; None for definitions that it has.
+            qos: Offered QoS profile; None for reliable, volatile and a depth of 10.
+            type_hash: Type hash of messages that are sent as CDR (`Publication.send`), which seoro need not know;
+                None for messages that seoro encodes.
 
         Raises:
-            InvalidName, UnknownInterface: There is no such name or type.
-            WrongType, DefinitionMismatch: Those who subscribe mean something else.
+            InvalidName, UnknownInterface: The name or type is invalid.
+            WrongType, DefinitionMismatch: The subscriptions have another type, or another definition of it.
         """
         system, offered = self.system, qos or Qos()
         topic, types = self.resolve(topic), system.types
         others = self._others(self.graph.subscriptions(topic))
         if type_hash is None:
             type_name = types.canonical(type_name)
-            type_hash, types = agree(topic, type_name, others, types)
+            type_hash, types = match_types(topic, type_name, others, types)
         else:
-            type_hash = meeting_hash(topic, type_name, others, type_hash)
+            type_hash = matching_hash(topic, type_name, others, type_hash)
         check_type(topic, type_name, self._others(self.graph.publishers(topic)))
         endpoint = self._endpoint(Kind.PUBLISHER, topic, type_name, type_hash, offered)
         token = self._token(endpoint)
@@ -149,7 +149,7 @@ class RosNode:
 
             def check() -> None:
                 if type_hash is not None:
-                    meeting_hash(topic, type_name, self._others(self.graph.subscriptions(topic)), type_hash)
+                    matching_hash(topic, type_name, self._others(self.graph.subscriptions(topic)), type_hash)
 
             gid = system.dialect.gid(token)
             yield Publication(topic, type_name, offered, publisher, system.dialect, gid, types, check)
@@ -165,21 +165,21 @@ class RosNode:
         is_decoded: bool = True,
         is_checked: bool = True,
     ) -> AsyncIterator[Subscription]:
-        """Be a subscription of a topic for as long as the block lasts.
+        """Create a subscription for the duration of the block.
 
         Args:
-            topic: Its name.
-            type_name: Type of the messages. If seoro has no definition of it, they can be received, not decoded.
-            qos: What is asked for; reliable, volatile, with a depth of 10 when None.
-            bound: How many messages wait to be taken, and which are lost of more; by the QoS when None.
-            is_decoded: Whether messages will be; what that needs is prepared before the first one comes.
-            is_checked: Whether it is an error that all who publish have another type; if not, they are not heard.
+            topic: Name of the topic.
+            type_name: Type of the messages; if seoro does not know it, messages can be received, but not decoded.
+            qos: Requested QoS profile; None for reliable, volatile and a depth of 10.
+            bound: Capacity and drop policy of the queue; None for those of the QoS profile.
+            is_decoded: Whether messages will be decoded; the decoder is prepared before the first message.
+            is_checked: Whether publishers of another type are an error; otherwise they are ignored.
 
         Raises:
-            InvalidName: There is no such name.
+            InvalidName: The name is invalid.
             WrongType: The topic has another type.
         """
-        system, asked = self.system, qos or Qos()
+        system, requested = self.system, qos or Qos()
         topic = self.resolve(topic)
         publishers = self._others(self.graph.publishers(topic))
         if type_name not in {publisher.type for publisher in publishers}:
@@ -189,18 +189,18 @@ class RosNode:
         if is_decoded and type_name in system.types.names():
             system.types.prepare(type_name)
         endpoint = self._endpoint(
-            Kind.SUBSCRIPTION, topic, type_name, announced_hash(type_name, publishers, system.types), asked
+            Kind.SUBSCRIPTION, topic, type_name, announced_hash(type_name, publishers, system.types), requested
         )
-        history = asked.depth if asked.is_transient_local else 0
+        history = requested.depth if requested.is_transient_local else 0
         if bound is None:
-            bound = ALL if asked.history is History.KEEP_ALL else Bound(asked.depth)
-        key = system.dialect.every_key(topic, type_name)
+            bound = KEEP_ALL if requested.history is History.KEEP_ALL else Bound(requested.depth)
+        key = system.dialect.key_expression(topic, type_name)
         subscription = Subscription(topic, type_name, bound, system.dialect, system.types)
-        take_in, recover = subscription.take_in, asked.is_reliable
+        on_sample, recover = subscription.on_sample, requested.is_reliable
         # The token comes first: publishers of large messages look for it before they choose the key.
         async with (
             system.session.token(self._token(endpoint)),
-            subscribing(system.session, key, take_in, history=history, recover=recover),
+            subscribing(system.session, key, on_sample, history=history, recover=recover),
         ):
             try:
                 yield subscription
@@ -209,10 +209,10 @@ class RosNode:
 
     @asynccontextmanager
     async def calling(self, service: str, type_name: str) -> AsyncIterator[Client]:
-        """Be a client of a service for as long as the block lasts.
+        """Create a client of a service for the duration of the block.
 
         Raises:
-            InvalidName, UnknownInterface: There is no such name or type.
+            InvalidName, UnknownInterface: The name or type is invalid.
         """
         system = self.system
         service, type_name = self.resolve(service), system.types.canonical(type_name)
@@ -223,15 +223,15 @@ class RosNode:
 
     @asynccontextmanager
     async def serving(self, service: str, type_name: str, handler: Handler) -> AsyncIterator[None]:
-        """Serve a service for as long as the block lasts.
+        """Serve a service for the duration of the block.
 
         Args:
-            service: Its name.
-            type_name: Its type.
-            handler: Responds to requests; see `Server`.
+            service: Name of the service.
+            type_name: Type of the service.
+            handler: Returns the response to a request; see `Server`.
 
         Raises:
-            InvalidName, UnknownInterface: There is no such name or type.
+            InvalidName, UnknownInterface: The name or type is invalid.
         """
         system = self.system
         service, type_name = self.resolve(service), system.types.canonical(type_name)
@@ -248,7 +248,7 @@ class RosNode:
             yield
 
     def _others(self, endpoints: Sequence[Endpoint]) -> tuple[Endpoint, ...]:
-        """Those that are not seoro's own."""
+        """Return the endpoints of other sessions."""
         return tuple(each for each in endpoints if each.session != self.node.session)
 
     def _endpoint(self, kind: Kind, name: str, type_name: str, type_hash: str | None, qos: Qos) -> Endpoint:
@@ -257,7 +257,7 @@ class RosNode:
 
     def _token(self, endpoint: Endpoint) -> str:
         token = self.system.dialect.token(endpoint)
-        assert token is not None, "topics and services are announced in all dialects"
+        assert token is not None, "all dialects announce topics and services"
         return token
 
 
@@ -265,17 +265,17 @@ class RosNode:
 async def open_system(
     session: AsyncSession, types: TypeStore, *, dialect: Dialect | None = None, domain: int = 0
 ) -> AsyncIterator[RosSystem]:
-    """Take part in the ROS 2 system that a session reaches.
+    """Open the ROS 2 system behind a session.
 
     Args:
         session: Session that is connected to the robot's router, or to its bridge.
         types: Definitions of types.
-        dialect: How it uses Zenoh; found out when None.
-        domain: Where to look when it has to be found out (ROS_DOMAIN_ID).
+        dialect: Dialect of the system; None to detect it.
+        domain: Domain to search when the dialect is detected (ROS_DOMAIN_ID).
 
     Raises:
-        NoSystem: Nothing is seen.
-        InvalidUse: Both dialects are seen.
+        NoSystem: No node or bridge was found.
+        UsageError: Both dialects are in use.
     """
     following = find_graph(session, domain, DISCOVERY_TIMEOUT) if dialect is None else open_graph(session, dialect)
     async with following as graph:
@@ -284,26 +284,26 @@ async def open_system(
 
 @asynccontextmanager
 async def connect(
-    endpoint: str = ROUTER, *, types: TypeStore | None = None, dialect: Dialect | None = None, domain: int = 0
+    endpoint: str = ROS_ROUTER, *, types: TypeStore | None = None, dialect: Dialect | None = None, domain: int = 0
 ) -> AsyncIterator[RosSystem]:
-    """Reach the ROS 2 system behind a router; see `open_system`.
+    """Connect to a router, and open the ROS 2 system behind it; see `open_system`.
 
     Args:
         endpoint: Zenoh endpoint of the router that the robot's nodes use, or of the bridge; by default on this
             machine.
-        types: Definitions of types; by default those that come with seoro.
-        dialect: How the system uses Zenoh; found out when None.
-        domain: Where to look when it has to be found out (ROS_DOMAIN_ID).
+        types: Definitions of types; None for the definitions of seoro.
+        dialect: Dialect of the system; None to detect it.
+        domain: Domain to search when the dialect is detected (ROS_DOMAIN_ID).
 
     Raises:
-        NoSystem: Nobody listens there, or nothing is seen.
-        InvalidUse: It is no endpoint, or both dialects are seen.
+        NoSystem: The endpoint is unreachable, or no node or bridge was found.
+        UsageError: The endpoint is invalid, or both dialects are in use.
     """
     async with AsyncExitStack() as stack:
         try:
             session = await stack.enter_async_context(open_session(connect=endpoint, patient=False))
         except InvalidEndpoint as error:
-            raise InvalidUse(str(error)) from None
+            raise UsageError(str(error)) from None
         except SessionError as error:
             raise NoSystem(f"cannot connect to {endpoint}: no router and no bridge answers there") from error
         system = open_system(session, types or TypeStore.bundled(), dialect=dialect, domain=domain)

@@ -1,4 +1,4 @@
-"""Publishing and subscribing in a ROS 2 system."""
+"""Publishers and subscriptions of ROS 2 topics."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message, TypeStore
 from seoro.bridges.ros2.wire import Attachment, Dialect, InvalidAttachment, Qos
 from seoro.bridges.session import Bound, Mailbox, Publisher, Sample
+from seoro.errors import BackendError, UsageError
 
-ALL = Bound(10_000)  # what a subscription that keeps all messages keeps
-MOST_SENDERS = 1024  # of which it is known what has been received
+KEEP_ALL = Bound(10_000)  # queue of a subscription with the history policy "keep all"
+MAX_SENDERS = 1024  # number of senders whose sequence numbers are tracked
 
 
 class Publication:
-    """A publisher of a topic. Made by `RosNode.publishing`.
+    """Publisher of a topic. Made by `RosNode.publishing`.
 
     Attributes:
-        topic: Full name.
+        topic: Full name of the topic.
         type: Full name of the type of the messages.
-        qos: What it offers.
+        qos: Offered QoS.
     """
 
     def __init__(
@@ -49,23 +50,23 @@ class Publication:
         self._numbers = itertools.count(1)
 
     def publish(self, value: Mapping[str, Any] | Message) -> None:
-        """Publish a message; missing members have the defaults of the definition. Never waits.
+        """Publish a message without waiting; missing members have the defaults of the definition.
 
         Raises:
-            InvalidValue: It is no message of this type.
+            InvalidValue: The message does not fit the type.
             SessionError: The session is closed.
         """
         self.send(self._types.encode(self.type, value))
 
     async def wait_for_subscription(self, timeout: float | None = None) -> None:
-        """Wait until what is published reaches somebody; not where late subscriptions get it anyway.
+        """Wait until messages reach a subscription; return at once if late subscriptions get earlier messages.
 
         Args:
-            timeout: [s] of the machine's clock; without end when None.
+            timeout: Time limit [s] of the machine's clock; None for no limit.
 
         Raises:
-            WrongType, DefinitionMismatch: Those who have subscribed mean something else.
-            TimeoutError: Nobody has subscribed in time.
+            WrongType, DefinitionMismatch: The subscriptions have another type, or another definition of it.
+            TimeoutError: No subscription appeared in time.
         """
         try:
             with anyio.fail_after(timeout):
@@ -75,21 +76,21 @@ class Publication:
             raise
 
     def send(self, payload: bytes) -> None:
-        """Publish a message that is CDR already, with its header."""
+        """Publish a message given as CDR with its header."""
         attachment = self._dialect.attachment(next(self._numbers), time.time_ns(), self._gid)
         self._publisher.put(payload, attachment)
 
 
-class Received(NamedTuple):
-    """A message as it came.
+class ReceivedPayload(NamedTuple):
+    """A received message, not decoded.
 
     Attributes:
         payload: CDR, with its header.
-        arrived: [ns] since the epoch, by the clock of this machine.
-        sent: [ns] since the epoch, by the sender's clock; None where senders do not tell.
-        sequence: Its number among those of its sender; None where senders do not tell.
-        sender: The sender's gid; empty where senders do not tell.
-        type_hash: Of the sender's definition of the type; None where that is not told.
+        arrived: Time of arrival [ns since the epoch], by the clock of this machine.
+        sent: Time of sending [ns since the epoch], by the clock of the sender; None if unknown.
+        sequence: Sequence number of the sender; None if unknown.
+        sender: GID of the sender; empty if unknown.
+        type_hash: Type hash of the sender; None if unknown.
     """
 
     payload: bytes
@@ -101,19 +102,21 @@ class Received(NamedTuple):
 
 
 class Subscription:
-    """A subscription of a topic. Made by `RosNode.subscribing`; iterating over it gives what is received.
+    """Subscription to a topic. Made by `RosNode.subscribing`; iteration yields the received messages.
 
     Attributes:
-        topic: Full name.
+        topic: Full name of the topic.
         type: Full name of the type of the messages.
+        missed: Number of messages lost in transit, by the sequence numbers of the senders.
+        first_missed: Sequence number of the first message lost in transit; None if none was lost.
     """
 
     def __init__(self, topic: str, type_name: str, bound: Bound, dialect: Dialect, types: TypeStore) -> None:
         self.topic = topic
         self.type = type_name
-        self._waiting: Mailbox[Received] = Mailbox(bound)
-        self._missed = 0
-        self._first_missed: int | None = None
+        self._waiting: Mailbox[ReceivedPayload] = Mailbox(bound)
+        self.missed = 0
+        self.first_missed: int | None = None
         self._dialect = dialect
         self._types = types
         self._last: dict[bytes, int] = {}
@@ -121,63 +124,66 @@ class Subscription:
 
     @property
     def lost(self) -> int:
-        """Messages that arrived and were not taken in time."""
-        return self._waiting.lost
+        """Number of messages that arrived and were dropped from the full queue."""
+        return self._waiting.dropped
 
-    @property
-    def missed(self) -> int:
-        """Messages that got lost on their way, by the numbers that senders give them; 0 where they give none."""
-        return self._missed
-
-    @property
-    def first_missed(self) -> int | None:
-        """The number that its sender gave to the first message that got lost on its way; None if none has."""
-        return self._first_missed
-
-    async def receive(self) -> Received:
-        """The next message, as it came; waits for it.
+    async def receive(self) -> ReceivedPayload:
+        """Wait for the next message.
 
         Raises:
-            Closed: There will be none: the subscription has ended.
+            Closed: The subscription has ended.
         """
-        return await self._waiting.take()
+        return await self._waiting.get()
 
     async def message(self) -> Message:
-        """The next message, decoded; waits for it.
+        """Wait for the next message, and decode it.
 
         Raises:
-            Closed: There will be none: the subscription has ended.
-            InvalidPayload: It is not of this type.
-            DefinitionMismatch: Its sender has another definition of the type.
+            Closed: The subscription has ended.
+            InvalidPayload: The payload is not a message of the type.
+            DefinitionMismatch: The sender has another definition of the type.
         """
         return self.decode(await self.receive())
 
-    def take_now(self) -> Received | None:
-        """The oldest message that waits, as it came, if there is one."""
-        return self._waiting.take_now()
+    def receive_nowait(self) -> ReceivedPayload | None:
+        """Return the oldest unread message, or None."""
+        return self._waiting.get_nowait()
 
-    def when_arrived(self, call: Callable[[], None]) -> None:
-        """Have something called once, soon after there is a message to take, or there will be none."""
-        self._waiting.when_arrived(call)
+    def on_arrival(self, call: Callable[[], None]) -> None:
+        """Call a function once, soon after a message arrives or the subscription closes."""
+        self._waiting.on_arrival(call)
 
-    def __aiter__(self) -> AsyncIterator[Received]:
+    def __aiter__(self) -> AsyncIterator[ReceivedPayload]:
         return aiter(self._waiting)
 
-    def decode(self, received: Received) -> Message:
-        """What a message says.
+    async def decoded(self, on_error: Callable[[str], None]) -> AsyncIterator[tuple[ReceivedPayload, Message]]:
+        """Yield messages with their decoded values; skip undecodable ones, and report the first of each kind."""
+        reported: set[type[Exception]] = set()
+        async for received in self:
+            try:
+                message = self.decode(received)
+            except (BackendError, UsageError) as error:
+                if type(error) not in reported:
+                    on_error(str(error))
+                reported.add(type(error))
+            else:
+                yield received, message
+
+    def decode(self, received: ReceivedPayload) -> Message:
+        """Decode a message.
 
         Raises:
-            InvalidPayload: It is not of this type.
-            DefinitionMismatch: Its sender has another definition of the type.
+            InvalidPayload: The payload is not a message of the type.
+            DefinitionMismatch: The sender has another definition of the type.
         """
         types = self._types_of(received.type_hash)
         try:
             return types.decode(self.type, received.payload)
         except InvalidPayload as error:
-            raise InvalidPayload(f"a message on {self.topic} cannot be read: {error}") from error
+            raise InvalidPayload(f"invalid message on {self.topic}: {error}") from error
 
     def _types_of(self, type_hash: str | None) -> TypeStore:
-        """The definitions that a sender has; seoro's own if it does not say."""
+        """Return the definitions of a sender; those of seoro if it does not announce a hash."""
         if type_hash is None:
             return self._types
         if type_hash not in self._editions:
@@ -187,34 +193,35 @@ class Subscription:
             self._editions[type_hash] = edition
         return self._editions[type_hash]
 
-    def learn(self, type_hash: str, types: TypeStore) -> None:
-        """Take definitions for messages of senders whose definition has a hash."""
+    def add_types(self, type_hash: str, types: TypeStore) -> None:
+        """Add the definitions for messages with a type hash."""
         self._editions[type_hash] = types
 
-    def take_in(self, sample: Sample) -> None:
-        """Take in what has been published; called on a thread of Zenoh's."""
-        self._waiting.put(self._open(sample), len(sample.payload))
+    def on_sample(self, sample: Sample) -> None:
+        """Queue a published message; called on a thread of Zenoh."""
+        self._waiting.put(self._unpack(sample), len(sample.payload))
 
     def close(self) -> None:
-        """Take nothing in any more; what waits can still be received."""
+        """Queue no more messages; queued ones can still be received."""
         self._waiting.close()
 
-    def _open(self, sample: Sample) -> Received:
+    def _unpack(self, sample: Sample) -> ReceivedPayload:
         type_hash = self._dialect.type_hash(sample.key)
         try:
-            beside = Attachment.parse(sample.attachment)
+            attachment = Attachment.parse(sample.attachment)
         except InvalidAttachment:
-            return Received(sample.payload, sample.arrived, None, None, b"", type_hash)
-        self._count(beside)
-        return Received(sample.payload, sample.arrived, beside.stamp, beside.sequence, beside.gid, type_hash)
+            return ReceivedPayload(sample.payload, sample.arrived, None, None, b"", type_hash)
+        self._count_missed(attachment)
+        sequence, stamp, gid = attachment
+        return ReceivedPayload(sample.payload, sample.arrived, stamp, sequence, gid, type_hash)
 
-    def _count(self, beside: Attachment) -> None:
-        last = self._last.pop(beside.gid, None)
-        self._last[beside.gid] = beside.sequence
+    def _count_missed(self, attachment: Attachment) -> None:
+        last = self._last.pop(attachment.gid, None)
+        self._last[attachment.gid] = attachment.sequence
         if last is None:
-            if len(self._last) > MOST_SENDERS:
+            if len(self._last) > MAX_SENDERS:
                 del self._last[next(iter(self._last))]
-        elif beside.sequence > last + 1:
-            self._missed += beside.sequence - last - 1
-            if self._first_missed is None:
-                self._first_missed = last + 1
+        elif attachment.sequence > last + 1:
+            self.missed += attachment.sequence - last - 1
+            if self.first_missed is None:
+                self.first_missed = last + 1

@@ -1,5 +1,6 @@
-"""Robots as a node: what all bridges to robots share, whatever the robots speak.
+"""Server of robots as a node, shared by all bridges to robots.
 
-`node.py` serves the verbs, `hold.py` knows who holds the robots and stops them when nobody does, `work.py` keeps
-their goals and watches, `happenings.py` what has happened. `robot.py` says what a robot has to offer.
+`node.py` serves the verbs, `watchdog.py` stops the robots of lost holders, `work.py` runs goals and watches,
+`event_log.py` keeps events, and `robot.py` declares the interface of robots. `admission.py`, `answering.py` and
+`emergency.py` also serve executors and simulators. May import `leasing`, `session`, `wire` and `seoro.security`.
 """

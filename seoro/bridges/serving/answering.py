@@ -1,10 +1,10 @@
-"""Answering requests: each gets exactly one answer, whatever happens."""
+"""Replies to requests: each request receives exactly one."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Awaitable, Callable
-from typing import Any, Final
+from typing import Final
 
 import anyio.to_thread
 
@@ -14,28 +14,28 @@ from seoro.bridges.wire import LabResult, Result
 from seoro.bridges.wire.keys import verb_of
 from seoro.bridges.wire.refusal import RequestRefused
 
-AT_ONCE: Final = 1 << 16  # [bytes] that are sent without waiting for one who takes nothing
+AT_ONCE: Final = 1 << 16  # [bytes] of replies that are sent on the event loop; larger ones may block
 
 log = logging.getLogger(__name__)
 
 
 async def answer(
     request: Request,
-    carry_out: Callable[[str, bytes], Awaitable[wire.Message]],
-    called: str,
+    carry_out: Callable[[str, bytes], Awaitable[wire.Message | None]],
+    server: str,
     ended: int = Result.OPERATION_FAILED,
 ) -> None:
-    """Carry out a request and answer it.
+    """Carry out a request and reply to it.
 
     Args:
         request: The request, whose key ends with its verb.
-        carry_out: Gets verb and payload, and returns what to answer or raises `RequestRefused`.
-        called: What messages call whoever serves it, such as `bridge`.
-        ended: The code of the refusal when that ends before there is an answer.
+        carry_out: Called with verb and payload; returns the reply (None if empty) or raises `RequestRefused`.
+        server: Kind of the server for messages, such as `bridge`.
+        ended: Code of the refusal if the server ends first.
     """
     verb = verb_of(request.key)
     try:
-        payload = wire.encode(await carry_out(verb, request.payload))
+        payload = wire.encode(await carry_out(verb, request.payload) or wire.Empty())
         if len(payload) <= AT_ONCE:
             request.reply(payload)
         else:
@@ -44,27 +44,15 @@ async def answer(
         refuse(request, refused.code, refused.message)
     except Exception as error:
         log.exception("fault in %s", verb)
-        refuse(request, LabResult.FAULT, f"fault in the {called}: {type(error).__name__}: {error}")
+        refuse(request, LabResult.FAULT, f"fault in the {server}: {type(error).__name__}: {error}")
     except BaseException:
-        refuse(request, ended, f"the {called} ends")
+        refuse(request, ended, f"the {server} ends")
         raise
 
 
-def decoded(verb: wire.Verb[Any, Any], payload: bytes) -> Any:
-    """What a request says.
-
-    Raises:
-        RequestRefused: It is none of that verb.
-    """
-    try:
-        return verb.read(payload)
-    except wire.WireError as error:
-        raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
-
-
 def refuse(request: Request, code: int, message: str) -> None:
-    """Refuse a request; one that cannot be answered is logged."""
+    """Refuse a request; a failure is logged."""
     try:
         request.refuse(wire.encode(wire.Refusal(code=code, message=message)))
-    except Exception:  # whoever asked is gone, or was answered in part
+    except Exception:  # the client ended, or has a part of the reply
         log.exception("cannot refuse a request")

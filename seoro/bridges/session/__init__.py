@@ -1,19 +1,16 @@
-"""Zenoh for the rest of seoro: sessions, requests, publications and liveliness, out of Zenoh's threads.
+"""Zenoh sessions, requests, publications and liveliness, moved from Zenoh's threads to asyncio.
 
-`core.py` opens sessions at endpoints (`endpoints.py`), asks and answers, and follows liveliness, and
-`asynchronous.py` does so for asyncio; `errors.py` says what can go wrong. `parts.py` asks for answers in parts;
-`publications.py` publishes and subscribes; `mailbox.py` is where Zenoh's threads leave what has arrived for the
-event loop; `declaring.py` sees to it that what was declared is undeclared. `outages.py` records when a connection
-was lost. `security.py` is what keys mean to Zenoh. No other package imports zenoh.
+`Session` works in any thread, `AsyncSession` adapts it to asyncio, and `query_parts` receives streamed answers.
+`Publisher` and `Sample` are for publications. `Mailbox` passes messages from Zenoh's threads to the event loop,
+`Outages` records lost connections, and `Security` holds the keys for TLS. No other package imports zenoh.
 """
 
-from seoro.bridges.session.asynchronous import Answer, AsyncSession, Check, Reply, form_of, open_session
+from seoro.bridges.session.asynchronous import Answer, AsyncSession, Check, form_of, open_session, query_parts
 from seoro.bridges.session.core import Session
 from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
 from seoro.bridges.session.errors import InvalidEndpoint, NoAnswer, NoServer, NotAuthentic, Refused, SessionError
 from seoro.bridges.session.mailbox import Bound, Mailbox
 from seoro.bridges.session.outages import Outages
-from seoro.bridges.session.parts import asking_for_parts
 from seoro.bridges.session.publications import (
     Publisher,
     Sample,
@@ -22,17 +19,17 @@ from seoro.bridges.session.publications import (
     publishing,
     subscribing,
 )
-from seoro.bridges.session.requests import Attestor, Form, Intake, Request
+from seoro.bridges.session.requests import AdmissionPolicy, Attestor, Form, Request
 from seoro.bridges.session.security import Security
 
 __all__ = [
+    "AdmissionPolicy",
     "Answer",
     "AsyncSession",
     "Attestor",
     "Bound",
     "Check",
     "Form",
-    "Intake",
     "InvalidEndpoint",
     "Mailbox",
     "NoAnswer",
@@ -41,13 +38,11 @@ __all__ = [
     "Outages",
     "Publisher",
     "Refused",
-    "Reply",
     "Request",
     "Sample",
     "Security",
     "Session",
     "SessionError",
-    "asking_for_parts",
     "declare_publisher",
     "declare_subscriber",
     "form_of",
@@ -56,5 +51,6 @@ __all__ = [
     "is_secured",
     "open_session",
     "publishing",
+    "query_parts",
     "subscribing",
 ]

@@ -1,41 +1,42 @@
-"""Sessions for asyncio: what Zenoh's threads have goes to the event loop, and what blocks is done by others."""
+"""Sessions for asyncio: answers and messages reach the event loop, and blocking calls run in worker threads."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from functools import partial
-from typing import Final, NamedTuple, TypeAlias
+from typing import Final, NamedTuple, ParamSpec, TypeAlias
 
 import anyio.to_thread
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.core import EVERYTHING, LARGEST, Session
-from seoro.bridges.session.declaring import declared
+from seoro.bridges.session.core import EVERYTHING, Session
+from seoro.bridges.session.declaring import declared, undeclare
 from seoro.bridges.session.errors import NoAnswer, NoServer, NotAuthentic, Refused
 from seoro.bridges.session.mailbox import Bound, Mailbox
-from seoro.bridges.session.requests import PART, Attestor, Form, Intake, Request
-from seoro.bridges.session.security import Security
+from seoro.bridges.session.requests import PART, AdmissionPolicy, Attestor, Form, Request, to_bytes
 
-_TIMEOUT: Final = b"Timeout"  # Zenoh's own words for a query that was not answered in time
-TOKEN_BOUND = Bound(1 << 16, lose="newest")  # changes that wait to be looked at
+_TIMEOUT: Final = b"Timeout"  # Zenoh's error for a query without an answer in time
+TOKEN_BOUND = Bound(1 << 16, drop="newest")  # unread changes of tokens
+PART_BOUND = Bound(1 << 14)  # unread parts of an answer; the last part is never dropped
+
+P = ParamSpec("P")
 
 
 class Answer(NamedTuple):
     """An answer as it arrived.
 
     Attributes:
-        is_ok: Whether it is no error of Zenoh's.
-        payload: What it says.
-        beside: What came beside it.
+        is_ok: Whether it is an answer, and not an error.
+        payload: Payload.
+        attachment: Attachment; empty without one.
     """
 
     is_ok: bool
     payload: bytes
-    beside: bytes = b""
+    attachment: bytes = b""
 
 
 Check: TypeAlias = Callable[[Answer], Form]
@@ -43,49 +44,38 @@ Check: TypeAlias = Callable[[Answer], Form]
 
 
 def form_of(answer: Answer) -> Form:
-    """Form of an answer that need not be authentic."""
+    """Return the form of an answer that need not be authentic."""
     if not answer.is_ok:
         return Form.REFUSAL
-    return Form.PART if answer.beside == PART else Form.ANSWER
+    return Form.PART if answer.attachment == PART else Form.ANSWER
 
 
-@dataclass(frozen=True)
-class Reply:
-    """What came back for one request."""
+def select_answer(answers: Sequence[Answer], key: str, check: Check = form_of) -> tuple[Form, bytes]:
+    """Select the last authentic answer to a request; returns its form and payload.
 
-    answers: tuple[Answer, ...]
-
-    def value(self, key: str, check: Check = form_of) -> bytes:
-        """The one answer: the last, or the last one that is authentic.
-
-        Raises:
-            NoServer, NoAnswer, Refused, NotAuthentic: There is none.
-        """
-        return self.formed(key, check)[1]
-
-    def formed(self, key: str, check: Check = form_of) -> tuple[Form, bytes]:
-        """The same with its form."""
-        doubt: NotAuthentic | None = None
-        for answer in reversed(self.answers):
-            if not answer.is_ok and answer.payload == _TIMEOUT:
-                raise NoAnswer(f"no answer from {key} in time")
-            try:
-                form = check(answer)
-            except NotAuthentic as error:
-                doubt = error
-                continue
-            if form is Form.REFUSAL:
-                raise Refused(answer.payload)
-            return form, answer.payload
-        raise doubt or NoServer(f"nobody serves {key}")
+    Raises:
+        NoServer, NoAnswer, Refused, NotAuthentic: The answer is missing, or is an error.
+    """
+    doubt: NotAuthentic | None = None
+    for answer in reversed(answers):
+        if not answer.is_ok and answer.payload == _TIMEOUT:
+            raise NoAnswer(f"no answer from {key} in time")
+        try:
+            form = check(answer)
+        except NotAuthentic as error:
+            doubt = error
+            continue
+        if form is Form.REFUSAL:
+            raise Refused(answer.payload)
+        return form, answer.payload
+    raise doubt or NoServer(f"no server at {key}")
 
 
-def arrived(reply: zenoh.Reply) -> Answer | None:
-    """Copy what has arrived, on a thread of Zenoh's."""
+def _copied(reply: zenoh.Reply) -> list[Answer]:
+    """Copy a reply from Zenoh's memory; empty for a reply without content."""
     if reply.ok is not None:
-        beside = reply.ok.attachment
-        return Answer(True, reply.ok.payload.to_bytes(), b"" if beside is None else beside.to_bytes())
-    return None if reply.err is None else Answer(False, reply.err.payload.to_bytes())
+        return [Answer(True, reply.ok.payload.to_bytes(), to_bytes(reply.ok.attachment))]
+    return [] if reply.err is None else [Answer(False, reply.err.payload.to_bytes())]
 
 
 class AsyncSession:
@@ -102,16 +92,16 @@ class AsyncSession:
 
     @property
     def identity(self) -> str:
-        """What this session is called in tokens: Zenoh's id of it."""
+        """Zenoh's id of this session, which its tokens contain."""
         return str(self._session.handle.zid())
 
     @property
     def is_cut_off(self) -> bool:
-        """Whether the connection is lost, and was not made again yet."""
+        """Whether the connection is lost, and not restored yet."""
         return self._session.is_cut_off
 
     def abandon(self) -> None:
-        """Give up all requests that wait for an answer, because there will be none; they end with `NoServer`."""
+        """Cancel all pending requests; they raise `NoServer`."""
         for cancel in list(self._pending):
             cancel()
 
@@ -125,33 +115,34 @@ class AsyncSession:
         check: Check = form_of,
         is_urgent: bool = False,
     ) -> bytes:
-        """Ask one server and wait for its answer.
+        """Send a request to one server and return its answer.
 
         Args:
-            key: Key that it serves.
+            key: Key of the server.
             payload: The request.
             timeout: [s] of the machine's clock.
-            attachment: What travels beside the payload.
+            attachment: Attachment of the request.
             check: Checks that the answer is authentic.
-            is_urgent: Whether it overtakes everything else on its way.
+            is_urgent: Whether the request and its answer overtake all other messages.
 
         Raises:
-            NoServer, NoAnswer, Refused, NotAuthentic: There is no answer, or an error.
+            NoServer, NoAnswer, Refused, NotAuthentic: The answer is missing, or is an error.
         """
-        return (await self._asked(key, payload, timeout, attachment, is_urgent=is_urgent)).value(key, check)
+        answers = await self._answers(key, payload, timeout, attachment, is_urgent=is_urgent)
+        return select_answer(answers, key, check)[1]
 
     async def query_others(self, key: str, payload: bytes, timeout: float) -> tuple[bytes, ...]:
-        """Ask all other sessions that serve a key; returns the answers that came in time.
+        """Send a request to all other sessions that serve a key; returns the answers that came in time.
 
         Args:
             key: The key.
             payload: The request.
             timeout: [s] of the machine's clock.
         """
-        reply = await self._asked(key, payload, timeout, None, to_others=True)
-        return tuple(answer.payload for answer in reply.answers if answer.is_ok)
+        answers = await self._answers(key, payload, timeout, None, to_others=True)
+        return tuple(answer.payload for answer in answers if answer.is_ok)
 
-    async def _asked(
+    async def _answers(
         self,
         key: str,
         payload: bytes,
@@ -160,61 +151,49 @@ class AsyncSession:
         *,
         to_others: bool = False,
         is_urgent: bool = False,
-    ) -> Reply:
+    ) -> list[Answer]:
         loop = asyncio.get_running_loop()
-        future: asyncio.Future[Reply] = loop.create_future()
+        future: asyncio.Future[None] = loop.create_future()
         answers: list[Answer] = []
 
-        def take(reply: zenoh.Reply) -> None:
-            if (answer := arrived(reply)) is not None:
-                answers.append(answer)
-
-        def settle(reply: Reply) -> None:
+        def settle() -> None:
             if not future.done():
-                future.set_result(reply)
+                future.set_result(None)
 
-        def over() -> None:
-            # The loop may be gone when a late answer arrives at the end of the process.
+        def finish() -> None:
+            # The loop may be closed when a late answer arrives at the end of the process.
             if not loop.is_closed():
-                loop.call_soon_threadsafe(settle, Reply(tuple(answers)))
+                loop.call_soon_threadsafe(settle)
 
-        consolidation = zenoh.ConsolidationMode.NONE if to_others else zenoh.ConsolidationMode.AUTO
-        answered = Callback(take, drop=over, indirect=False)
         cancel = self._session.get(
             key,
             payload,
             timeout,
-            answered,
+            Callback(lambda reply: answers.extend(_copied(reply)), drop=finish, indirect=False),
             attachment,
-            consolidation,
+            zenoh.ConsolidationMode.NONE if to_others else zenoh.ConsolidationMode.AUTO,
             to_others=to_others,
             is_urgent=is_urgent,
         )
         self._pending.add(cancel)
         try:
-            reply = await future
+            await future
         except asyncio.CancelledError:
             cancel()
             raise
         finally:
             self._pending.discard(cancel)
-        return reply
+        return answers
 
     @asynccontextmanager
-    async def tokens(self, key: str) -> AsyncIterator[AsyncIterator[tuple[str, bool]]]:
-        """Follow liveliness: (token, alive) for those present and for each change."""
-        async with self.token_changes(key) as changes:
-            yield aiter(changes)
-
-    @asynccontextmanager
-    async def token_changes(self, key: str) -> AsyncIterator[Mailbox[tuple[str, bool]]]:
-        """The same as `tokens`, for those who take many changes at once."""
+    async def tokens(self, key: str) -> AsyncIterator[Mailbox[tuple[str, bool]]]:
+        """Follow liveliness: (token, alive) for present tokens and for each change."""
         changes: Mailbox[tuple[str, bool]] = Mailbox(TOKEN_BOUND)
 
         def changed(token: str, alive: bool) -> None:
             changes.put((token, alive), len(token))
 
-        async with declared(partial(self._session.watch_tokens, key, changed), _undeclare):
+        async with declared(partial(self._session.watch_tokens, key, changed), undeclare):
             try:
                 yield changes
             finally:
@@ -222,12 +201,12 @@ class AsyncSession:
 
     @asynccontextmanager
     async def token(self, key: str) -> AsyncIterator[None]:
-        """Be visible as alive under a key for as long as the block lasts."""
-        async with declared(partial(self._session.declare_token, key), _undeclare):
+        """Declare a liveliness token while the block lasts."""
+        async with declared(partial(self._session.declare_token, key), undeclare):
             yield
 
     async def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
-        """Who is alive under a key expression; waits for the hub's answer, `timeout` [s] at most."""
+        """Return the live tokens of a key expression; waits for the hub's answer, `timeout` [s] at most."""
         return await anyio.to_thread.run_sync(self._session.list_tokens, key, timeout)
 
     @asynccontextmanager
@@ -236,15 +215,15 @@ class AsyncSession:
         key: str,
         bound: Bound,
         busy: bytes,
-        intake: Intake = EVERYTHING,
+        intake: AdmissionPolicy = EVERYTHING,
         attestor: Attestor | None = None,
     ) -> AsyncIterator[Mailbox[Request]]:
-        """Serve a key for as long as the block lasts.
+        """Serve a key while the block lasts.
 
         Args:
             key: The key.
-            bound: How many requests wait.
-            busy: The error answer to requests that find no room.
+            bound: Capacity of the queue of requests.
+            busy: Error answer to requests that find the queue full.
             intake: Decides which requests are accepted.
             attestor: Makes answers authentic.
         """
@@ -254,41 +233,70 @@ class AsyncSession:
             return requests.put(request, request.size)
 
         try:
-            async with declared(partial(self._session.answer, key, take, busy, intake, attestor), _undeclare):
+            async with declared(partial(self._session.answer, key, take, busy, intake, attestor), undeclare):
                 yield requests
-        finally:  # what comes until it is undeclared finds no answer either
+        finally:  # also requests that arrived before the end of the declaration
             requests.close()
-            while (request := requests.take_now()) is not None:
+            while (request := requests.get_nowait()) is not None:
                 request.drop()
 
 
 @asynccontextmanager
-async def open_session(
-    *,
-    listen: str | None = None,
-    connect: str | None = None,
-    patient: bool = True,
-    security: Security | None = None,
-    gossip: bool = False,
-    as_peer: bool = False,
-    largest: int = LARGEST,
-) -> AsyncIterator[AsyncSession]:
-    """Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
-    make = partial(
-        Session,
-        listen=listen,
-        connect=connect,
-        patient=patient,
-        security=security,
-        gossip=gossip,
-        as_peer=as_peer,
-        largest=largest,
-    )
-    async with declared(make, Session.close) as opened:
-        yield AsyncSession(opened)
+async def query_parts(
+    session: AsyncSession,
+    key: str,
+    payload: bytes,
+    timeout: float,
+    attachment: bytes | None = None,
+    check: Check = form_of,
+) -> AsyncIterator[AsyncIterator[tuple[bool, bytes]]]:
+    """Send a request whose answer comes in parts. The request is cancelled when the block ends.
+
+    Parts get lost on a full link or with a slow receiver, so each part must contain its position.
+
+    Args:
+        session: Session of the client.
+        key: Key of the server.
+        payload: The request.
+        timeout: [s] of the machine's clock, for the whole answer.
+        attachment: Attachment of the request.
+        check: Checks that parts and the answer are authentic.
+
+    Yields:
+        Whether it is a part, and its payload; the answer comes last. `NoServer`, `NoAnswer`, `Refused` or
+        `NotAuthentic` is raised in its place.
+    """
+    arrived: Mailbox[list[Answer]] = Mailbox(PART_BOUND)
+
+    def take(reply: zenoh.Reply) -> None:
+        for answer in _copied(reply):
+            arrived.put([answer], len(answer.payload))
+
+    callback = Callback(take, drop=lambda: arrived.put([], 0), indirect=False)
+    mode = zenoh.ConsolidationMode.NONE  # parts are passed on as they arrive
+    cancel = session.blocking.get(key, payload, timeout, callback, attachment, mode)
+    try:
+        yield _parts(arrived, key, check)
+    finally:
+        cancel()
 
 
-def _undeclare(undeclare: Callable[[], None]) -> None:
-    """Take back what was declared; a session that is closed has done so already."""
-    with suppress(zenoh.ZError):
-        undeclare()
+async def _parts(arrived: Mailbox[list[Answer]], key: str, check: Check) -> AsyncIterator[tuple[bool, bytes]]:
+    is_part = True
+    while is_part:
+        form, payload = select_answer(await arrived.get(), key, check)
+        is_part = form is Form.PART
+        yield is_part, payload
+
+
+def _opener(make: Callable[P, Session]) -> Callable[P, AbstractAsyncContextManager[AsyncSession]]:
+    @asynccontextmanager
+    async def open_session(*args: P.args, **options: P.kwargs) -> AsyncIterator[AsyncSession]:
+        async with declared(partial(make, *args, **options), Session.close) as opened:
+            yield AsyncSession(opened)
+
+    return open_session
+
+
+open_session = _opener(Session)
+"""Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""

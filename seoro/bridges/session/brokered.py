@@ -1,7 +1,7 @@
-"""Connections of a process in a sandbox: by a broker outside, which has the keys and the connections.
+"""Connections of a sandboxed process, by a broker outside the sandbox that has the keys and the connections.
 
-Where there is a broker, sessions connect to sockets that it makes for them, and commands are signed by it. It is
-asked over a socket, each by `[verb, argument]`; an answer is `[whether it was done, value, help]`.
+Sessions connect to sockets of the broker, which signs their commands. Requests to the broker are `[verb,
+argument]` over a socket; an answer is `[success, value, help]`.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ import msgpack
 from seoro.bridges.session.errors import SessionError
 
 LENGTH: Final = struct.Struct("!I")
-REACH: Final = "reach"  # an endpoint: a socket file that leads there
-SIGN: Final = "sign"  # bytes: their signature
-CREDENTIALS: Final = "credentials"  # PEM: certificates of the authority and the own one, revoked.crl
+REACH: Final = "reach"  # argument: endpoint; answer: socket file that is connected to it
+SIGN: Final = "sign"  # argument: bytes; answer: their signature
+CREDENTIALS: Final = "credentials"  # answer, as PEM: certificates of the authority and of the run, revoked.crl
 _SOCKET: Final = "unixsock-stream/"
 
 
 class Broker:
-    """The broker of this process; for any thread.
+    """Client of the broker of this process; for any thread.
 
     Args:
-        connection: To it.
+        connection: Connection to the broker.
     """
 
     def __init__(self, connection: socket.socket) -> None:
@@ -38,50 +38,50 @@ class Broker:
         """Return the answer of the broker.
 
         Raises:
-            SessionError: It refuses, or is gone.
+            SessionError: The broker rejects the request, or is disconnected.
         """
-        asked = msgpack.packb([verb, argument])
+        request = msgpack.packb([verb, argument])
         with self._lock:
             try:
-                self._connection.sendall(LENGTH.pack(len(asked)) + asked)
+                self._connection.sendall(LENGTH.pack(len(request)) + request)
                 [length] = LENGTH.unpack(self._read(LENGTH.size))
                 is_done, value, advice = msgpack.unpackb(self._read(length))
             except OSError as error:
-                raise SessionError("the broker of the sandbox is gone") from error
+                raise SessionError("the broker of the sandbox is disconnected") from error
         if not is_done:
             raise SessionError(f"{value}{advice and f' ({advice})'}")
         return value
 
     def _read(self, length: int) -> bytes:
-        found = b""
-        while len(found) < length:
-            if not (part := self._connection.recv(length - len(found))):
+        data = b""
+        while len(data) < length:
+            if not (part := self._connection.recv(length - len(data))):
                 raise ConnectionResetError
-            found += part
-        return found
+            data += part
+        return data
 
 
 _broker: Broker | None = None
 
 
-def use(broker: Broker) -> None:
-    """Have all sessions of this process go by a broker."""
-    global _broker  # noqa: PLW0603 - the process is in a sandbox, or it is not
+def use_broker(broker: Broker) -> None:
+    """Connect all later sessions of this process by a broker."""
+    global _broker  # noqa: PLW0603 - a process is sandboxed as a whole
     _broker = broker
 
 
-def broker_here() -> Broker | None:
-    """The broker of this process; None outside of sandboxes."""
+def current_broker() -> Broker | None:
+    """Return the broker of this process; None outside sandboxes."""
     return _broker
 
 
-def reached(endpoint: str) -> str:
+def broker_address(endpoint: str) -> str:
     """Return the address to which a session of this process connects to reach an endpoint.
 
     Raises:
-        SessionError: It cannot be reached.
+        SessionError: The endpoint cannot be reached.
     """
-    is_here = endpoint.startswith(_SOCKET) and Path(endpoint.removeprefix(_SOCKET)).exists()
-    if _broker is None or is_here:
+    is_inside = endpoint.startswith(_SOCKET) and Path(endpoint.removeprefix(_SOCKET)).exists()
+    if _broker is None or is_inside:
         return endpoint
     return f"{_SOCKET}{_broker.ask(REACH, endpoint)}"

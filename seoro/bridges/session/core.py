@@ -1,12 +1,12 @@
 """Sessions, requests and liveliness, out of Zenoh's threads.
 
-Zenoh has no asyncio interface, and calls back on its own receiving threads. What was learned about it
-shapes this module: callbacks are direct (an indirect one costs a thread and makes the process hang at exit), do
-no more than copy bytes into a bounded queue or wake the event loop, and never call back into Zenoh's
-blocking functions; opening, declaring and closing happen in worker threads with a deadline; every query
-object is released as soon as it is answered, because a client waits as long as one is alive.
+Zenoh has no asyncio interface, and calls back on its own receiving threads. Callbacks are direct, since an
+indirect one costs a thread and makes the process hang at exit. They only copy bytes into a bounded queue or wake
+the event loop, and never call Zenoh's blocking functions. Opening, declaring and closing happen in worker threads
+with a deadline. Every query object is released as soon as it is answered, because the client waits while one is
+alive.
 
-`Session` is thread-neutral and is what a simulator node uses; `asynchronous.py` has its face to asyncio.
+`Session` works in any thread, as in simulator nodes; `asynchronous.py` adapts it to asyncio.
 """
 
 from __future__ import annotations
@@ -20,50 +20,48 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from seoro.bridges.session.brokered import reached
+from seoro.bridges.session.brokered import broker_address
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.errors import InvalidEndpoint, SessionError
 from seoro.bridges.session.outages import Outages
-from seoro.bridges.session.requests import Attestor, Everything, Intake, Refuser, Request, receiver
+from seoro.bridges.session.requests import AdmissionPolicy, AdmitAll, Attestor, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
 
 CLOSE_DEADLINE = 2.0  # [s]
-SEEN_WITHIN = 1.0  # [s]
-LEASE = 15_000  # [ms] that a peer may be silent; one that has died is noticed by the end of its connection
-PATIENCE = 1_000_000  # [us] that what is sent may wait for its turn, before it is lost
-# Batches of 64 KiB that wait to be sent, as many as Zenoh has. Its own two are full when a laser scanner of 1,000
-# scans a second has had to wait 20 ms for a processor, and what it sends then is lost.
-ROOM = 16
+SEEN_WITHIN = 1.0  # [s] time limit for the hub to know a new token
+LEASE = 15_000  # [ms] longest silence of a peer; a dead one is noticed by the end of its connection
+PATIENCE = 1_000_000  # [us] longest wait of a message for room on the link
+# Number of batches of 64 KiB in the send queue, the most that Zenoh allows. Zenoh's two by default overflow if a
+# laser scanner of 1,000 scans a second has to wait 20 ms for a processor.
+SEND_QUEUE = 16
 INBOX_SIZE = 256
-EVERYTHING = Everything()
-# As nothing on the wire of seoro is larger (`wire.MAX_MESSAGE`): what is, is dropped while it arrives.
-LARGEST = 64 << 20  # [bytes]
+EVERYTHING = AdmitAll()
+LARGEST = 64 << 20  # [bytes], size limit of messages; the limits of all verbs are lower (`wire.MAX_MESSAGE`)
 
 
 def _reason(error: Exception) -> str:
-    """What Zenoh says, without where in its sources it was raised, and in words for the most frequent case."""
-    said = str(error).partition(" at /")[0]
-    return "nothing answers there" if said.startswith("Unable to connect to any of") else said
+    """Return Zenoh's error message without source positions, and a plain text for the most frequent case."""
+    text = str(error).partition(" at /")[0]
+    return "nothing answers there" if text.startswith("Unable to connect to any of") else text
 
 
 class Session:
-    """A Zenoh session with seoro's settings: no multicast, no shared memory, gossip only where it is asked for.
+    """A Zenoh session with seoro's settings: no multicast, no shared memory, gossip only on request.
 
     Args:
         listen: Endpoint to listen on; the session is then the hub (a router).
         connect: Endpoint of the hub to connect to, as a client.
-        patient: Whether what is sent may wait a second for its turn before it is lost. A session that publishes
-            must not: it would stand still with a receiver that does.
+        patient: Whether messages may wait a second for room on the link before they are dropped. Sessions that
+            publish must not wait: one blocked receiver would block the others.
         security: Keys, for endpoints `tls/...`.
-        gossip: Whether peers that connect to this router learn of each other, as behind the router of rmw_zenoh:
-            a router does not pass on what peers send to each other. The router itself connects to none of them.
-        as_peer: Whether to connect to a peer as another one, which learns what that peer announces itself, and not
-            what it has from others.
-        largest: [bytes] of a message; a larger one is dropped while it arrives.
+        gossip: Whether peers of this router discover each other, as behind the router of rmw_zenoh. Routers do not
+            forward messages between peers. This router connects to none of the peers itself.
+        as_peer: Whether to connect to a peer as another peer. It receives the announcements of that peer only.
+        largest: Size limit of received messages [bytes]; larger ones are dropped while they arrive.
 
     Raises:
-        InvalidEndpoint: It is none.
-        SessionError: Exactly one of the two has to be given, and the endpoint has to work.
+        InvalidEndpoint: An endpoint is invalid.
+        SessionError: Not exactly one of `listen` and `connect` is given, or the endpoint does not work.
     """
 
     def __init__(
@@ -84,17 +82,15 @@ class Session:
         endpoint = listen if connect is None else connect
         assert endpoint is not None
         if not is_endpoint(endpoint):
-            raise InvalidEndpoint(f"'{endpoint}' is no endpoint; endpoints look like tcp/127.0.0.1:7447")
-        self._tokens: list[Any] = []
-        self._queryables: list[Any] = []
-        self._kept: list[Any] = []
+            raise InvalidEndpoint(f"'{endpoint}' is an invalid endpoint; expected one like tcp/127.0.0.1:7447")
+        self._kept: list[Any] = []  # Zenoh ends declarations without references
         self._refuser = Refuser()
         self._listing = threading.Lock()
         self._lister: zenoh.Session | None = None
         self._is_hub = listen is not None
         self._knows_tokens = False
-        way = connect if connect is None else reached(connect)
-        self._settings = _settings(listen, way, patient, gossip, largest)
+        address = connect if connect is None else broker_address(connect)
+        self._settings = _settings(listen, address, patient, gossip, largest)
         if as_peer:
             self._settings["mode"] = "peer"
         try:
@@ -110,12 +106,12 @@ class Session:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings)))
 
     def peers(self) -> frozenset[str]:
-        """The peers that are connected, by what Zenoh calls them; not routers, and not clients."""
+        """Return Zenoh's ids of the connected peers, without routers and clients."""
         return frozenset(str(peer) for peer in self._zenoh.info.peers_zid())
 
     @property
     def is_cut_off(self) -> bool:
-        """Whether a session that connects has lost its connection, and has not connected again yet."""
+        """Whether a client has lost its connection, and has not connected again yet."""
         info = self._zenoh.info
         return not self._is_hub and not (list(info.routers_zid()) or list(info.peers_zid()))
 
@@ -132,7 +128,7 @@ class Session:
         return outages
 
     def keep(self, declared: Any) -> None:
-        """Keep what was declared for as long as the session: Zenoh takes back what nobody refers to."""
+        """Keep a declaration until the session closes."""
         self._kept.append(declared)
 
     @property
@@ -145,16 +141,16 @@ class Session:
         key: str,
         busy: bytes,
         inbox: queue.SimpleQueue[Any],
-        intake: Intake = EVERYTHING,
+        intake: AdmissionPolicy = EVERYTHING,
         attestor: Attestor | None = None,
     ) -> None:
         """Serve a key expression until the session closes.
 
         Args:
             key: A key expression, wildcards included.
-            busy: The error answer to requests that find the queue full.
-            inbox: The queue of each `Request`, in the order in which they were sent. Others may put other things
-                into it. (It costs a round trip 0.1 ms less than a `Queue`.)
+            busy: Error answer to requests that find the queue full.
+            inbox: Queue that receives each `Request` in the order of arrival, and may receive other items. (A
+                round trip takes 0.1 ms less than with a `Queue`.)
             intake: Decides which requests are accepted.
             attestor: Makes answers authentic.
         """
@@ -165,45 +161,43 @@ class Session:
             inbox.put(request)
             return True
 
-        receive = receiver(intake, self._refuser, take, busy, attestor)
-        self._queryables.append(self._declare_queryable(key, receive))
+        self.keep(self.answer(key, take, busy, intake, attestor))
 
     def answer(
         self,
         key: str,
         take: Callable[[Request], bool | None],
         busy: bytes = b"",
-        intake: Intake = EVERYTHING,
+        intake: AdmissionPolicy = EVERYTHING,
         attestor: Attestor | None = None,
     ) -> Callable[[], None]:
-        """Serve a key. Returns what ends it.
+        """Serve a key. Returns a function that ends this.
 
         Args:
             key: A key expression.
-            take: Gets requests on a thread of Zenoh's, must not wait, and returns False if there is no room.
-            busy: The error answer then.
+            take: Called with requests on a thread of Zenoh; must not wait, and returns False if the queue is
+                full.
+            busy: Error answer for a full queue.
             intake: Decides which requests are accepted.
             attestor: Makes answers authentic.
         """
-        queryable = self._declare_queryable(key, receiver(intake, self._refuser, take, busy, attestor))
+        receive = receiver(intake, self._refuser, take, busy, attestor)
+        queryable = self._zenoh.declare_queryable(key, Callback(receive, indirect=False), complete=True)
         undeclare: Callable[[], None] = queryable.undeclare
         return undeclare
 
-    def _declare_queryable(self, key: str, receive: Callable[[zenoh.Query], None]) -> Any:
-        return self._zenoh.declare_queryable(key, Callback(receive, indirect=False), complete=True)
-
     def declare_token(self, key: str) -> Callable[[], None]:
-        """Be visible as alive under a key until the session closes or the process dies. Returns what ends it.
+        """Declare a liveliness token until the session closes or the process dies; returns a function to end it.
 
-        The hub knows it when this returns, unless it does not answer within `SEEN_WITHIN`.
+        On return, the hub knows the token, unless it did not answer within `SEEN_WITHIN`.
         """
         self._knows_tokens = True
         token = self._zenoh.liveliness().declare_token(key)
-        self._tokens.append(token)
-        _list(self._zenoh, key, SEEN_WITHIN)  # what is asked on the same way is answered after it has come
+        self.keep(token)
+        _list(self._zenoh, key, SEEN_WITHIN)  # the answer follows the token on the same connection
 
         def undeclare() -> None:
-            self._tokens.remove(token)
+            self._kept.remove(token)
             token.undeclare()  # type: ignore[no-untyped-call]
 
         return undeclare
@@ -220,17 +214,17 @@ class Session:
         to_others: bool = False,
         is_urgent: bool = False,
     ) -> Callable[[], None]:
-        """Ask; `answers` is called on a thread of Zenoh's. Returns what cancels the request.
+        """Send a request. Returns a function that cancels it.
 
         Args:
-            key: Key that is served.
+            key: Key of the server.
             payload: The request.
             timeout: [s]
-            answers: Gets the answers.
-            attachment: What travels beside the payload.
-            consolidation: Which answers of several are taken.
-            to_others: Whether all other sessions that serve the key are asked, instead of one.
-            is_urgent: Whether it overtakes everything else on its way, as its answer does.
+            answers: Called with answers on a thread of Zenoh.
+            attachment: Attachment of the request.
+            consolidation: Policy for several answers.
+            to_others: Whether the request goes to all other sessions that serve the key, instead of one.
+            is_urgent: Whether the request and its answer overtake all other messages.
         """
         token = zenoh.CancellationToken()
         try:
@@ -249,11 +243,11 @@ class Session:
                 express=is_urgent,
             )
         except zenoh.ZError as error:
-            raise SessionError(f"cannot ask {key}: {error}") from error
+            raise SessionError(f"cannot send a request to {key}: {error}") from error
         return token.cancel
 
     def watch_tokens(self, key: str, changed: Callable[[str, bool], None]) -> Callable[[], None]:
-        """Call `changed(token, alive)` on a thread of Zenoh's, for present tokens and each change."""
+        """Call `changed(token, alive)` on a thread of Zenoh, for present tokens and each change."""
 
         def take(sample: zenoh.Sample) -> None:
             changed(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
@@ -264,21 +258,21 @@ class Session:
         return undeclare
 
     def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
-        """Who is alive under a key expression; waits for the hub, `timeout` [s] at most.
+        """Return the live tokens of a key expression; waits for the hub, `timeout` [s] at most.
 
         Raises:
-            SessionError: The session is closed, or its hub is gone.
+            SessionError: The session is closed, or its hub is disconnected.
         """
         try:
-            return _list(self._who_lists(), key, timeout)
+            return _list(self._listing_session(), key, timeout)
         except zenoh.ZError as error:
-            raise SessionError(f"cannot ask who is alive: {error}") from error
+            raise SessionError(f"cannot list liveliness tokens: {error}") from error
 
-    def _who_lists(self) -> zenoh.Session:
-        """Who can be asked for a list of tokens: of a client that knows some already, another one.
+    def _listing_session(self) -> zenoh.Session:
+        """Return a session that can list tokens: for a client that follows tokens already, another session.
 
-        Zenoh tells a client the tokens that it knows from the thread which asks, and from another that the list is
-        at its end, where the hub's answer came. When the latter is first, the list lacks them: one in thirty does.
+        Zenoh reports tokens that a client knows from the calling thread, and the end of the list from another
+        thread. If the end comes first, as in one of thirty lists, tokens are missing.
         """
         if self._is_hub or not self._knows_tokens:
             return self._zenoh
@@ -288,7 +282,7 @@ class Session:
             return self._lister or self._zenoh
 
     def close(self) -> None:
-        """Close, within `CLOSE_DEADLINE`; a session that hangs in closing is left to the end of the process."""
+        """Close within `CLOSE_DEADLINE`; a session that hangs is closed by the end of the process."""
         closing = threading.Thread(target=self._close, daemon=True)
         closing.start()
         closing.join(CLOSE_DEADLINE)
@@ -309,7 +303,7 @@ def _list(session: zenoh.Session, key: str, timeout: float) -> frozenset[str]:
         if reply.ok is not None:
             found.add(str(reply.ok.key_expr))
 
-    # Zenoh's own queue for replies has 256 places, and blocks whoever fills it.
+    # Zenoh's own queue for replies holds 256, and blocks its sender when it is full.
     session.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
     done.wait(timeout + CLOSE_DEADLINE)
     return frozenset(found)
@@ -318,12 +312,12 @@ def _list(session: zenoh.Session, key: str, timeout: float) -> frozenset[str]:
 def _settings(
     listen: str | None, connect: str | None, patient: bool, gossip: bool, largest: int
 ) -> dict[str, Any]:
-    """The configuration of a session; both ends agree on the lease, by which a silent peer is given up."""
-    queue: dict[str, Any] = {"size": {"data": ROOM}}
+    """Return the configuration of a session; both ends have the same lease for silent peers."""
+    queue: dict[str, Any] = {"size": {"data": SEND_QUEUE}}
     if patient:
-        # Zenoh sends answers as their requests were sent: what finds no room in time is lost. To have it wait for
-        # ever would hold up the event loop by a peer that stands still; by Zenoh's own limit of 50 ms, busy
-        # machines lose one large answer in a hundred.
+        # Answers have the congestion control of their requests: they are dropped after a wait. Unlimited waits
+        # would let a blocked peer block the event loop. With Zenoh's own limit of 50 ms, busy machines lose one
+        # large answer in a hundred.
         drop = {"wait_before_drop": PATIENCE, "max_wait_before_drop_fragments": PATIENCE}
         queue["congestion_control"] = {"drop": drop}
     link: dict[str, Any] = {"tx": {"lease": LEASE, "queue": queue}}

@@ -1,45 +1,46 @@
-"""What is opened or declared for as long as a block lasts."""
+"""Declarations that last as long as a block."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 from typing import TypeVar
 
 import anyio
 import anyio.to_thread
+import zenoh
 
 T = TypeVar("T")
 
 
 @asynccontextmanager
 async def declared(make: Callable[[], T], undo: Callable[[T], object]) -> AsyncIterator[T]:
-    """Make something in a worker thread, and undo it in one, on every path.
+    """Call `make` in a worker thread, and `undo` with its result on every path.
 
-    A task that is cancelled while it waits for the thread does not stop the thread: what that makes all the same
-    is undone, too. Neither does a task that is cancelled while it undoes something leave it there.
+    The cancellation of a waiting task does not stop the thread. So the result of a `make` that outlasts its task
+    is undone, too, and a cancelled `undo` is completed.
 
     Args:
-        make: Makes it; what it raises comes out.
-        undo: Undoes what was made.
+        make: Creates the declaration; its exceptions are raised here.
+        undo: Ends the declaration.
     """
-    made = await _carry(make, lambda made: _carry(partial(undo, made)))
+    made = await _complete(make, lambda made: _complete(partial(undo, made)))
     try:
         yield made
     finally:
-        await _carry(partial(undo, made))
+        await _complete(partial(undo, made))
 
 
-async def _carry(work: Callable[[], T], undo: Callable[[T], Awaitable[object]] | None = None) -> T:
-    """Carry something out in a worker thread, to its end.
+async def _complete(work: Callable[[], T], undo: Callable[[T], Awaitable[object]] | None = None) -> T:
+    """Call a function in a worker thread, and wait for its end even if this task is cancelled.
 
-    If the task is cancelled meanwhile, from which no scope of anyio's shields, it is afterwards.
+    Shields of anyio do not hold off a cancellation by asyncio; it is raised again afterwards.
 
     Args:
-        work: What is carried out.
-        undo: Carried out if the task was cancelled.
+        work: The function.
+        undo: Called with the result if the task was cancelled.
     """
     cancelled: asyncio.CancelledError | None = None
     with anyio.CancelScope(shield=True):
@@ -54,3 +55,9 @@ async def _carry(work: Callable[[], T], undo: Callable[[T], Awaitable[object]] |
                 await undo(task.result())
             raise cancelled
     return task.result()
+
+
+def undeclare(end: Callable[[], object]) -> None:
+    """End a declaration; a closed session has done so already."""
+    with suppress(zenoh.ZError):
+        end()

@@ -1,28 +1,28 @@
-"""What can go wrong with a session."""
+"""Errors of sessions."""
 
 
 class SessionError(Exception):
-    """Nothing could be sent: the session did not open, or it is closed."""
+    """The session did not open, or is closed."""
 
 
 class InvalidEndpoint(SessionError):
-    """What was given is no endpoint."""
+    """The endpoint is invalid."""
 
 
 class NoServer(SessionError):
-    """Nobody serves the key that was asked."""
+    """No session serves the requested key."""
 
 
 class NoAnswer(SessionError):
-    """The server took longer than the timeout, or went away while it had the request."""
+    """The server took longer than the timeout, or disconnected before its answer."""
 
 
 class NotAuthentic(SessionError):
-    """Somebody else has answered, or an answer was changed on its way."""
+    """An answer comes from another sender, or was changed in transit."""
 
 
 class Refused(SessionError):
-    """The server answered with an error; `payload` is what it sent."""
+    """The server answered with an error, which is in `payload`."""
 
     def __init__(self, payload: bytes) -> None:
         super().__init__("the request was refused")

@@ -1,9 +1,8 @@
-"""Where Zenoh's threads leave what has arrived, and the event loop takes it.
+"""Bounded queue from Zenoh's threads to the event loop.
 
-A mailbox is bounded, because a reader that is slower than what arrives must cost neither memory without end nor
-the session: a callback of Zenoh's that waits would hold up everything else that comes over the same link. What is
-lost instead is said beforehand (`Bound`) and counted. The loop is woken once for all that arrived before it came
-to look, since a wake-up costs more than a message.
+A mailbox is bounded: a slow reader must neither exhaust the memory nor block Zenoh's callbacks, which would delay
+everything on the same link. Messages beyond the bound are dropped by its policy (`Bound`) and counted. The loop is
+woken once for all messages that arrived before it runs, since a wake-up costs more than a message.
 """
 
 from __future__ import annotations
@@ -11,11 +10,11 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Generic, Literal, TypeVar
+from typing import Generic, Literal, Self, TypeVar
 
 T = TypeVar("T")
 
@@ -23,35 +22,35 @@ MEBIBYTE = 1 << 20
 
 
 class Closed(Exception):
-    """Nothing will arrive any more: what the mailbox belonged to has ended."""
+    """The mailbox is closed and empty."""
 
 
 @dataclass(frozen=True)
 class Bound:
-    """How much a mailbox holds, and what is lost when more arrives.
+    """Capacity of a mailbox, and the policy for more messages.
 
     Attributes:
-        count: Messages that wait at most.
-        size: [bytes] that they may have together; a single message may have more.
-        lose: Which are lost: the oldest of those that wait, or those that arrive.
+        count: Limit of the number of unread messages.
+        size: Limit of their total size [bytes]; a single message may be larger.
+        drop: Messages to drop: the oldest unread ones, or new ones.
     """
 
     count: int
     size: int = 256 * MEBIBYTE
-    lose: Literal["oldest", "newest"] = "oldest"
+    drop: Literal["oldest", "newest"] = "oldest"
 
     def __post_init__(self) -> None:
         if self.count < 1 or self.size < 1:
             raise ValueError(
-                f"a mailbox holds at least one message and one byte, not {self.count} and {self.size}"
+                f"invalid capacity of {self.count} messages and {self.size} bytes; expected at least 1 of each"
             )
 
 
-LATEST = Bound(1)  # for those who want to know how things are, not how they came about
+LATEST = Bound(1)  # for receivers of a state, which need no history
 
 
 class Mailbox(Generic[T]):
-    """Messages from other threads, for one event loop: the one that is running when it is made."""
+    """Messages from other threads for one event loop, which is running when the mailbox is created."""
 
     def __init__(self, bound: Bound) -> None:
         self._bound = bound
@@ -62,22 +61,22 @@ class Mailbox(Generic[T]):
         self._lost = 0
         self._waking = False
         self._closed = False
-        self._calls: dict[Callable[[], None], None] = {}  # for who waits
+        self._calls: dict[Callable[[], None], None] = {}  # callbacks of the next arrival
 
     @property
-    def lost(self) -> int:
-        """Messages that nobody could take in time, so far."""
+    def dropped(self) -> int:
+        """Number of messages dropped so far."""
         return self._lost
 
     def __len__(self) -> int:
         return len(self._waiting)
 
     def put(self, message: T, size: int) -> bool:
-        """Leave a message of `size` [bytes]; from any thread, without ever waiting. False if it is lost itself."""
+        """Add a message of `size` [bytes], from any thread and without waiting. False if it was dropped."""
         with self._lock:
             if self._closed:
                 return False
-            if self._bound.lose == "newest" and self._is_full(size):
+            if self._bound.drop == "newest" and self._is_full(size):
                 self._lost += 1
                 return False
             while self._waiting and self._is_full(size):
@@ -88,7 +87,7 @@ class Mailbox(Generic[T]):
             if self._waking:
                 return True
             self._waking = True
-        with suppress(RuntimeError):  # the loop may be gone when something arrives at the end of the process
+        with suppress(RuntimeError):  # the loop may be closed at the end of the process
             self._loop.call_soon_threadsafe(self._wake)
         return True
 
@@ -103,43 +102,40 @@ class Mailbox(Generic[T]):
         for call in calls:
             call()
 
-    async def take(self) -> T:
-        """The oldest message; waits for one.
+    async def get(self) -> T:
+        """Wait for the oldest message, and return it.
 
-        Other tasks get a turn even if a message is there, so that a reader with a backlog does not starve them.
+        Other tasks get a turn even if a message is present, so that a reader with a backlog does not starve them.
 
         Raises:
-            Closed: There is none, and none will come.
+            Closed: The mailbox is closed and empty.
         """
         if self._waiting:
             await asyncio.sleep(0)
-        while (message := self.take_now()) is None:
+        while (message := self.get_nowait()) is None:
             if self._closed:
                 raise Closed
-            await self._arrival()
+            arrived = self._loop.create_future()
+            wake = partial(_settle, arrived)
+            self.on_arrival(wake)
+            try:
+                await arrived
+            finally:
+                self._calls.pop(wake, None)
         return message
 
-    async def _arrival(self) -> None:
-        arrived = self._loop.create_future()
-        wake = partial(_settle, arrived)
-        self.when_arrived(wake)
-        try:
-            await arrived
-        finally:
-            self._calls.pop(wake, None)
+    def on_arrival(self, call: Callable[[], None]) -> None:
+        """Call `call` once on the loop's thread, soon after a message arrives or the mailbox closes.
 
-    def when_arrived(self, call: Callable[[], None]) -> None:
-        """Have something called once on the loop's thread, soon after there is a message, or there will be none.
-
-        It spares those who are no task of their own the turns of the loop that a task takes.
+        A callback needs fewer turns of the loop than a waiting task.
         """
         if self._waiting or self._closed:
             self._loop.call_soon(call)
         else:
             self._calls[call] = None
 
-    def take_now(self) -> T | None:
-        """The oldest message if there is one."""
+    def get_nowait(self) -> T | None:
+        """Return the oldest message, or None if the mailbox is empty."""
         with self._lock:
             if not self._waiting:
                 return None
@@ -147,13 +143,17 @@ class Mailbox(Generic[T]):
             self._size -= size
             return message
 
-    async def __aiter__(self) -> AsyncIterator[T]:
-        with suppress(Closed):
-            while True:
-                yield await self.take()
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> T:
+        try:
+            return await self.get()
+        except Closed:
+            raise StopAsyncIteration from None
 
     def close(self) -> None:
-        """Take nothing in any more, on the loop's thread; what waits can still be taken, and then waiting ends."""
+        """Accept no more messages. Call it on the loop's thread. Unread messages can still be taken."""
         with self._lock:
             self._closed = True
         self._loop.call_soon(self._wake)

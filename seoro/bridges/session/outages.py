@@ -1,4 +1,4 @@
-"""Outages of a connection: whether something that was waited for may have been missed."""
+"""Outages of a connection, during which messages may have been missed."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import time
 
 
 class Outages:
-    """The outages of one connection. Zenoh's threads report them, and the event loop reads them.
+    """Outages of one connection, reported by Zenoh's threads and read by the event loop.
 
     Args:
-        is_connected: Whether the connection holds now.
+        is_connected: Whether the connection is established now.
     """
 
     def __init__(self, is_connected: bool) -> None:
@@ -18,7 +18,7 @@ class Outages:
         self._last = -math.inf  # end of the latest outage, by `time.monotonic`
 
     def change(self, is_connected: bool) -> None:
-        """Report that a connection was made or lost; of several connections, one is enough."""
+        """Record that a connection was made or lost; one of several connections is enough."""
         if is_connected and not self._connections:
             self._last = time.monotonic()
         self._connections = max(0, self._connections + (1 if is_connected else -1))

@@ -1,18 +1,18 @@
 """Publishing and subscribing.
 
-Late subscribers get what publishers have kept for them: Zenoh's advanced publishers hold their last samples under
-a key beside their own, and advanced subscribers ask there. Such a subscriber asks for what it has missed, too,
-where the publisher tells how many it has sent.
+Late subscribers receive the kept samples of publishers: Zenoh's advanced publishers hold their last samples under
+a second key, which advanced subscribers query. Such a subscriber also queries missed samples, if the publisher
+announces the number of sent samples.
 
-Nothing here waits for a slow receiver: a publisher whose link is full drops, since the other way of Zenoh blocks
-the caller for seconds and then breaks off the connection.
+Nothing here waits for a slow receiver. A publisher drops samples when its link is full: Zenoh's alternative blocks
+the caller for seconds and then disconnects.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -22,21 +22,21 @@ from zenoh.handlers import Callback
 
 from seoro.bridges.session.asynchronous import AsyncSession
 from seoro.bridges.session.core import Session
-from seoro.bridges.session.declaring import declared
+from seoro.bridges.session.declaring import declared, undeclare
 from seoro.bridges.session.errors import SessionError
 from seoro.bridges.session.mailbox import LATEST, Mailbox
-from seoro.bridges.session.requests import MOST_BESIDE
+from seoro.bridges.session.requests import MAX_ATTACHMENT, to_bytes
 
-HEARTBEAT = 0.5  # [s] after a sample at the latest, subscribers that recover are told how many there were
+HEARTBEAT = 0.5  # [s] delay of the announced number of samples, for subscribers that recover missed ones
 
 
 class Sample(NamedTuple):
-    """What has been published.
+    """Published sample.
 
     Attributes:
-        key: Key that it was published on.
-        attachment: What travels beside the payload; empty when nothing does.
-        arrived: [ns] since the epoch, by the clock of this machine.
+        key: Key of the publication.
+        attachment: Attachment; empty without one.
+        arrived: Time of arrival by the clock of this machine [ns since the epoch].
     """
 
     key: str
@@ -46,7 +46,7 @@ class Sample(NamedTuple):
 
 
 class Publisher:
-    """Publishes on one key. Made by `publishing`."""
+    """Publisher on one key. Created by `publishing`."""
 
     def __init__(self, publisher: Any, key: str) -> None:
         self._publisher = publisher
@@ -64,17 +64,16 @@ class Publisher:
             raise SessionError(f"cannot publish on {self._key}: {error}") from error
 
     @property
-    def is_taken(self) -> bool:
-        """Whether somebody subscribes."""
+    def has_subscribers(self) -> bool:
+        """Whether the key has a subscriber."""
         return bool(self._publisher.matching_status.matching)
 
     def close(self) -> None:
-        """Publish nothing any more; a session that is closed has seen to that."""
-        with suppress(zenoh.ZError):
-            self._publisher.undeclare()
+        """End the publication."""
+        undeclare(self._publisher.undeclare)
 
     async def wait_for_subscriber(self) -> None:
-        """Wait until what is put arrives somewhere; a publisher that keeps samples need not, and does not."""
+        """Wait until the key has a subscriber; a publisher that keeps samples returns at once."""
         if isinstance(self._publisher, zenoh.ext.AdvancedPublisher):
             return
         matches: Mailbox[bool] = Mailbox(LATEST)
@@ -83,33 +82,28 @@ class Publisher:
             matches.put(status.matching, 1)
 
         callback = Callback(take, indirect=False)
-        async with declared(partial(self._publisher.declare_matching_listener, callback), _undeclare):
-            while not (self._publisher.matching_status.matching or await matches.take()):
+        async with declared(partial(self._publisher.declare_matching_listener, callback), _end):
+            while not (self._publisher.matching_status.matching or await matches.get()):
                 pass
 
 
 def declare_publisher(session: Session, key: str) -> Publisher:
-    """Be a publisher on a key until it is closed, for those who have no event loop; nothing is kept."""
+    """Declare a publisher without an event loop, until it is closed; it keeps no samples."""
     return Publisher(_declare_publisher(session, key, reliable=True, keep=0, recover=False), key)
 
 
 def declare_subscriber(session: Session, key: str, take: Callable[[bytes, bytes], None], largest: int) -> None:
-    """Subscribe until the session closes, for those who have no event loop.
+    """Subscribe without an event loop, until the session closes.
 
     Args:
         session: Session to subscribe with.
         key: A key expression, wildcards included.
-        take: Gets payloads, and what travels beside them, on a thread of Zenoh's, and must not wait.
-        largest: [bytes] of a payload; of a larger one there is nothing, and nothing is copied.
+        take: Called with payload and attachment on a thread of Zenoh; must not wait.
+        largest: Size limit of payloads [bytes]; larger ones are passed as empty, without a copy.
     """
 
     def receive(sample: zenoh.Sample) -> None:
-        payload, attachment = sample.payload, sample.attachment
-        is_beside = attachment is not None and len(attachment) <= MOST_BESIDE
-        take(
-            payload.to_bytes() if len(payload) <= largest else b"",
-            attachment.to_bytes() if attachment is not None and is_beside else b"",
-        )
+        take(to_bytes(sample.payload, largest), to_bytes(sample.attachment, MAX_ATTACHMENT))
 
     session.keep(_declare_subscriber(session, key, receive, history=0, recover=False))
 
@@ -124,26 +118,18 @@ async def publishing(
     recover: bool = False,
     is_urgent: bool = False,
 ) -> AsyncIterator[Publisher]:
-    """Be a publisher on a key for as long as the block lasts.
+    """Declare a publisher on a key while the block lasts.
 
     Args:
         session: Session to publish with.
-        key: A key, or a key expression, whose subscribers all get it.
+        key: A key, or a key expression for all matching subscribers.
         reliable: Whether links that can lose data send it again.
-        keep: How many samples are kept for subscribers that come later.
-        recover: Whether subscribers can find out what they have missed, and get it as long as it is kept.
-        is_urgent: Whether it overtakes everything else on its way.
+        keep: Number of samples kept for late subscribers.
+        recover: Whether subscribers can detect missed samples, and query kept ones.
+        is_urgent: Whether samples overtake all other messages.
     """
-    declare = partial(
-        _declare_publisher,
-        session.blocking,
-        key,
-        reliable=reliable,
-        keep=keep,
-        recover=recover,
-        is_urgent=is_urgent,
-    )
-    async with declared(declare, _undeclare) as publisher:
+    declare = partial(_declare_publisher, reliable=reliable, keep=keep, recover=recover, is_urgent=is_urgent)
+    async with declared(partial(declare, session.blocking, key), _end) as publisher:
         yield Publisher(publisher, key)
 
 
@@ -151,23 +137,22 @@ async def publishing(
 async def subscribing(
     session: AsyncSession, key: str, take: Callable[[Sample], None], *, history: int = 0, recover: bool = False
 ) -> AsyncIterator[None]:
-    """Be a subscriber of a key expression for as long as the block lasts.
+    """Subscribe to a key expression while the block lasts.
 
     Args:
         session: Session to subscribe with.
         key: A key expression, wildcards included.
-        take: Gets samples on a thread of Zenoh's, and must not wait.
-        history: How many samples to get that each publisher has published before and kept.
-        recover: Whether to ask for samples that got lost on their way.
+        take: Called with samples on a thread of Zenoh; must not wait.
+        history: Number of earlier samples to query from each publisher.
+        recover: Whether to query missed samples.
     """
 
     def receive(sample: zenoh.Sample) -> None:
-        attachment = sample.attachment
-        beside = b"" if attachment is None else attachment.to_bytes()
-        take(Sample(str(sample.key_expr), sample.payload.to_bytes(), beside, time.time_ns()))
+        attachment = to_bytes(sample.attachment)
+        take(Sample(str(sample.key_expr), sample.payload.to_bytes(), attachment, time.time_ns()))
 
     declare = partial(_declare_subscriber, session.blocking, key, receive, history=history, recover=recover)
-    async with declared(declare, _undeclare):
+    async with declared(declare, _end):
         yield
 
 
@@ -211,7 +196,5 @@ def _declare_subscriber(
         raise SessionError(f"cannot subscribe to {key}: {error}") from error
 
 
-def _undeclare(what: Any) -> None:
-    """Take back what was declared; a session that is closed has done so already."""
-    with suppress(zenoh.ZError):
-        what.undeclare()
+def _end(declaration: Any) -> None:
+    undeclare(declaration.undeclare)

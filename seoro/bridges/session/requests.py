@@ -1,15 +1,15 @@
-"""Requests as they arrive: what is too much is refused before a byte of it is copied.
+"""Received requests, of which excessive ones are refused before their payload is copied.
 
-The thread of Zenoh's that calls back serves other connections, too. So it waits for nobody: refusals are sent by a
-thread of their own, since one who asks and takes no answers holds up whoever answers.
+Callbacks run on a thread of Zenoh that serves other connections, too, so they must not wait. A client that does
+not read its answers blocks the sender, so refusals are sent by a thread of their own.
 """
 
 from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -19,19 +19,19 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import zenoh
 
 if TYPE_CHECKING:
-    from seoro.keys.window import HolderKey
+    from seoro.security.signing.replay_window import HolderKey
 
-PART: Final = b"part"  # goes beside a part of an answer that need not be authentic
-MOST_REFUSALS: Final = 1024  # that wait to be sent; more are sent by the thread on which they arise
-MOST_BESIDE: Final = 8192  # [bytes] beside a request
-KEPT: Final = 1 << 20  # [bytes] of a request that may wait for its refusal to be sent
+PART: Final = b"part"  # attachment of a part of an answer that need not be authentic
+MAX_REFUSALS: Final = 1024  # size of the queue of refusals; further ones are sent by their own thread
+MAX_ATTACHMENT: Final = 8192  # [bytes], of a request
+KEPT: Final = 1 << 20  # [bytes] largest request that waits in the queue of refusals
 
 
 class Form(IntEnum):
     """Forms of answers."""
 
-    ANSWER = 0  # the only one, or the last
-    PART = 1  # another one comes
+    ANSWER = 0  # the only or last answer
+    PART = 1  # more answers follow
     REFUSAL = 2
 
 
@@ -39,14 +39,14 @@ class Envelope(Protocol):
     """Envelope of a request: authenticates the request and its answers; from any thread."""
 
     def attest(self, request: bytes, form: int, number: int, answer: bytes) -> bytes:
-        """Return what makes an answer authentic, from the request, and the form and number of the answer."""
+        """Return the attachment that authenticates an answer of a form and number to a request."""
         ...
 
     def check(self, holder: HolderKey, request: bytes) -> None:
         """Check that a client that holds robots has sent the request, for the first time.
 
         Raises:
-            InvalidKeys: It has not.
+            InvalidKeys: The request is from another client, or a repetition.
         """
         ...
 
@@ -54,57 +54,57 @@ class Envelope(Protocol):
 class Attestor(Protocol):
     """Makes answers authentic; from any thread."""
 
-    def open(self, key: str, beside: bytes) -> tuple[bytes, Envelope | None]:
-        """Split what is beside a request: return the rest of it, and its envelope, if it has one."""
+    def open(self, key: str, attachment: bytes) -> tuple[bytes, Envelope | None]:
+        """Split the attachment of a request into its content and the envelope, if it has one."""
         ...
 
 
-class Intake(Protocol):
+class AdmissionPolicy(Protocol):
     """Decides which requests are accepted; from any thread, without waiting."""
 
-    def admit(self, key: str, size: int, beside: bytes) -> bytes:
-        """Count a request, and return nothing, or return the error answer to one that is not accepted.
+    def admit(self, key: str, size: int, attachment: bytes) -> bytes:
+        """Accept a request, or return its error answer; an accepted one returns empty bytes.
 
         Args:
-            key: Its key.
-            size: Of its payload [bytes], of which nothing was read.
-            beside: What travels beside it.
+            key: Key of the request.
+            size: Size of its unread payload [bytes].
+            attachment: Attachment of the request.
         """
         ...
 
-    def end(self, key: str, size: int, beside: bytes) -> None:
-        """Note that an accepted request has its answer."""
+    def end(self, key: str, size: int, attachment: bytes) -> None:
+        """Record that an accepted request was answered."""
         ...
 
     def divert(self, request: Request) -> bool:
-        """Take a request that must not wait in the queue of the others; False for all others."""
+        """Handle a request that must not wait in the common queue; False for all others."""
         ...
 
 
-class Everything:
-    """Accepts every request."""
+class AdmitAll:
+    """Policy that accepts every request."""
 
-    def admit(self, _key: str, _size: int, _beside: bytes) -> bytes:
-        """Accept it."""
+    def admit(self, _key: str, _size: int, _attachment: bytes) -> bytes:
+        """Accept the request."""
         return b""
 
-    def end(self, _key: str, _size: int, _beside: bytes) -> None:
-        """Nothing is counted."""
+    def end(self, _key: str, _size: int, _attachment: bytes) -> None:
+        """Do nothing."""
 
     def divert(self, _request: Request) -> bool:
-        """Leave it in the queue."""
+        """Leave the request to the queue."""
         return False
 
 
 @dataclass(frozen=True)
 class Request:
-    """A query that arrived, with what came beside its payload. Answer it exactly once, from any thread.
+    """A received request. Answer it exactly once, from any thread.
 
     Attributes:
-        key: Key that it asks.
-        size: Of its payload [bytes].
-        attachment: What came beside it, without its envelope.
-        envelope: In which it came, if its answer has to be authentic.
+        key: Key of the request.
+        size: Size of its payload [bytes].
+        attachment: Attachment, without its envelope.
+        envelope: Envelope, if the answer has to be authentic.
     """
 
     key: str
@@ -118,52 +118,52 @@ class Request:
     @cached_property
     def payload(self) -> bytes:
         """The payload, copied from Zenoh's memory at the first access."""
-        return _bytes(self._query.payload)
+        return to_bytes(self._query.payload)
 
     def reply(self, payload: bytes, attachment: bytes | None = None) -> None:
-        """Answer.
+        """Send the answer.
 
         Args:
             payload: The answer.
-            attachment: What travels beside an answer that need not be authentic.
+            attachment: Attachment of an answer that need not be authentic.
         """
-        try:
-            with self._query:
-                self._reply(Form.ANSWER, payload, attachment)
-        finally:
-            self._end(self.key, self.size, self.attachment)
+        with self._ending():
+            self._reply(Form.ANSWER, payload, attachment)
 
     def reply_part(self, payload: bytes) -> None:
-        """Answer in part, before the answer itself; only to those who ask for parts."""
+        """Send a part of the answer, before the answer itself; only to clients of `query_parts`."""
         self._reply(Form.PART, payload, PART)
 
     def drop(self) -> None:
         """Refuse without an answer: clients see that no node serves the key any more."""
-        try:
-            with self._query:
-                pass
-        finally:
-            self._end(self.key, self.size, self.attachment)
+        with self._ending():
+            pass
 
     def refuse(self, payload: bytes) -> None:
-        """Answer with an error."""
+        """Send an error as the answer."""
+        with self._ending():
+            if self.envelope is None:
+                self._query.reply_err(payload)
+            else:  # errors have no attachment
+                self._reply(Form.REFUSAL, payload, None)
+
+    @contextmanager
+    def _ending(self) -> Iterator[None]:
+        """Release the query after the block, and report its end."""
         try:
             with self._query:
-                if self.envelope is None:
-                    self._query.reply_err(payload)
-                else:  # nothing travels beside errors
-                    self._reply(Form.REFUSAL, payload, None)
+                yield
         finally:
             self._end(self.key, self.size, self.attachment)
 
-    def _reply(self, form: Form, payload: bytes, beside: bytes | None) -> None:
+    def _reply(self, form: Form, payload: bytes, attachment: bytes | None) -> None:
         if self.envelope is not None:
-            beside = self.envelope.attest(self.payload, form, next(self._numbers), payload)
-        self._query.reply(self.key, payload, attachment=beside)
+            attachment = self.envelope.attest(self.payload, form, next(self._numbers), payload)
+        self._query.reply(self.key, payload, attachment=attachment)
 
 
 class Refuser:
-    """Sends refusals on a thread of its own."""
+    """Sender of refusals, with a thread of its own."""
 
     def __init__(self) -> None:
         self._waiting: queue.SimpleQueue[tuple[Any, bytes] | None] = queue.SimpleQueue()
@@ -174,21 +174,21 @@ class Refuser:
         """Answer a query with an error, soon.
 
         Args:
-            query: Zenoh's.
-            size: Of the payload [bytes]; large ones are freed at once.
+            query: Zenoh's query.
+            size: Size of its payload [bytes]; large ones are refused at once, to free their memory.
             payload: The error.
         """
-        if size > KEPT or self._waiting.qsize() >= MOST_REFUSALS:
+        if size > KEPT or self._waiting.qsize() >= MAX_REFUSALS:
             _refuse(query, payload)
             return
         self._waiting.put((query, payload))
         with self._starting:
             if self._thread is None:
-                self._thread = threading.Thread(target=self._work, name="refuses requests", daemon=True)
+                self._thread = threading.Thread(target=self._work, name="refusals of requests", daemon=True)
                 self._thread.start()
 
     def close(self) -> None:
-        """End the thread, once it has sent what waits."""
+        """End the thread after the queued refusals."""
         self._waiting.put(None)
 
     def _work(self) -> None:
@@ -197,44 +197,45 @@ class Refuser:
 
 
 def receiver(
-    intake: Intake,
+    intake: AdmissionPolicy,
     refuser: Refuser,
     take: Callable[[Request], bool | None],
     busy: bytes,
     attestor: Attestor | None = None,
 ) -> Callable[[Any], None]:
-    """Make what Zenoh calls with each query.
+    """Return the callback for Zenoh's queries.
 
     Args:
-        intake: Decides which are accepted.
+        intake: Decides which requests are accepted.
         refuser: Refuses the others.
-        take: Takes a request; False if there is no room for it.
-        busy: The error answer then.
+        take: Queues a request; False if the queue is full.
+        busy: Error answer for a full queue.
         attestor: Makes answers authentic, except refusals of requests that are not accepted.
     """
 
     def receive(query: zenoh.Query) -> None:
         key, size = str(query.key_expr), 0 if query.payload is None else len(query.payload)
-        attachment = query.attachment
-        beside = b"" if attachment is None or len(attachment) > MOST_BESIDE else attachment.to_bytes()
-        envelope = None
+        attachment, envelope = to_bytes(query.attachment, MAX_ATTACHMENT), None
         if attestor is not None:
-            beside, envelope = attestor.open(key, beside)
-        if refusal := intake.admit(key, size, beside):
+            attachment, envelope = attestor.open(key, attachment)
+        if refusal := intake.admit(key, size, attachment):
             refuser.refuse(query, size, refusal)
             return
-        request = Request(key, size, beside, query, intake.end, envelope)
+        request = Request(key, size, attachment, query, intake.end, envelope)
         if not intake.divert(request) and take(request) is False:
-            intake.end(key, size, beside)
+            intake.end(key, size, attachment)
             refuser.refuse(query, size, busy)
 
     return receive
 
 
 def _refuse(query: Any, payload: bytes) -> None:
-    with suppress(zenoh.ZError), query:  # whoever asked may be gone
+    with suppress(zenoh.ZError), query:  # the client may be disconnected
         query.reply_err(payload)
 
 
-def _bytes(content: zenoh.ZBytes | None) -> bytes:
-    return b"" if content is None else content.to_bytes()
+def to_bytes(content: zenoh.ZBytes | None, largest: int | None = None) -> bytes:
+    """Copy from Zenoh's memory; empty if the content is missing, or larger than `largest` [bytes]."""
+    if content is None or (largest is not None and len(content) > largest):
+        return b""
+    return content.to_bytes()

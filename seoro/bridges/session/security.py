@@ -1,4 +1,4 @@
-"""What keys mean to Zenoh: TLS in which both ends prove who they are, and access control."""
+"""Security settings of Zenoh: mutual TLS and access control."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Security:
-    """Keys of a session.
+    """Files with the keys of a session.
 
     Attributes:
-        authority: File with the certificate of the authority that has signed those of all others.
-        certificate: File with that of this one.
-        key: File with the key to it.
-        access: Zenoh's access control, for those who connect.
+        authority: Certificate of the authority, which signs all other certificates.
+        certificate: Certificate of this side.
+        key: Private key of the certificate.
+        access: Zenoh's access control for connecting clients.
     """
 
     authority: Path
@@ -26,7 +26,7 @@ class Security:
 
 
 def secured_settings(settings: dict[str, Any], security: Security) -> None:
-    """Put keys into the settings of a session."""
+    """Add keys to the settings of a session."""
     key, certificate = str(security.key), str(security.certificate)
     tls: dict[str, Any] = {
         "root_ca_certificate": str(security.authority),
@@ -39,7 +39,7 @@ def secured_settings(settings: dict[str, Any], security: Security) -> None:
     link = settings["transport"]["link"]
     if settings["listen"]["endpoints"]:
         tls |= {"listen_private_key": key, "listen_certificate": certificate}
-        link["protocols"] = ["tls"]  # nobody gets in past the keys
+        link["protocols"] = ["tls"]  # no connection without keys
     link["tls"] = tls
     if security.access is not None:
         settings["access_control"] = dict(security.access)

@@ -1,14 +1,13 @@
-"""Cameras; see `Cameras` for what the methods do."""
+"""Cameras; see `Cameras`."""
 
 from __future__ import annotations
 
 from seoro.bridges import wire
-from seoro.bridges.sim.messages import pose_message, vector_message
 from seoro.bridges.sim.requests import Requests
-from seoro.runtime.capabilities import Image
-from seoro.runtime.contracts import Pose3D, Position3D
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.cameras import Image
 
-PICTURE_TIMEOUT = 30.0  # [s] of the machine's clock; before the first picture, much is loaded
+PICTURE_TIMEOUT = 30.0  # [s] of the machine's clock; the first picture loads the renderer
 
 
 class CameraRequests(Requests):
@@ -16,7 +15,7 @@ class CameraRequests(Requests):
 
     async def spawn_camera(self, name: str, pose: Pose3D, fov: float, width: int, height: int) -> str:
         """See `Cameras`."""
-        request = wire.SpawnCamera(name=name, pose=pose_message(pose), fov=fov, width=width, height=height)
+        request = wire.SpawnCamera(name=name, pose=pose, fov=fov, width=width, height=height)
         return (await self.ask(wire.SPAWN_CAMERA, request)).name
 
     async def cameras(self) -> tuple[str, ...]:
@@ -25,15 +24,15 @@ class CameraRequests(Requests):
 
     async def place_camera(self, name: str, pose: Pose3D) -> None:
         """See `Cameras`."""
-        await self.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=name, pose=pose_message(pose)))
+        await self.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name=name, pose=pose))
 
     async def aim_camera(self, name: str, target: Position3D) -> None:
         """See `Cameras`."""
-        await self.ask(wire.AIM_CAMERA, wire.AimCamera(name=name, target=vector_message(target)))
+        await self.ask(wire.AIM_CAMERA, wire.AimCamera(name=name, target=target))
 
     async def follow_entity(self, name: str, entity: str, offset: Position3D) -> None:
         """See `Cameras`."""
-        request = wire.FollowEntity(name=name, entity=entity, offset=vector_message(offset))
+        request = wire.FollowEntity(name=name, entity=entity, offset=offset)
         await self.ask(wire.FOLLOW_ENTITY, request)
 
     async def delete_camera(self, name: str) -> None:

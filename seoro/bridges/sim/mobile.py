@@ -1,15 +1,15 @@
-"""Robots that drive; see `MobileRobots` for what the methods do."""
+"""Mobile robots; see `MobileRobots`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from seoro.bridges import wire
-from seoro.bridges.sim.messages import pose_message, vector_message
 from seoro.bridges.sim.requests import Requests
-from seoro.runtime.contracts import Pose3D, Position3D, Reporter
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.backends import Reporter
 
-FEEDBACK_PERIOD = 1.0  # [s] between two notes of how far a robot is
+FEEDBACK_PERIOD = 1.0  # [s] between two reports of progress
 
 
 class MobileRequests(Requests):
@@ -17,48 +17,42 @@ class MobileRequests(Requests):
 
     async def set_initial_pose(self, robot: str, pose: Pose3D) -> None:
         """See `MobileRobots`."""
-        await self.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=robot, pose=pose_message(pose)))
+        await self.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=robot, pose=pose))
 
     async def navigate(self, robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
         """See `MobileRobots`."""
-        goal = self.new_id("goal")
         request = wire.NavigateThroughPoses(
-            id=goal,
+            id=self.new_id("goal"),
             robot=robot,
-            poses=tuple(map(pose_message, poses)),
+            poses=tuple(poses),
             stop_at_each=stop_at_each,
             feedback_period=FEEDBACK_PERIOD,
         )
-        self._reporters[goal] = report
-        return await self.ask_reported(wire.NAVIGATE_THROUGH_POSES, request, goal)
+        return await self.start(wire.NAVIGATE_THROUGH_POSES, request, report)
 
     async def cancel_goal(self, goal: str) -> None:
         """See `MobileRobots`."""
-        await self.forget(wire.CANCEL_GOAL, wire.CancelGoal(id=goal), goal)
+        await self.cancel_report(wire.CANCEL_GOAL, wire.CancelGoal(id=goal), goal)
 
     async def watch_proximity(
         self, robot: str, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
     ) -> str:
         """See `MobileRobots`."""
-        watch = self.new_id("watch")
         request = wire.WatchProximity(
-            id=watch,
+            id=self.new_id("watch"),
             frame=frame,
             parent_frame=parent_frame,
-            point=vector_message(point),
+            point=point,
             threshold=threshold,
             robot=robot,
         )
-        self._reporters[watch] = report
-        return await self.ask_reported(wire.WATCH_PROXIMITY, request, watch)
+        return await self.start(wire.WATCH_PROXIMITY, request, report)
 
     async def watch_distance(self, robot: str, distance: float, report: Reporter) -> str:
         """See `MobileRobots`."""
-        watch = self.new_id("watch")
-        self._reporters[watch] = report
-        request = wire.WatchDistance(id=watch, robot=robot, distance=distance)
-        return await self.ask_reported(wire.WATCH_DISTANCE, request, watch)
+        request = wire.WatchDistance(id=self.new_id("watch"), robot=robot, distance=distance)
+        return await self.start(wire.WATCH_DISTANCE, request, report)
 
     async def cancel_watch(self, watch: str) -> None:
         """See `MobileRobots`."""
-        await self.forget(wire.CANCEL_WATCH, wire.CancelWatch(id=watch), watch)
+        await self.cancel_report(wire.CANCEL_WATCH, wire.CancelWatch(id=watch), watch)

@@ -1,4 +1,4 @@
-"""Films of a run: what a node records is written while the run goes on."""
+"""Videos of a run, written while the node records."""
 
 from __future__ import annotations
 
@@ -8,44 +8,44 @@ from seoro.bridges import wire
 from seoro.bridges.sim.requests import Requests
 from seoro.errors import BackendError
 
-RECORDED_GRANT = 0.2  # [s]; pictures take long, and a grant has to be answered in time
+RECORDED_GRANT = 0.2  # [s] longest grant while recording, since pictures take long
 RECORDING_TIMEOUT = 30.0  # [s] of the machine's clock
 
 Write = Callable[[bytes], object]
 
 
 class RecordingRequests(Requests):
-    """Recording by a node; one film at a time."""
+    """Recording by a node, one video at a time."""
 
     _write: Write | None = None
     _film_error = ""
 
     async def start_recording(self, request: wire.StartRecording, write: Write) -> None:
-        """Start to record.
+        """Start a recording.
 
         Args:
-            request: What to record.
-            write: Called with each part of the film; an `OSError` of it ends the recording.
+            request: Camera or robot to record, and the format.
+            write: Called with each part of the video; its `OSError` ends the recording.
 
         Raises:
-            BackendRefused: The node cannot, and says why.
+            BackendRefused: The node cannot record; the message has the reason.
         """
         await self.ask(wire.START_RECORDING, request, RECORDING_TIMEOUT)
         self._write, self._film_error = write, ""
 
     async def stop_recording(self) -> str:
-        """Stop, and write what is left; returns why the film ends before that, if it does."""
+        """Stop the recording, and write the rest; returns the reason if the video ended earlier."""
         if self._write is not None:
             await self._stop(self._write)
         return self._film_error
 
     @property
     def is_recording(self) -> bool:
-        """Whether something is recorded."""
+        """Whether a recording is active."""
         return self._write is not None
 
     async def write_film(self, film: bytes, error: str) -> None:
-        """Write a part of the film that is recorded; where that fails, or it is the last, recording ends."""
+        """Write a part of the video; the recording ends with an error, of writing or of the node."""
         if self._write is None:
             return
         failed = _written(self._write, film)
@@ -65,7 +65,7 @@ class RecordingRequests(Requests):
 
 
 def _written(write: Write, film: bytes) -> str:
-    """Write a part of a film; returns why that failed."""
+    """Write a part of a video; returns the reason of a failure, or nothing."""
     try:
         if film:
             write(film)
@@ -75,4 +75,4 @@ def _written(write: Write, film: bytes) -> str:
 
 
 def _nowhere(film: bytes) -> None:
-    """What is left of a film that could not be written."""
+    """Drop the rest of a video after a failed write."""

@@ -1,92 +1,113 @@
-"""Asking a node, and keeping who is to be told what comes of it."""
+"""Requests to a node, its events, and reports of goals and watches."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
+from typing import TypeVar
 
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.leasing.share import own_id
-from seoro.bridges.seals import Prepared, Seals
+from seoro.bridges.leasing.event_filter import scoped_id
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, NotAuthentic, Refused, SessionError
-from seoro.bridges.wire.proving import STALE, is_open, is_sealed
-from seoro.bridges.wire.refusal import said_in
-from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, BackendUnreachable, InvalidUse
-from seoro.runtime.contracts import GoalStatus, Lost, Report, Reporter
+from seoro.bridges.sim.messages import contact_arguments, departure_arguments
+from seoro.bridges.wire.authentication import STALE
+from seoro.bridges.wire.refusal import read_refusal
+from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, BackendUnreachable, UsageError
+from seoro.runtime.contracts.backends import (
+    CONTACT,
+    DEPARTURE,
+    WARNING,
+    EventHandler,
+    GoalStatus,
+    LossHandler,
+    Report,
+    Reporter,
+)
+from seoro.security.network.peers import PeerSigner, PreparedRequest
 
-REQUEST_TIMEOUT = 20.0  # [s] of the machine's clock; more than the lease of the session, which tells more
-LOSS_NOTICE = 0.5  # [s] after a request has failed
+REQUEST_TIMEOUT = 20.0  # [s] of the machine's clock; the lease of the session ends earlier, with a better reason
+LOSS_NOTICE = 0.5  # [s] time limit for the reason of a failed request
+
+R = TypeVar("R", bound=wire.TrackedRequest)
 
 
 @dataclass(frozen=True)
 class NodeAddress:
-    """How a node is reached: a session that is connected to it, its namespace and its name.
+    """Address of a node.
 
-    `called` is what messages call such a node, `sender` who holds robots there and asks, and `seals` what seals
-    requests to one with keys.
+    Args:
+        session: A connected session.
+        namespace: Namespace of the node.
+        node: Name of the node.
+        display_name: Kind of node in messages.
+        sender: Client that sends the requests and holds robots there.
+        signer: Signer of requests; None if the node has no keys.
     """
 
     session: AsyncSession
     namespace: str
     node: str
-    called: str = "simulator"
+    display_name: str = "simulator"
     sender: str = ""
-    seals: Seals | None = None
+    signer: PeerSigner | None = None
 
     async def prove(self) -> None:
-        """Have a node with keys prove that it is the one of its name.
+        """Challenge a node with keys to prove its name.
 
         Raises:
-            InvalidUse: It is not.
-            BackendLost: It does not answer.
+            UsageError: The proof is invalid.
+            BackendUnreachable: The node does not answer.
         """
-        if self.seals is None:
+        if self.signer is None:
             return
         try:
-            await self.seals.prove()
+            await self.signer.verify_peer()
         except NotAuthentic as error:
-            raise InvalidUse(str(error), help="`seoro keys add NAME --role node` makes keys for a node") from None
+            raise UsageError(str(error), help="`seoro keys add NAME --role node` makes keys for a node") from None
         except SessionError as error:
             raise BackendUnreachable(
-                f"the {self.called} node '{self.node}' does not prove who it is: {error}"
+                f"the {self.display_name} node '{self.node}' does not prove its identity: {error}"
             ) from error
 
     async def query(
         self, verb: wire.Verb[wire.Q, wire.A], payload: bytes, timeout: float, sender: str | None = None
     ) -> bytes:
-        """Ask once; beside the request goes a seal if one is needed, else the name of who asks.
+        """Send a request once, with a signature if required, else with the name of the sender.
 
         Args:
-            verb: What is asked for.
+            verb: Request.
             payload: The request.
             timeout: [s]
-            sender: Who asks, if it is not `sender` of the address.
+            sender: Sender, if other than `sender` of the address.
 
         Raises:
-            BackendRefused: The keys here may not ask for that.
-            SessionError: There is no answer, or it is not authentic.
+            BackendRefused: The role of these keys may not send the verb.
+            SessionError: The answer is missing or not authentic.
         """
         key = wire.node_command(self.namespace, self.node, verb.name)
         who = sender or self.sender
-        beside = wire.sender(who) if who else b""
-        if self.seals is None:
-            prepared = Prepared(beside or None)
+        attachment = wire.encode_sender(who) if who else b""
+        if self.signer is None:
+            prepared = PreparedRequest(attachment or None)
         else:
-            needs_seal = is_sealed(verb.name) or not (who or is_open(verb.name))
-            prepared = await self.seals.prepare(verb.name, key, payload, None if needs_seal else beside)
+            needs_signature = verb.is_audited or not (who or verb.is_public)
+            prepared = await self.signer.prepare(verb, key, payload, None if needs_signature else attachment)
         return await self.session.query(
-            key, payload, timeout, prepared.beside, check=prepared.check, is_urgent=verb.is_urgent
+            key, payload, timeout, prepared.attachment, check=prepared.check, is_urgent=verb.is_urgent
         )
 
 
 class Requests:
-    """Requests to a node; what a node can do is in mixins upon this.
+    """Base of the requests to a node; its subclasses implement the capabilities.
 
     Args:
-        address: How it is reached.
+        address: Address of the node.
+
+    Attributes:
+        vet: Called with each request before it is sent; raises `BackendRefused` to reject it.
     """
 
     def __init__(self, address: NodeAddress) -> None:
@@ -94,100 +115,123 @@ class Requests:
         self._reporters: dict[str, Reporter] = {}
         self._ids = count(1)
         self._given: set[str] = set()
-        self._lost: Lost = _ignore_loss
+        self._on_event: EventHandler = _ignore_event
+        self._on_lost: LossHandler = _ignore
         self._loss: BackendError | None = None
-        self._gone = anyio.Event()
-        self.vet: Callable[[wire.Message], None] = _ignore_request  # refuses requests before they are sent
+        self._loss_reported = anyio.Event()
+        self.vet: Callable[[wire.Message], None] = _ignore
 
     @property
     def name(self) -> str:
-        """How messages call it."""
-        return f"{self._address.called} '{self._address.node}'"
+        """Name in messages."""
+        return f"{self._address.display_name} '{self._address.node}'"
 
     def new_id(self, kind: str) -> str:
-        """An id for a goal or a watch, which nobody else gives there."""
+        """Return a new id for a goal or a watch, unique at the node."""
         identifier = f"{kind}-{next(self._ids)}"
         if self._address.sender:
-            identifier = own_id(self._address.sender, identifier)
+            identifier = scoped_id(self._address.sender, identifier)
         self._given.add(identifier)
         return identifier
 
+    async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
+        """See `Backend`."""
+        self._on_event, self._on_lost = on_event, on_lost
+        if self._loss is not None:
+            on_lost(self._loss)
+
     def report_loss(self, loss: BackendError) -> None:
-        """Say that the node is gone, or obeys nobody any more; for whoever watches it."""
+        """Report that the node is lost, or no longer obeys this client."""
         if self._loss is None:
             self._loss = loss
-            self._gone.set()
+            self._loss_reported.set()
             self._address.session.abandon()
-            self._lost(loss)
+            self._on_lost(loss)
+
+    def report_event(self, event: wire.Message | None) -> None:
+        """Report an event of the node; the end of a goal or a watch goes to its reporter."""
+        match event:
+            case wire.Contact():
+                self._on_event(CONTACT, contact_arguments(event))
+            case wire.Departure():
+                self._on_event(DEPARTURE, departure_arguments(event))
+            case wire.NavigationFeedback():
+                self._on_event("navigation_feedback", event.model_dump())
+            case wire.GoalWarning():
+                self._on_event(WARNING, {"message": event.message})
+            case wire.Occurrence():
+                if (report := self._reporters.pop(event.id, None)) is not None:
+                    report(Report(GoalStatus(event.outcome.value), event.message, event.interrupted))
 
     async def ask(
         self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
     ) -> wire.A:
-        """Ask the node to carry out a verb; see `ask` for what this raises."""
+        """Send a request to the node and return its reply; see `ask` for the exceptions."""
         self.vet(request)
         if self._loss is not None:
             raise self._loss.with_traceback(None)
         try:
             return await ask(self._address, verb, request, timeout)
         except BackendLost as error:
-            # Whoever watches the node knows better why, and is about to say so.
+            # The watcher of the node reports the loss soon, with a better reason.
             with anyio.move_on_after(LOSS_NOTICE):
-                await self._gone.wait()
+                await self._loss_reported.wait()
             if self._loss is not None:
                 raise self._loss.with_traceback(None) from error
             raise
 
-    async def ask_reported(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> str:
-        """Ask for something that is reported later, to the reporter of that number; returns the number."""
+    async def start(self, verb: wire.Verb[R, wire.Empty], request: R, report: Reporter) -> str:
+        """Start a goal or a watch, whose end goes to a reporter; returns its id."""
+        self._reporters[request.id] = report
         try:
             await self.ask(verb, request)
         except BaseException:
-            self._reporters.pop(number, None)
+            self._reporters.pop(request.id, None)
             raise
-        return number
+        return request.id
 
-    async def forget(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> None:
-        """Cancel what would have been reported; what has ended in the meantime is left alone."""
+    async def cancel_report(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> None:
+        """Cancel a goal or a watch, and drop its reporter; one that has ended meanwhile is ignored."""
         self._reporters.pop(number, None)
         try:
             await self.ask(verb, request)
         except BackendRefused as error:
-            if error.code != wire.Result.NOT_FOUND:  # it has ended by itself in the meantime
+            if error.code != wire.Result.NOT_FOUND:
                 raise
 
 
 async def ask(
     address: NodeAddress, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
 ) -> wire.A:
-    """Ask a node to carry out a verb.
+    """Send a request to a node and return its reply.
 
     Raises:
-        BackendRefused: It said no.
-        BackendLost: It does not obey this client any more, or what it answers is no valid message.
-        BackendUnreachable: It is gone, is busy, or does not answer.
+        BackendRefused: The node refuses the request.
+        BackendLost: The node no longer obeys this client, or its reply is invalid.
+        BackendUnreachable: The node is disconnected, is busy, or does not answer.
     """
-    called = f"the {address.called} node '{address.node}'"
+    named = f"the {address.display_name} node '{address.node}'"
     try:
         try:
             answer = await _ask_once(address, verb, request, timeout)
         except Refused as refused:
-            if address.seals is None or said_in(refused.payload).code != STALE:
+            if address.signer is None or read_refusal(refused.payload).code != STALE:
                 raise
-            address.seals.forget()
+            address.signer.reset()
             answer = await _ask_once(address, verb, request, timeout)
-        return verb.read_answer(answer)
+        return verb.read_reply(answer)
     except Refused as refused:
-        raise refusal_of(refused) from None
+        raise to_exception(refused) from None
     except NoServer:
-        raise BackendUnreachable(f"{called} is gone") from None
+        raise BackendUnreachable(f"{named} is disconnected") from None
     except NoAnswer:
-        raise BackendUnreachable(f"{called} did not answer `{verb.name}` in {timeout:g} s") from None
+        raise BackendUnreachable(f"{named} did not answer `{verb.name}` in {timeout:g} s") from None
     except NotAuthentic as error:
         raise BackendLost(str(error)) from None
     except SessionError as error:
-        raise BackendUnreachable(f"{called} cannot be asked: {error}") from error
+        raise BackendUnreachable(f"{named} is unreachable: {error}") from error
     except wire.WireError as error:
-        raise BackendLost(f"{called} sent an answer that is none: {error}") from error
+        raise BackendLost(f"{named} sent an invalid answer: {error}") from error
 
 
 async def _ask_once(
@@ -200,29 +244,23 @@ async def _ask_once(
     return await address.query(verb, payload, timeout)
 
 
-def _ignore_request(request: wire.Message) -> None:
-    """Nobody has said what may not be asked for."""
-
-
-def refusal_of(refused: Refused) -> BackendError:
-    """Exception for the refusal of a node; refusals that are no answer of the robot are losses of the backend."""
-    said = said_in(refused.payload)
-    match said.code:
+def to_exception(refused: Refused) -> BackendError:
+    """Convert the refusal of a node to an exception."""
+    refusal = read_refusal(refused.payload)
+    match refusal.code:
         case wire.LabResult.STOPPED:
-            return BackendStopped(said.message, said.code)
+            return BackendStopped(refusal.message, refusal.code)
         case wire.LabResult.NOT_HELD | wire.LabResult.FAULT:
-            return BackendLost(said.message)
+            return BackendLost(refusal.message)
         case wire.LabResult.UNAVAILABLE:
-            return BackendUnreachable(said.message)
+            return BackendUnreachable(refusal.message)
         case _:
-            return BackendRefused(said.message, said.code)
+            return BackendRefused(refusal.message, refusal.code)
 
 
-def report_of(occurrence: wire.Occurrence) -> Report:
-    """Report of the end of a goal, or of a watch."""
-    status = GoalStatus(occurrence.outcome.value)
-    return Report(status, occurrence.message, occurrence.interrupted)
+def _ignore(argument: object) -> None:
+    """Do nothing: the default of callbacks."""
 
 
-def _ignore_loss(loss: BackendError) -> None:
-    """Before a run has started nobody listens; the reason is kept."""
+def _ignore_event(name: str, arguments: Mapping[str, object]) -> None:
+    """Do nothing: events before a run are dropped."""

@@ -1,4 +1,4 @@
-"""Rules that the answers of a simulator node have to keep; a node that breaks one ends the run as an error."""
+"""Rules for the answers of a simulator node; a violation ends the run as an error."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from collections.abc import Callable, Iterable
 
 from seoro.bridges import wire
 from seoro.errors import BackendLost
-from seoro.runtime.contracts import Pose3D
+from seoro.robotics.geometry import Pose3D
 
 LONGEST_STEP = 1.0  # [s]
-STALLED = 1000  # grants in a row after which a clock that has moved by less than half a step in each is given up
+STALLED = 1000  # consecutive grants of less than half a step, after which the clock counts as stalled
 
 
-class RuleBroken(BackendLost):
-    """A node broke a rule of the protocol: the node, its answer, and what was expected."""
+class ProtocolViolation(BackendLost):
+    """A node violated the protocol; the message has the node, its answer, and the expected one."""
 
 
 class TimeRules:
-    """Rules about the clock of a node, and about what it reports with the answers to grants.
+    """Rules for the clock of a node, and for the events in its answers to grants.
 
     Args:
-        node: What messages call the node.
-        features: What it said of itself when its world was loaded.
-        is_given: Whether this run has given an id to a goal or a watch.
+        node: Name of the node in messages.
+        features: Features of the node when its world was loaded.
+        is_given: Whether this run has assigned an id to a goal or a watch.
 
     Raises:
-        RuleBroken: The step or the time of the node is invalid.
+        ProtocolViolation: The step or the time of the node is invalid.
     """
 
     def __init__(self, node: str, features: wire.SimulatorFeatures, is_given: Callable[[str], bool]) -> None:
         self._node = node
         self._step = features.step
         self._is_given = is_given
-        self._still = 0  # grants in a row in which the clock did not move by a step
+        self._still = 0  # consecutive grants of less than half a step
         if not (math.isfinite(self._step) and 0.0 < self._step <= LONGEST_STEP):
             self._broken(f"a step of {self._step} s", f"a step above 0 s, and at most {LONGEST_STEP:g} s")
         if not (math.isfinite(features.time) and features.time >= 0.0):
@@ -44,11 +44,11 @@ class TimeRules:
 
         Args:
             before: The time of the run before it [s].
-            granted: The time to which the node was allowed to simulate [s].
+            granted: End of the granted time [s].
             advanced: The answer.
 
         Raises:
-            RuleBroken: It breaks a rule.
+            ProtocolViolation: The answer violates a rule.
         """
         time, latest = advanced.time, max(before, granted) + self._step
         grant = f"the answer to a grant from {before:.9g} s to {granted:.9g} s"
@@ -62,22 +62,22 @@ class TimeRules:
         if self._still >= STALLED:
             found = f"times that differ by less than half a step in {STALLED} grants, the last {time:.9g} s"
             self._broken(found, "a clock that advances")
-        for what, when in _told(advanced):
+        for what, when in _occurrences(advanced):
             if not before - self._step <= when <= time + self._step:
                 self._broken(
                     f"{what} of {when:.9g} s in an answer from {before:.9g} s to {time:.9g} s",
-                    "occurrences within the time that has passed",
+                    "occurrences within the simulated time",
                 )
         for occurrence in advanced.occurrences:
             if not self._is_given(occurrence.id):
-                self._broken(f"the end of a goal or a watch '{occurrence.id:.100}'", "ids that this run has given")
+                self._broken(f"the end of a goal or a watch '{occurrence.id:.100}'", "ids of this run")
 
     def _broken(self, found: str, expected: str) -> None:
-        raise RuleBroken(f"{self._node} broke the protocol: it sent {found}; expected {expected}")
+        raise ProtocolViolation(f"{self._node} violated the protocol: it sent {found}; expected {expected}")
 
 
-def _told(advanced: wire.Advanced) -> Iterable[tuple[str, float]]:
-    """Yield the occurrences of an answer, in words, each with its time [s]."""
+def _occurrences(advanced: wire.Advanced) -> Iterable[tuple[str, float]]:
+    """Yield the occurrences of an answer as text, each with its time [s]."""
     yield from ((f"the end of '{each.id:.100}'", each.time) for each in advanced.occurrences)
     yield from ((f"a contact of '{each.first:.100}'", each.time) for each in advanced.contacts)
     yield from ((f"the departure of '{each.robot:.100}'", each.time) for each in advanced.departures)
@@ -88,32 +88,34 @@ def check_pose(node: str, what: str, pose: Pose3D) -> None:
     """Check a pose that a node has sent.
 
     Args:
-        node: What messages call the node.
-        what: Whose pose it is.
+        node: Name of the node in messages.
+        what: Name of the pose.
         pose: The pose.
 
     Raises:
-        RuleBroken: A part of it is not finite.
+        ProtocolViolation: A number is not finite.
     """
     place, turned = pose.position, pose.orientation
     values = (place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)
     if not all(map(math.isfinite, values)):
         shown = ", ".join(f"{value:g}" for value in values)
-        raise RuleBroken(f"{node} broke the protocol: it sent {what} as ({shown}); expected finite numbers")
+        raise ProtocolViolation(
+            f"{node} violated the protocol: it sent {what} as ({shown}); expected finite numbers"
+        )
 
 
 def check_deviation(node: str, what: str, deviation: float) -> None:
-    """Check a distance from a true pose that a node has sent, since no limit is below one that is not a number.
+    """Check a distance from a true pose that a node has sent. NaN would pass all comparisons with limits.
 
     Args:
-        node: What messages call the node.
-        what: What the distance is.
+        node: Name of the node in messages.
+        what: Name of the distance.
         deviation: The distance [m].
 
     Raises:
-        RuleBroken: It is not finite, or negative.
+        ProtocolViolation: The distance is not finite, or negative.
     """
     if not (math.isfinite(deviation) and deviation >= 0.0):
-        raise RuleBroken(
-            f"{node} broke the protocol: it sent {what} as {deviation:g} m; expected a finite number from 0 on"
+        raise ProtocolViolation(
+            f"{node} violated the protocol: it sent {what} as {deviation:g} m; expected a finite number from 0 on"
         )

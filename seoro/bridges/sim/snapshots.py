@@ -1,4 +1,4 @@
-"""Snapshots of the simulated world; see `Snapshots` for what the methods do."""
+"""Snapshots of the simulated world; see `Snapshots`."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from seoro.bridges import wire
 from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.errors import BackendRefused
 
-SNAPSHOT_TIMEOUT = 120.0  # [s] of the machine's clock, for the smallest
-LONGEST = 86_400.0  # [s] that is waited beyond that
+SNAPSHOT_TIMEOUT = 120.0  # [s] of the machine's clock
+MAX_REPLAY = 86_400.0  # [s] added for engines that replay the simulation
 SUFFIX = ".snapshot"
 MEDIA_TYPE = "application/vnd.seoro.snapshot"
 MAX_KEPT = 100
@@ -17,7 +17,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
 class SnapshotRequests(Requests):
-    """The capability `Snapshots` of a node. What was saved is kept here, and is an artifact of the run."""
+    """The capability `Snapshots` of a node. Saved snapshots become artifacts of the run."""
 
     _features: wire.SimulatorFeatures
 
@@ -29,13 +29,13 @@ class SnapshotRequests(Requests):
         """See `Snapshots`."""
         if not _NAME.fullmatch(name):
             raise BackendRefused(
-                f"'{name}' cannot name a snapshot: use letters, digits, '_', '-' and '.', at most 64, and a "
-                "letter or digit first",
+                f"invalid name '{name}' of a snapshot: expected at most 64 letters, digits, '_', '-' and '.', "
+                "beginning with a letter or digit",
                 wire.Result.OPERATION_FAILED,
             )
         if len(self._snapshots) >= MAX_KEPT and name not in self._snapshots:
             raise BackendRefused(
-                f"a run keeps {MAX_KEPT} snapshots: save some under names that were used before",
+                f"too many snapshots in this run: at most {MAX_KEPT} are kept; reuse names",
                 wire.Result.OPERATION_FAILED,
             )
         self._snapshots[name] = await self.ask(wire.SAVE_STATE, wire.Empty(), SNAPSHOT_TIMEOUT)
@@ -44,21 +44,18 @@ class SnapshotRequests(Requests):
         """See `Snapshots`."""
         if name not in self._snapshots:
             known = ", ".join(sorted(self._snapshots)) or "none"
-            raise BackendRefused(
-                f"nothing was saved as '{name}' in this run; saved are {known}", wire.Result.NOT_FOUND
-            )
+            raise BackendRefused(f"unknown snapshot '{name}' (saved in this run: {known})", wire.Result.NOT_FOUND)
         await self._restore(
             wire.RestoreState(snapshot=self._snapshots[name], purpose=wire.Purpose.REWIND, seed=seed)
         )
 
     async def _restore(self, request: wire.RestoreState) -> None:
-        # Some engines are brought to a state by all that led to it, which takes as long as that took. The time is
-        # what a file says, and may be no number.
-        led_to_it = min(max(0.0, request.snapshot.time), LONGEST)
-        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT + led_to_it)
+        # Some engines replay the simulation up to the snapshot. Its time comes from a file, and may be NaN.
+        replay = min(max(0.0, request.snapshot.time), MAX_REPLAY)
+        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT + replay)
 
     def saved_snapshots(self) -> tuple[wire.Artifact, ...]:
-        """What was saved, as files."""
+        """Return the saved snapshots as artifacts."""
         return tuple(
             wire.Artifact(
                 name=name + SUFFIX,

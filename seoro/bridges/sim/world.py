@@ -1,4 +1,4 @@
-"""The simulated world; see `Simulation` for what the methods do."""
+"""The simulated world; see `Simulation`."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from collections.abc import Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelNotFound, ModelPath
-from seoro.bridges.sim.messages import pose_message, pose_value, twist_message
+from seoro.bridges.sim.messages import twist_message
 from seoro.bridges.sim.requests import NodeAddress, Requests
 from seoro.bridges.sim.rules import check_pose
 from seoro.errors import BackendRefused
-from seoro.runtime.contracts import Pose3D, Velocity6D
+from seoro.robotics.geometry import Pose3D, Velocity6D
 
-PROP = "prop://"  # names a body like a prop of the world, which only the node knows
-SPAWN_TIMEOUT = 60.0  # [s] for as many as a simulator takes
+PROP = "prop://"  # scheme of copies of props of the world, which only the node knows
+SPAWN_TIMEOUT = 60.0  # [s]
 
 
 class WorldRequests(Requests):
     """The capability `Simulation` of a node.
 
     Args:
-        address: How it is reached.
-        models: Where models to spawn are looked up.
+        address: Address of the node.
+        models: Search path of models to spawn.
     """
 
     def __init__(self, address: NodeAddress, models: ModelPath) -> None:
@@ -46,11 +46,7 @@ class WorldRequests(Requests):
     def _entity(self, name: str, model: str, pose: Pose3D, allow_renaming: bool) -> wire.SpawnEntity:
         text = "" if model.startswith(PROP) else self._text(model)
         return wire.SpawnEntity(
-            name=name,
-            uri=model,
-            resource_string=text,
-            initial_pose=pose_message(pose),
-            allow_renaming=allow_renaming,
+            name=name, uri=model, resource_string=text, initial_pose=pose, allow_renaming=allow_renaming
         )
 
     def _text(self, model: str) -> str:
@@ -65,7 +61,8 @@ class WorldRequests(Requests):
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """See `Simulation`."""
         request = wire.RelativePose(frame=frame, parent_frame=parent_frame, distance=distance)
-        pose = pose_value(await self.ask(wire.GET_RELATIVE_POSE, request))
+        found = await self.ask(wire.GET_RELATIVE_POSE, request)
+        pose = Pose3D(found.position, found.orientation)
         check_pose(self.name, f"the pose of '{frame:.100}' in '{parent_frame:.100}'", pose)
         return pose
 
@@ -79,7 +76,7 @@ class WorldRequests(Requests):
 
     async def set_entity_state(self, name: str, pose: Pose3D, velocity: Velocity6D) -> None:
         """See `Simulation`."""
-        request = wire.SetEntityState(name=name, pose=pose_message(pose), twist=twist_message(velocity))
+        request = wire.SetEntityState(name=name, pose=pose, twist=twist_message(velocity))
         await self.ask(wire.SET_ENTITY_STATE, request)
 
     async def step_simulation(self, steps: int) -> None:
@@ -87,6 +84,6 @@ class WorldRequests(Requests):
         await self.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=steps))
 
     async def reset_simulation(self) -> None:
-        """See `Simulation`. The simulator's clock is that of the run, and is left alone."""
+        """See `Simulation`. The clock of the simulator is that of the run, so it is not reset."""
         scope = wire.ResetScope.STATE | wire.ResetScope.SPAWNED
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=scope))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from seoro.bridges.wire.geometry import Pose
 from seoro.bridges.wire.limits import MEBIBYTE, Limits
-from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.message import Empty, Message, Query, TrackedRequest, Verb
+from seoro.bridges.wire.simulator import RobotName
+from seoro.robotics.geometry import Pose3D
 
 
 class ArmResult(IntEnum):
@@ -17,18 +18,17 @@ class ArmResult(IntEnum):
     OUT_OF_LIMITS = 103
 
 
-class ArmMotion(Message):
-    """What all motions have in common; the end is reported as the `Occurrence` with this `id`.
+class ArmMotion(TrackedRequest):
+    """Common fields of motions; the end is reported as the `Occurrence` with this `id`.
 
-    An arm makes one motion at a time. What is out of reach, or would collide with anything but the entities in
-    `may_touch`, is refused before the arm moves; with `plan_only` it does not move at all. A motion aborts when
-    something stops the arm, or when its joints do not come within `tolerance` [rad] of where they should be; with
-    `replan`, robots that see what comes into their way may look for another first.
+    An arm executes one motion at a time. A goal out of reach, or a collision except with the entities in
+    `may_touch`, is refused before the arm moves. With `plan_only`, the arm does not move. A motion aborts when an
+    obstacle stops the arm, or when its joints end more than `tolerance` [rad] from their targets. With `replan`,
+    robots that sense obstacles may plan another path first.
     """
 
-    id: str
     robot: str
-    max_velocity_scaling_factor: float = 1.0  # part of the speed that the joints can have
+    max_velocity_scaling_factor: float = 1.0  # share of the maximum joint speed
     tolerance: float = 1e-3
     may_touch: tuple[str, ...] = ()
     plan_only: bool = False
@@ -36,9 +36,9 @@ class ArmMotion(Message):
 
 
 class FollowJointTrajectory(ArmMotion):
-    """Move the joints of an arm through points, each a position for each joint [rad].
+    """Move the joints of an arm through points, each with a position for each joint [rad].
 
-    They are in the order of `joint_names`, or without these in that of `get_joint_states`.
+    Positions are in the order of `joint_names`; if it is empty, of `get_joint_states`.
     """
 
     points: tuple[tuple[float, ...], ...]
@@ -51,18 +51,17 @@ class MoveToPose(ArmMotion):
     `frame` is `map`, or `base_link` for the base of the arm.
     """
 
-    pose: Pose
+    pose: Pose3D
     frame: str = "map"
     straight: bool = False
 
 
-class GripperCommand(Message):
-    """Open or close a gripper to an opening [m], its fingers pressing with a force [N] at most, or its usual one.
+class GripperCommand(TrackedRequest):
+    """Move a gripper to an opening [m] with a maximum force [N]; None for the usual force.
 
-    It has succeeded when the opening is reached within `tolerance` [m], or when closing fingers are stopped.
+    It succeeds when the opening is reached within `tolerance` [m], or when closing fingers are stopped.
     """
 
-    id: str
     robot: str
     opening: float
     force: float | None = None
@@ -70,26 +69,19 @@ class GripperCommand(Message):
     tolerance: float = 1e-3
 
 
-class HoldEntity(Message):
-    """Report when a gripper has held an entity for a duration [s], or at once, as aborted, when it loses that.
+class HoldEntity(TrackedRequest):
+    """Report when a gripper has held an entity for a duration [s]; aborted at once when it loses the entity.
 
-    An empty `entity` is what it holds now.
+    An empty `entity` selects the present one.
     """
 
-    id: str
     robot: str
     entity: str = ""
     duration: float = 0.0
 
 
-class RobotName(Message):
-    """A robot by name."""
-
-    robot: str
-
-
 class JointStates(Message):
-    """The joints of an arm and of its gripper: positions [rad, m], velocities [rad/s, m/s], efforts [N m, N]."""
+    """Joints of an arm and its gripper: positions [rad, m], velocities [rad/s, m/s], efforts [N m, N]."""
 
     names: tuple[str, ...]
     positions: tuple[float, ...]
@@ -98,18 +90,17 @@ class JointStates(Message):
 
 
 class ArmState(Message):
-    """An arm: the pose of its tool, opening of its gripper [m], what it holds, and how long it moves on [s]."""
+    """State of an arm: pose of its tool, opening of its gripper [m], held entity, remaining time of motion [s]."""
 
-    tool: Pose
+    tool: Pose3D
     opening: float
     held: str
     remaining: float
 
 
-class WatchJoint(Message):
+class WatchJoint(TrackedRequest):
     """Report when a joint is within `tolerance` of `position` [rad, m], or has passed it."""
 
-    id: str
     robot: str
     joint: str
     position: float
@@ -122,6 +113,6 @@ FOLLOW_JOINT_TRAJECTORY = Verb("follow_joint_trajectory", FollowJointTrajectory,
 MOVE_TO_POSE = Verb("move_to_pose", MoveToPose, Empty)
 GRIPPER_COMMAND = Verb("gripper_command", GripperCommand, Empty)
 HOLD_ENTITY = Verb("hold_entity", HoldEntity, Empty)
-GET_JOINT_STATES = Verb("get_joint_states", RobotName, JointStates)
-GET_ARM_STATE = Verb("get_arm_state", RobotName, ArmState)
+GET_JOINT_STATES = Query("get_joint_states", RobotName, JointStates)
+GET_ARM_STATE = Query("get_arm_state", RobotName, ArmState)
 WATCH_JOINT = Verb("watch_joint", WatchJoint, Empty)

@@ -1,46 +1,46 @@
-"""Cameras and their pictures. Free ones are entities: `set_entity_state` moves, `delete_entity` deletes them."""
+"""Cameras and their pictures. Free cameras are entities, which `set_entity_state` moves."""
 
 from __future__ import annotations
 
 from seoro.bridges.wire.entities import EntityName
-from seoro.bridges.wire.geometry import Pose, Vector3
 from seoro.bridges.wire.limits import BYTES
-from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.message import Empty, Message, Query, Verb
+from seoro.robotics.geometry import Pose3D, Position3D
 
 
 class SpawnCamera(Message):
-    """Spawn a free camera, which looks along the x axis of its pose, with z up."""
+    """Spawn a free camera that looks along the x axis of its pose, with z up."""
 
     name: str
-    pose: Pose
+    pose: Pose3D
     fov: float  # vertical [rad]
     width: int  # [pixels]
     height: int
 
 
 class AimCamera(Message):
-    """Turn a free camera where it is, so that `target` is in the middle of its pictures."""
+    """Turn a free camera towards `target`."""
 
     name: str
-    target: Vector3
+    target: Position3D
 
 
 class FollowEntity(Message):
-    """Let a free camera go with an entity, at `offset` along the axes of the map [m], and look at it."""
+    """Make a free camera follow and view an entity, at `offset` along the axes of the map [m]."""
 
     name: str
     entity: str
-    offset: Vector3
+    offset: Position3D
 
 
 class CameraNames(Message):
-    """Names of all cameras, sorted; those that robots carry are called `robot/camera`."""
+    """Names of all cameras, sorted; cameras on robots are called `robot/camera`."""
 
     names: tuple[str, ...]
 
 
 class CameraImage(Message):
-    """What a camera has seen at `time` [s], as PNG; with the faults that the camera has."""
+    """Picture of a camera at `time` [s], as PNG, with the injected faults of the camera."""
 
     time: float
     width: int  # [pixels]
@@ -51,5 +51,5 @@ class CameraImage(Message):
 SPAWN_CAMERA = Verb("spawn_camera", SpawnCamera, EntityName)
 AIM_CAMERA = Verb("aim_camera", AimCamera, Empty)
 FOLLOW_ENTITY = Verb("follow_entity", FollowEntity, Empty)
-GET_CAMERAS = Verb("get_cameras", Empty, CameraNames)
-GET_CAMERA_IMAGE = Verb("get_camera_image", EntityName, CameraImage, answers=BYTES)
+GET_CAMERAS = Query("get_cameras", Empty, CameraNames)
+GET_CAMERA_IMAGE = Query("get_camera_image", EntityName, CameraImage, reply_limits=BYTES)

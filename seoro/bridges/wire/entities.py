@@ -1,47 +1,49 @@
-"""What is in the world: spawned, found, moved, deleted."""
+"""Entities of the world and their filters: spawn, find, move and delete entities."""
 
 from __future__ import annotations
 
-from seoro.bridges.wire.filters import EntityFilter
-from seoro.bridges.wire.geometry import EntityState, Pose, Twist
+from enum import IntEnum
+
+from seoro.bridges.wire.geometry import EntityState, Twist
 from seoro.bridges.wire.limits import ANSWER, MEBIBYTE, Limits
-from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.message import Empty, Message, Query, Verb
 from seoro.bridges.wire.results import Result
+from seoro.robotics.geometry import Pose3D, Position3D
 
 
 class SpawnEntity(Message):
-    """Spawn an entity from the text of its model, which `uri` names for people then.
+    """Spawn an entity from the text of its model, or from a model by `uri`.
 
-    Without a text, the model is that of the `uri`, one of those that `get_spawnables` tells, or another along the
-    node's model path. `tags` are what the entity is found by later.
+    Without a text, the node searches `uri` among those of `get_spawnables`, then along its model path. With a
+    text, `uri` is its name for people. `tags` select the entity in filters.
     """
 
     name: str
     uri: str
     resource_string: str = ""
-    initial_pose: Pose
+    initial_pose: Pose3D
     allow_renaming: bool = False
     tags: tuple[str, ...] = ()
 
 
 class SpawnEntities(Message):
-    """Spawn several entities, each as if those before it were there already."""
+    """Spawn several entities, one after the other."""
 
     entities: tuple[SpawnEntity, ...]
 
 
-class Spawning(Message):
-    """What became of one of several entities: its name, or the result code and the reason why there is none."""
+class SpawnOutcome(Message):
+    """Result of spawning one of several entities: its name, or a result code and a reason."""
 
     name: str
     code: int = Result.OK
     message: str = ""
 
 
-class Spawnings(Message):
-    """What became of several entities, in their order."""
+class SpawnOutcomes(Message):
+    """Results of spawning several entities, in order."""
 
-    results: tuple[Spawning, ...]
+    results: tuple[SpawnOutcome, ...]
 
 
 class EntityName(Message):
@@ -57,19 +59,66 @@ class Entities(Message):
 
 
 class SetEntityState(Message):
-    """Put an entity somewhere; None leaves that part as it is."""
+    """Set the pose and velocity of an entity; None leaves a part unchanged."""
 
     name: str
-    pose: Pose | None = None
+    pose: Pose3D | None = None
     twist: Twist | None = None
 
 
-MODEL = Limits(5 * MEBIBYTE)  # the text of a model, of which nodes read a million characters
+class Category(IntEnum):
+    """Categories of entities, by the numbers of `simulation_interfaces`."""
+
+    OBJECT = 0
+    ROBOT = 1
+    HUMAN = 2
+    DYNAMIC_OBJECT = 4
+    STATIC_OBJECT = 5
+
+
+class Bounds(Message):
+    """Box along the axes of a frame, by two corners [m]."""
+
+    lower: Position3D
+    upper: Position3D
+
+
+class FilterMode(IntEnum):
+    """Number of tags that have to match, by the numbers of `simulation_interfaces`."""
+
+    ANY = 0
+    ALL = 1
+
+
+class TagsFilter(Message):
+    """Items with any or all of some tags; all items if `tags` is empty."""
+
+    tags: tuple[str, ...] = ()
+    filter_mode: int = FilterMode.ANY
+
+
+class EntityFilter(Message):
+    """Entities that match all fields.
+
+    Attributes:
+        filter: Regular expression for the whole name; any name if empty.
+        categories: Accepted categories; any if empty.
+        bounds: Box around their origins in the frame `map`; None for any position.
+        tags: Filter of their tags.
+    """
+
+    filter: str = ""
+    categories: tuple[int, ...] = ()
+    bounds: Bounds | None = None
+    tags: TagsFilter = TagsFilter()
+
+
+MODEL = Limits(5 * MEBIBYTE)  # the text of a model; nodes read a million characters
 MODELS = Limits(ANSWER.size, 100_000)  # several hundred entities
 
 SPAWN_ENTITY = Verb("spawn_entity", SpawnEntity, EntityName, MODEL)
-SPAWN_ENTITIES = Verb("spawn_entities", SpawnEntities, Spawnings, MODELS)
+SPAWN_ENTITIES = Verb("spawn_entities", SpawnEntities, SpawnOutcomes, MODELS)
 DELETE_ENTITY = Verb("delete_entity", EntityName, Empty)
-GET_ENTITIES = Verb("get_entities", EntityFilter, Entities)
-GET_ENTITY_STATE = Verb("get_entity_state", EntityName, EntityState)
+GET_ENTITIES = Query("get_entities", EntityFilter, Entities)
+GET_ENTITY_STATE = Query("get_entity_state", EntityName, EntityState)
 SET_ENTITY_STATE = Verb("set_entity_state", SetEntityState, Empty)

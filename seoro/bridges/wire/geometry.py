@@ -1,8 +1,9 @@
-"""Poses and twists."""
+"""Velocities and states of entities."""
 
 from __future__ import annotations
 
 from seoro.bridges.wire.message import Message
+from seoro.robotics.geometry import Pose3D
 
 
 class Vector3(Message):
@@ -13,21 +14,6 @@ class Vector3(Message):
     z: float = 0.0
 
 
-class Orientation(Message):
-    """Roll, pitch, yaw [rad]."""
-
-    roll: float = 0.0
-    pitch: float = 0.0
-    yaw: float = 0.0
-
-
-class Pose(Message):
-    """Position [m] and orientation [rad]."""
-
-    position: Vector3 = Vector3()
-    orientation: Orientation = Orientation()
-
-
 class Twist(Message):
     """Linear [m/s] and angular [rad/s] velocity."""
 
@@ -36,7 +22,7 @@ class Twist(Message):
 
 
 class EntityState(Message):
-    """Where an entity is and how it moves."""
+    """Pose and motion of an entity."""
 
-    pose: Pose = Pose()
+    pose: Pose3D = Pose3D()
     twist: Twist = Twist()

@@ -1,87 +1,91 @@
-"""Key expressions: on which a node is asked, and which tell that it lives."""
+"""Key expressions of requests, and liveliness tokens of nodes."""
 
 from __future__ import annotations
 
 import hashlib
 import re
+from functools import partial
 
 MAJOR = 1
-NAMESPACE = "default"  # that of everything that nobody has put into another
+NAMESPACE = "default"  # namespace of nodes and executors without another
 
 _CHUNK = re.compile(r"[a-z0-9_-]+")
 
 
 def _chunk(text: str) -> str:
-    """A chunk of a key expression; only names that need no escaping are allowed."""
+    """Return a name as a chunk of a key expression; only names that need no escaping are allowed."""
     if not _CHUNK.fullmatch(text):
-        raise ValueError(f"{text!r} cannot name a node: use lower-case letters, digits, '_' and '-'")
+        raise ValueError(f"invalid name {text!r} of a node; expected lower-case letters, digits, '_' and '-'")
     return text
 
 
-def _command(namespace: str, kind: str, name: str, verb: str) -> str:
+def _command(kind: str, namespace: str, name: str, verb: str) -> str:
     return f"seoro/{MAJOR}/{_chunk(namespace)}/{kind}/{_chunk(name)}/cmd/{verb if verb == '*' else _chunk(verb)}"
 
 
-def _token(namespace: str, kind: str, name: str, boot: str) -> str:
+def _token(kind: str, namespace: str, name: str, boot: str) -> str:
     return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/{kind}/{_chunk(name)}/{_chunk(boot)}"
 
 
-def _tokens(namespace: str, kind: str) -> str:
+def _tokens(kind: str, namespace: str) -> str:
     return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/{kind}/*/*"
 
 
+def _tokens_of(kind: str, namespace: str, name: str) -> str:
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/{kind}/{_chunk(name)}/*"
+
+
+def _any_tokens(kind: str, namespace: str) -> str:
+    return f"seoro/*/{_chunk(namespace)}/alive/{kind}/*/*"
+
+
+node_command, executor_command = partial(_command, "node"), partial(_command, "exec")
+"""Keys of requests to a node or an executor by namespace, name and verb; the verb `*` stands for all."""
+
+node_token, executor_token = partial(_token, "node"), partial(_token, "exec")
+"""Liveliness tokens of a node or an executor by namespace, name and boot, the id of a start of its process."""
+
+node_tokens, executor_tokens = partial(_tokens, "node"), partial(_tokens, "exec")
+"""Key expressions of the tokens of all nodes or executors of a namespace."""
+
+node_tokens_of, executor_tokens_of = partial(_tokens_of, "node"), partial(_tokens_of, "exec")
+"""Key expressions of the tokens of the nodes or executors of a namespace and a name."""
+
+any_node_tokens, any_executor_tokens = partial(_any_tokens, "node"), partial(_any_tokens, "exec")
+"""Key expressions of the tokens of all nodes or executors of a namespace, of any version of the protocol."""
+
+
 def verb_of(key: str) -> str:
-    """Return the name of the verb that a key of commands ends with."""
+    """Return the name of the verb in the key of a request."""
     return key.rpartition("/")[2]
 
 
-def node_command(namespace: str, node: str, verb: str) -> str:
-    """Key on which a node is asked to carry out a verb; `verb` may be `*` for all."""
-    return _command(namespace, "node", node, verb)
-
-
 def node_stream(namespace: str, node: str, stream: str) -> str:
-    """Key on which a node publishes a stream that it was asked for."""
+    """Key on which a node publishes an open stream."""
     return f"seoro/{MAJOR}/{_chunk(namespace)}/node/{_chunk(node)}/st/{_chunk(stream)}"
 
 
-def node_token(namespace: str, node: str, boot: str) -> str:
-    """Liveliness token of a node; `boot` tells one start of it from the next."""
-    return _token(namespace, "node", node, boot)
-
-
-def node_tokens(namespace: str) -> str:
-    """Key expression of the tokens of all nodes."""
-    return _tokens(namespace, "node")
-
-
-def node_tokens_of(namespace: str, node: str) -> str:
-    """Key expression of the tokens of the nodes of one name."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/node/{_chunk(node)}/*"
-
-
-def any_node_tokens(namespace: str) -> str:
-    """Key expression of the tokens of all nodes, whatever version of the protocol they speak."""
-    return f"seoro/*/{_chunk(namespace)}/alive/node/*/*"
-
-
 def token_node(key: str) -> tuple[str, str]:
-    """Node and boot of a liveliness token's key."""
+    """Return the node and the boot in the key of a liveliness token."""
     *_, node, boot = key.split("/")
     return node, boot
+
+
+def token_major(key: str) -> str:
+    """Return the major version of the protocol in the key of a liveliness token."""
+    return key.split("/")[1]
 
 
 def holder_token(namespace: str, holder: str) -> str:
     """Liveliness token of a client that holds robots.
 
-    It has not the name of the client, by which robots may be moved, but one that follows from that: everybody may
-    look at tokens.
+    The name of the client permits moving its robots, and tokens are visible to all. So the token has a hash of it.
     """
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/{shown_holder(holder)}"
+    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/{public_holder_name(holder)}"
 
 
-def shown_holder(holder: str) -> str:
-    """What a client is called before everybody."""
+def public_holder_name(holder: str) -> str:
+    """Return the hash of the name of a client, which is shown to others."""
     return hashlib.sha256(holder.encode()).hexdigest()[:32]
 
 
@@ -90,36 +94,6 @@ def holder_tokens(namespace: str) -> str:
     return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/holder/*"
 
 
-def executor_command(namespace: str, executor: str, verb: str) -> str:
-    """Key on which an executor is asked to carry out a verb; `verb` may be `*` for all."""
-    return _command(namespace, "exec", executor, verb)
-
-
-def executor_token(namespace: str, executor: str, boot: str) -> str:
-    """Liveliness token of an executor; `boot` tells one start of it from the next."""
-    return _token(namespace, "exec", executor, boot)
-
-
-def executor_tokens(namespace: str) -> str:
-    """Key expression of the tokens of all executors."""
-    return _tokens(namespace, "exec")
-
-
-def executor_tokens_of(namespace: str, executor: str) -> str:
-    """Key expression of the tokens of the executors of one name."""
-    return f"seoro/{MAJOR}/{_chunk(namespace)}/alive/exec/{_chunk(executor)}/*"
-
-
-def any_executor_tokens(namespace: str) -> str:
-    """Key expression of the tokens of all executors, whatever version of the protocol they speak."""
-    return f"seoro/*/{_chunk(namespace)}/alive/exec/*/*"
-
-
-def token_major(key: str) -> str:
-    """Major version of the protocol of whoever has declared a liveliness token."""
-    return key.split("/")[1]
-
-
 def emergency_key(namespace: str) -> str:
-    """Key on which an emergency stop is published, to all at once who have something that moves."""
+    """Key on which an emergency stop is published to all nodes and executors."""
     return f"seoro/{MAJOR}/{_chunk(namespace)}/estop"

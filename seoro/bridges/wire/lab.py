@@ -1,22 +1,21 @@
-"""A lab of robots: how they are, leases by hand, and the emergency stop. All nodes with robots serve this.
+"""Lab of robots: states, leases by hand, and the emergency stop. All nodes with robots serve these verbs.
 
-Who has a robot is known by the node that serves it, and by nobody else; so there is no server of leases that could
-be lost. An emergency stop is a request to each node and executor, which is acknowledged, and the same message
-published on `emergency_key`, which reaches those, too, who are busy with something long.
+Only the node of a robot knows its holder. So no lease server can fail. An emergency stop is sent as
+a request to each node and executor, which acknowledge it. It is also published on `emergency_key`, which reaches
+busy nodes, too.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
-from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.message import Empty, Message, Query, Verb
+from seoro.security.keys.roles import Role
 
 LONGEST_LEASE = 7 * 86_400.0  # [s]
-MAX_TEXT = 500  # [characters] of what people say about leases and stops
+MAX_TEXT = 500  # [characters] of purposes and reasons of leases and stops
 
 
-class Stopped(Message):
-    """An emergency stop that holds until it is released: by whom, why, and when [s since 1970]."""
+class ActiveStop(Message):
+    """Emergency stop until its release: its sender, reason and time [s since 1970]."""
 
     by: str
     reason: str = ""
@@ -24,7 +23,7 @@ class Stopped(Message):
 
 
 class Lease(Message):
-    """A lease by hand: its id, what for, and its end [s since 1970]."""
+    """Lease by hand: its id, purpose and end [s since 1970]."""
 
     lease: str
     purpose: str
@@ -32,12 +31,12 @@ class Lease(Message):
 
 
 class TopicState(Message):
-    """What a bridge hears of a robot on a topic.
+    """State of a topic of a robot, as a bridge receives it.
 
     Attributes:
-        topic: Its name.
-        seen: How long ago the last message came [s]; None when none did.
-        why: Why nothing is known by it, in words; empty if nothing is wrong.
+        topic: Name of the topic.
+        seen: Age of the last message [s]; None if none was received.
+        why: Reason why the topic is unusable; empty without a problem.
     """
 
     topic: str
@@ -45,57 +44,67 @@ class TopicState(Message):
     why: str = ""
 
 
-class RobotState(Message):
-    """How a robot is, and who has it.
+class RobotHealth(Message):
+    """Health of a robot.
 
     Attributes:
-        kinds: Types of actors that it can stand for, most specific first.
-        battery: Charge, from 0 to 1; None when the node does not know.
-        localised: Whether it knows where it is; None when it has nothing to know it by.
-        deviation: Standard deviation of its position, as its localisation states it [m].
-        position: Where it believes to be in the map: x and y [m].
-        seen: How long ago it was last heard of [s]; None when it never was.
-        holder: What it is held for; empty when nobody holds it.
-        lease: The lease by hand that it is under.
-        waiting: What those are for who wait for it, the next one first.
-        stopped: The emergency stop of this robot; `LabState.stopped` is that of everything.
-        topics: By what a bridge knows of it.
+        battery: Charge, from 0 to 1; None if unknown.
+        localised: Whether it is localised; None without localisation.
+        deviation: Standard deviation of its position, stated by its localisation [m].
+        position: Estimated position in the map: x and y [m].
+        seen: Age of the last message of the robot [s]; None if none was received.
+        topics: Topics received by the bridge.
     """
 
-    name: str
-    kinds: tuple[str, ...]
     battery: float | None = None
     localised: bool | None = None
     deviation: float | None = None
     position: tuple[float, float] | None = None
     seen: float | None = None
-    holder: str = ""
-    lease: Lease | None = None
-    waiting: tuple[str, ...] = ()
-    stopped: Stopped | None = None
     topics: tuple[TopicState, ...] = ()
 
 
-class LabState(Message):
-    """How the robots of a node are; answered at any time. `kind` is `bridge` or the engine of a simulator.
+class RobotState(RobotHealth):
+    """State of a robot, and its holder.
 
-    `received` and `sent` are when the request arrived and this left [s since 1970], by the clock of its machine.
+    Attributes:
+        name: Name of the robot.
+        kinds: Types of actors that it can play, most specific first.
+        holder: Purpose of its holder; empty if it is free.
+        lease: Lease by hand of the robot.
+        waiting: Purposes of the clients in its wait queue, the next one first.
+        stopped: Emergency stop of this robot; `LabState.stopped` is that of all robots.
+    """
+
+    name: str
+    kinds: tuple[str, ...]
+    holder: str = ""
+    lease: Lease | None = None
+    waiting: tuple[str, ...] = ()
+    stopped: ActiveStop | None = None
+
+
+class LabState(Message):
+    """State of the robots of a node, sent at any time. `kind` is `bridge` or the engine of a simulator.
+
+    `received` and `sent` are the arrival of the request and the departure of the reply, by the clock of the node
+    [s since 1970].
     """
 
     kind: str
     version: str
     robots: tuple[RobotState, ...]
-    stopped: Stopped | None = None
-    clock: str = "real"  # or `granted`, where time passes while one run grants it
-    holder: str = ""  # of all of it, where somebody has all
+    stopped: ActiveStop | None = None
+    clock: str = "real"  # or `granted`, if time passes only by the grants of a run
+    holder: str = ""  # purpose of the holder of the whole node
     received: float | None = None
     sent: float | None = None
 
 
 class LeaseRobots(Message):
-    """Keep robots for somebody, by an id of the client's: runs get them only if they name it.
+    """Lease robots under an id that the client chooses: only runs that name this id can acquire them.
 
-    Asked again with the same id, it has a new end.
+    A repetition with the same id sets a new end.
     """
 
     lease: str
@@ -105,16 +114,16 @@ class LeaseRobots(Message):
 
 
 class ReleaseLease(Message):
-    """End a lease by its id, or all that a robot is under."""
+    """End a lease by its id, or all leases of a robot."""
 
     lease: str = ""
     robot: str = ""
 
 
 class EmergencyStop(Message):
-    """Stop everything that moves, or the named robots, and let them not move until that is released.
+    """Stop all robots, or the named ones, until a release.
 
-    A node that does not know `robots` stops everything.
+    A node that does not know the field `robots` stops all.
     """
 
     by: str
@@ -122,14 +131,13 @@ class EmergencyStop(Message):
     robots: tuple[str, ...] = ()
 
 
-class EmergencyStopped(Message):
-    """The acknowledgement.
+class StopAcknowledgement(Message):
+    """Acknowledgement of an emergency stop.
 
     Attributes:
-        stopped: What was told to stand still: robots, or runs of an executor.
-        took: How long that took from the arrival of the message [s].
-        unsettled: Those of it whose goals have not ended yet, or may go on: whose robots reject to cancel them,
-            or do not say that they have.
+        stopped: Stopped robots, or runs of an executor.
+        took: Duration from the arrival of the message [s].
+        unsettled: Robots whose goals may continue: they reject the cancellation, or do not answer.
     """
 
     stopped: tuple[str, ...]
@@ -138,16 +146,17 @@ class EmergencyStopped(Message):
 
 
 class ReleaseStop(Message):
-    """Let everything move again, or the named robots: by whom, and why that is safe, which has to be said."""
+    """Release the emergency stop of all robots, or of the named ones. The reason is required."""
 
     by: str
     reason: str
     robots: tuple[str, ...] = ()
 
 
-GET_LAB_STATE = Verb("get_lab_state", Empty, LabState)
-LEASE_ROBOTS = Verb("lease_robots", LeaseRobots, Empty)
-RELEASE_LEASE = Verb("release_lease", ReleaseLease, Empty)
-EMERGENCY_STOP = Verb("emergency_stop", EmergencyStop, EmergencyStopped, is_urgent=True)
-RELEASE_STOP = Verb("release_stop", ReleaseStop, Empty)
-LAB_VERBS: tuple[Verb[Any, Any], ...] = (GET_LAB_STATE, LEASE_ROBOTS, RELEASE_LEASE, EMERGENCY_STOP, RELEASE_STOP)
+GET_LAB_STATE = Query("get_lab_state", Empty, LabState, role=Role.VIEWER)
+LEASE_ROBOTS = Verb("lease_robots", LeaseRobots, Empty, is_audited=True)
+RELEASE_LEASE = Verb("release_lease", ReleaseLease, Empty, is_audited=True)
+EMERGENCY_STOP = Verb(
+    "emergency_stop", EmergencyStop, StopAcknowledgement, is_audited=True, is_stop=True, is_urgent=True
+)
+RELEASE_STOP = Verb("release_stop", ReleaseStop, Empty, is_audited=True)

@@ -1,12 +1,13 @@
-"""What there is: worlds, entities with what they are and where, and the transforms of frames."""
+"""Contents of worlds: entities, named poses, maps, frames, models and robots."""
 
 from __future__ import annotations
 
-from seoro.bridges.wire.entities import EntityName
-from seoro.bridges.wire.filters import Bounds, EntityFilter, TagsFilter
-from seoro.bridges.wire.geometry import EntityState, Pose
-from seoro.bridges.wire.message import Empty, Message, Verb
-from seoro.bridges.wire.simulator import SimulationState
+from seoro.bridges.wire.entities import Bounds, EntityFilter, EntityName, TagsFilter
+from seoro.bridges.wire.geometry import EntityState
+from seoro.bridges.wire.limits import BYTES
+from seoro.bridges.wire.message import Empty, Message, Query, Verb
+from seoro.bridges.wire.simulator import RobotName, SimulationState
+from seoro.robotics.geometry import Pose3D
 
 
 class EntityStates(Message):
@@ -17,7 +18,7 @@ class EntityStates(Message):
 
 
 class EntityInfo(Message):
-    """What an entity is; `description` is for people, tags are what it is found by."""
+    """Description of an entity: `description` is free text, `tags` select it."""
 
     category: int
     description: str
@@ -25,20 +26,20 @@ class EntityInfo(Message):
 
 
 class SetEntityInfo(Message):
-    """Say what an entity is, in the place of all that was said of it."""
+    """Replace the description of an entity."""
 
     name: str
     info: EntityInfo
 
 
 class EntityBounds(Message):
-    """How far an entity reaches, along its own axes, as its joints are now; None for what has no shape."""
+    """Bounding box of an entity along its own axes, at its present joint positions; None without a shape."""
 
     bounds: Bounds | None
 
 
 class CurrentWorld(Message):
-    """The world that is loaded: its name, and the name or path by which it was asked for.
+    """The loaded world: its name, and the requested name or path.
 
     `source` is empty for the world of a snapshot.
     """
@@ -50,9 +51,9 @@ class CurrentWorld(Message):
 
 
 class GetAvailableWorlds(Message):
-    """Which worlds there are that have some tags.
+    """List the worlds with some tags: those of the node, and those in `sources`.
 
-    They come with the node, or lie in one of `sources`: folders on its machine, each by its path or as `file://PATH`.
+    Sources are folders on the machine of the node, each a path or `file://PATH`.
     """
 
     tags: TagsFilter = TagsFilter()
@@ -60,7 +61,7 @@ class GetAvailableWorlds(Message):
 
 
 class WorldInfo(Message):
-    """A world that can be loaded by its `source`, a name or a path, and what its file says of it."""
+    """World by its `source`, a name or a path for `load_world`, with the description of its file."""
 
     source: str
     description: str
@@ -68,7 +69,7 @@ class WorldInfo(Message):
 
 
 class AvailableWorlds(Message):
-    """Worlds, by names or paths; `message` names sources that are none, and says where the list ends early."""
+    """Worlds by names or paths; `message` reports invalid sources and omitted worlds."""
 
     names: tuple[str, ...]
     worlds: tuple[WorldInfo, ...] = ()
@@ -76,30 +77,135 @@ class AvailableWorlds(Message):
 
 
 class CurrentState(Message):
-    """Whether time passes, and the simulator's clock [s]."""
+    """Simulation state, and the simulator's clock [s]."""
 
     state: SimulationState
     time: float
 
 
 class Transform(Message):
-    """The pose of a frame in `map`; None as long as it has none, because its robot is not localised."""
+    """Pose of a frame in `map`; None until its robot is localised."""
 
     frame: str
-    pose: Pose | None
+    pose: Pose3D | None
 
 
 class Transforms(Message):
-    """All frames. That of a robot in truth is called NAME_base_link_gt."""
+    """All frames. The true frame of a robot is called NAME_base_link_gt."""
 
     transforms: tuple[Transform, ...]
 
 
-GET_ENTITIES_STATES = Verb("get_entities_states", EntityFilter, EntityStates)
-GET_ENTITY_INFO = Verb("get_entity_info", EntityName, EntityInfo)
+class NamedPose(Message):
+    """Pose with a name; `description` is free text, `tags` state its purpose."""
+
+    name: str
+    description: str
+    tags: tuple[str, ...]
+    pose: Pose3D
+
+
+class NamedPoses(Message):
+    """Named poses, in the order of the world's file."""
+
+    poses: tuple[NamedPose, ...]
+
+
+class PoseName(Message):
+    """A named pose by name."""
+
+    name: str
+
+
+class NamedPoseBounds(Message):
+    """Free space at a named pose, along its own axes; None if unknown."""
+
+    bounds: Bounds | None
+
+
+class OccupancyGrid(Message):
+    """Static obstacles in square cells, one byte each: 100 is occupied, 0 is free.
+
+    `x` and `y` are the lower corner in `map` [m]. Cells are ordered by y, then by x.
+    """
+
+    resolution: float  # [m]
+    x: float
+    y: float
+    columns: int
+    rows: int
+    cells: bytes
+
+
+class GetSpawnables(Message):
+    """List the models that can be spawned by `uri` alone.
+
+    A node searches its model path and the props of its world. `sources` are further folders on the machine of the
+    node, each a path or `file://PATH`.
+    """
+
+    sources: tuple[str, ...] = ()
+
+
+class Spawnable(Message):
+    """Model by its `uri`: its description for people, and its bounding box along its own axes."""
+
+    uri: str
+    description: str
+    bounds: Bounds
+
+
+class Spawnables(Message):
+    """Models that can be spawned; `message` reports invalid sources and omitted models."""
+
+    spawnables: tuple[Spawnable, ...]
+    message: str = ""
+
+
+class LidarDescription(Message):
+    """Planar lidar: its link, its yaw from the base [rad], and its range [m]."""
+
+    link: str
+    yaw: float
+    range_min: float
+    range_max: float
+    rate: float  # [Hz]
+
+
+class ArmDescription(Message):
+    """Arm: its joints in order from the base, the fingers of its gripper, and their stroke [m]."""
+
+    joints: tuple[str, ...]
+    fingers: tuple[str, str]
+    stroke: float
+
+
+class RobotDescription(Message):
+    """Robot: the text of its URDF, its base link, the names of its sensors, and its parts.
+
+    `max_speed` [m/s] and `max_turn_rate` [rad/s] are zero for robots that do not drive.
+    """
+
+    urdf: str
+    base_link: str
+    sensors: tuple[str, ...]
+    lidar: LidarDescription | None = None
+    arm: ArmDescription | None = None
+    max_speed: float = 0.0
+    max_turn_rate: float = 0.0
+    has_battery: bool = False
+
+
+GET_ENTITIES_STATES = Query("get_entities_states", EntityFilter, EntityStates)
+GET_ENTITY_INFO = Query("get_entity_info", EntityName, EntityInfo)
 SET_ENTITY_INFO = Verb("set_entity_info", SetEntityInfo, Empty)
-GET_ENTITY_BOUNDS = Verb("get_entity_bounds", EntityName, EntityBounds)
-GET_CURRENT_WORLD = Verb("get_current_world", Empty, CurrentWorld)
-GET_AVAILABLE_WORLDS = Verb("get_available_worlds", GetAvailableWorlds, AvailableWorlds)
-GET_SIMULATION_STATE = Verb("get_simulation_state", Empty, CurrentState)
-GET_TRANSFORMS = Verb("get_transforms", Empty, Transforms)
+GET_ENTITY_BOUNDS = Query("get_entity_bounds", EntityName, EntityBounds)
+GET_CURRENT_WORLD = Query("get_current_world", Empty, CurrentWorld)
+GET_AVAILABLE_WORLDS = Query("get_available_worlds", GetAvailableWorlds, AvailableWorlds)
+GET_SIMULATION_STATE = Query("get_simulation_state", Empty, CurrentState)
+GET_TRANSFORMS = Query("get_transforms", Empty, Transforms)
+GET_NAMED_POSES = Query("get_named_poses", TagsFilter, NamedPoses)
+GET_NAMED_POSE_BOUNDS = Query("get_named_pose_bounds", PoseName, NamedPoseBounds)
+GET_MAP = Query("get_map", Empty, OccupancyGrid, reply_limits=BYTES)
+GET_SPAWNABLES = Query("get_spawnables", GetSpawnables, Spawnables)
+GET_ROBOT_DESCRIPTION = Query("get_robot_description", RobotName, RobotDescription)

@@ -1,4 +1,4 @@
-"""Result codes, and how a request is refused."""
+"""Result codes and refusals of requests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from seoro.bridges.wire.message import Message
 
 
 class Result(IntEnum):
-    """Result codes of `simulation_interfaces`; those above 100 are each service's own."""
+    """Result codes of `simulation_interfaces`; codes above 100 belong to one service each."""
 
     FEATURE_UNSUPPORTED = 0
     OK = 1
@@ -49,17 +49,17 @@ class WorldResult(IntEnum):
 
 
 class Refusal(Message):
-    """Why a request was not carried out: a result code and a sentence for people."""
+    """Reason why a request was refused: a result code and a message."""
 
     code: int
     message: str
 
 
 class LabResult(IntEnum):
-    """Result codes about who has robots, beyond the common ones."""
+    """Result codes about holds of robots, beyond the common ones."""
 
-    HELD = 201  # another has them, or comes first
+    HELD = 201  # another client holds them, or is first in the wait queue
     STOPPED = 202  # by an emergency stop
-    NOT_HELD = 203  # the client does not hold them, or they were stopped because its hold was lost
+    NOT_HELD = 203  # the client does not hold them, or lost its hold
     UNAVAILABLE = 204  # the node is busy or ends: a later attempt may succeed
-    FAULT = 205  # the node has a fault: its own code raised an exception
+    FAULT = 205  # internal error: the code of the node raised an exception

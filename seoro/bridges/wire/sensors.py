@@ -1,9 +1,10 @@
-"""Sensors of robots: their latest samples, and watches on what they say. Faults lie on all of it."""
+"""Sensors of robots: their latest samples, and watches on them. Samples contain injected faults."""
 
 from __future__ import annotations
 
-from seoro.bridges.wire.geometry import Pose, Vector3
-from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.geometry import Vector3
+from seoro.bridges.wire.message import Empty, Message, Query, TrackedRequest, Verb
+from seoro.robotics.geometry import Pose3D
 
 
 class SensorName(Message):
@@ -14,7 +15,7 @@ class SensorName(Message):
 
 
 class LaserScan(Message):
-    """Ranges [m], infinite where nothing was hit, at bearings to the left from straight ahead [rad]."""
+    """Ranges [m], infinite without a hit, at bearings from the x axis to the left [rad]."""
 
     ranges: tuple[float, ...]
     bearings: tuple[float, ...]
@@ -23,21 +24,21 @@ class LaserScan(Message):
 class OdometrySample(Message):
     """Pose of the base in `odom`, length of its path [m], velocity ahead [m/s] and to the left [rad/s]."""
 
-    pose: Pose
+    pose: Pose3D
     travelled: float
     linear: float
     angular: float
 
 
 class ImuSample(Message):
-    """Acceleration against free fall [m/s^2] and rates of turning [rad/s], in the frame of the base."""
+    """Proper acceleration [m/s^2] and angular rates [rad/s], in the frame of the base."""
 
     acceleration: Vector3
     angular_rate: Vector3
 
 
 class Bump(Message):
-    """A zone of a bumper that is pressed by an entity, and since when [s]."""
+    """Zone of a bumper that an entity presses, since a time [s]."""
 
     zone: str
     entity: str
@@ -45,13 +46,13 @@ class Bump(Message):
 
 
 class BumperSample(Message):
-    """All that presses a bumper."""
+    """Pressed zones of a bumper."""
 
     bumps: tuple[Bump, ...]
 
 
 class SensorSample(Message):
-    """The last sample that has arrived: when it was taken [s], and in one of the parts what it says."""
+    """Latest sample and its time [s]; exactly one of the other fields is set."""
 
     time: float
     lidar: LaserScan | None = None
@@ -60,27 +61,24 @@ class SensorSample(Message):
     bumper: BumperSample | None = None
 
 
-class WatchSensor(Message):
+class WatchSensor(TrackedRequest):
     """Report when the next sample of a sensor arrives."""
 
-    id: str
     robot: str
     sensor: str
 
 
-class WatchBumper(Message):
-    """Report when a zone of a robot's bumper is pressed by an entity; of any zone, by anything, without names."""
+class WatchBumper(TrackedRequest):
+    """Report when an entity presses a zone of a robot's bumper; empty names match any zone or entity."""
 
-    id: str
     robot: str
     zone: str = ""
     entity: str = ""
 
 
-class WatchRange(Message):
-    """Report when a lidar sees something nearer than `distance` [m] from one bearing to another."""
+class WatchRange(TrackedRequest):
+    """Report when a lidar range between two bearings [rad] is below `distance` [m]."""
 
-    id: str
     robot: str
     sensor: str
     distance: float
@@ -88,13 +86,12 @@ class WatchRange(Message):
     end: float
 
 
-class CheckRate(Message):
-    """Count the samples of a sensor that arrive in `duration` [s]; aborted when their rate is out of bounds.
+class CheckRate(TrackedRequest):
+    """Count the samples of a sensor within `duration` [s]; aborted if their rate is out of bounds.
 
-    Bounds are in samples per second, and included.
+    Bounds are inclusive, in samples per second.
     """
 
-    id: str
     robot: str
     sensor: str
     lowest: float
@@ -102,7 +99,7 @@ class CheckRate(Message):
     duration: float
 
 
-GET_SENSOR_SAMPLE = Verb("get_sensor_sample", SensorName, SensorSample)
+GET_SENSOR_SAMPLE = Query("get_sensor_sample", SensorName, SensorSample)
 WATCH_SENSOR = Verb("watch_sensor", WatchSensor, Empty)
 WATCH_BUMPER = Verb("watch_bumper", WatchBumper, Empty)
 WATCH_RANGE = Verb("watch_range", WatchRange, Empty)

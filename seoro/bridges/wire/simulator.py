@@ -1,10 +1,10 @@
-"""The simulator as a whole: what it is, its world, its state, what is reset."""
+"""Simulator as a whole: features, world, simulation state and resets."""
 
 from __future__ import annotations
 
 from enum import IntFlag, StrEnum
 
-from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.message import Empty, Message, Query, Verb
 
 
 class SimulationState(StrEnum):
@@ -17,11 +17,11 @@ class SimulationState(StrEnum):
 
 
 class RobotInfo(Message):
-    """A robot of the world.
+    """Robot of the world.
 
-    `kinds` are the actor types it can stand for, most specific first; `frames` the transform frames it has,
-    `devices` what can have faults. With `senses_contacts`, every contact of the robot is reported, with who moved
-    into whom.
+    `kinds` are the actor types that it can play, most specific first. `frames` are its transform frames, `devices`
+    its parts that can have faults. With `senses_contacts`, every contact of the robot is reported with its
+    strikers.
     """
 
     name: str
@@ -31,17 +31,23 @@ class RobotInfo(Message):
     senses_contacts: bool = False
 
 
-class SimulatorFeatures(Message):
-    """What a node is and has; answered at any time.
+class RobotName(Message):
+    """A robot by name."""
 
-    `world_number` is another one, and a higher one, whenever the world is another than before, or none is loaded
-    any more; a world that is loaded again as it is keeps its number. It is 0 from nodes that do not count them.
+    robot: str
+
+
+class SimulatorFeatures(Message):
+    """Features of a simulator node, sent at any time.
+
+    `world_number` increases whenever another world is loaded, or the world is unloaded. Reloading the same world
+    keeps the number. Nodes that do not count worlds send 0.
     """
 
     engine: str
     engine_version: str
     version: str  # of seoro
-    features: tuple[str, ...]  # names of the verbs it serves
+    features: tuple[str, ...]  # names of the served verbs
     spawn_formats: tuple[str, ...]  # such as "sdf"
     world: str
     available_worlds: tuple[str, ...]
@@ -50,11 +56,11 @@ class SimulatorFeatures(Message):
     step: float  # length of one physics step [s]
     state: SimulationState
     world_number: int = 0
-    warnings: tuple[str, ...] = ()  # about the files of the world: what in them is ignored
+    warnings: tuple[str, ...] = ()  # about ignored parts of the files of the world
 
 
 class LoadWorld(Message):
-    """Load a world by name or path, and start over at time zero; an empty name is the world that is loaded."""
+    """Load a world by name or path, and start at time zero; an empty name reloads the present world."""
 
     world: str
     seed: int = 0
@@ -63,9 +69,9 @@ class LoadWorld(Message):
 class ChangeWorld(Message):
     """Load a world by name or path in the middle of a run.
 
-    The clock goes on, goals that are active end as canceled, and watches go on in the new world. It is refused,
-    and nothing changes, unless that has every robot which is busy or watched, and those of `robots`: by name, each
-    with the actor type that it stands for.
+    The clock continues, active goals end as canceled, and watches continue in the new world. The request is
+    refused, without effect, unless the new world has every robot that is busy, watched or named in `robots`: by
+    name, with the same actor type.
     """
 
     world: str
@@ -73,9 +79,9 @@ class ChangeWorld(Message):
 
 
 class SetSimulationState(Message):
-    """Go to a simulation state.
+    """Change the simulation state.
 
-    `rate` is how fast it plays then, in simulated seconds per second; infinite for as fast as possible.
+    `rate` is the speed of playing in simulated seconds per second; infinite for as fast as possible.
     """
 
     state: SimulationState
@@ -83,13 +89,13 @@ class SetSimulationState(Message):
 
 
 class StepSimulation(Message):
-    """Make physics steps; only while paused."""
+    """Simulate some physics steps; only while paused."""
 
     steps: int = 1
 
 
 class ResetScope(IntFlag):
-    """What a reset covers; `DEFAULT` is everything."""
+    """Scope of a reset; `DEFAULT` is everything."""
 
     DEFAULT = 0
     TIME = 1
@@ -110,7 +116,7 @@ class SimulationTime(Message):
     time: float
 
 
-GET_SIMULATOR_FEATURES = Verb("get_simulator_features", Empty, SimulatorFeatures)
+GET_SIMULATOR_FEATURES = Query("get_simulator_features", Empty, SimulatorFeatures)
 LOAD_WORLD = Verb("load_world", LoadWorld, SimulatorFeatures)
 CHANGE_WORLD = Verb("change_world", ChangeWorld, SimulatorFeatures)
 UNLOAD_WORLD = Verb("unload_world", Empty, Empty)

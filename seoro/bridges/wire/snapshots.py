@@ -1,4 +1,4 @@
-"""Snapshots: the whole state of a simulation, which the same or another node goes on from."""
+"""Snapshots: the whole state of a simulation, which the same or another node can resume."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SNAPSHOT_FORMAT = 3
 
 
 class Snapshot(Message):
-    """A state of a simulation, with its world. `state` is for nodes of the same engine and version only."""
+    """State of a simulation, with its world. Only nodes of the same engine and version can restore `state`."""
 
     format: int
     version: str  # of seoro
@@ -20,19 +20,19 @@ class Snapshot(Message):
     engine_version: str
     world: str
     seed: int
-    time: float  # of the simulator's clock [s]
+    time: float  # time of the simulator's clock [s]
     state: bytes
-    digest: str  # of the state
+    digest: str  # digest of the state
 
 
 class Purpose(StrEnum):
-    """What a snapshot is restored for.
+    """Purpose of restoring a snapshot.
 
-    `CONTINUE` goes on as if nothing had been between: clock, goals and watches by their ids, what was not told.
-    `BEGIN` begins a run: the clock shows zero, nothing is watched for, and robots go on with their goals for
-    nobody: the end is not reported, and the first command ends them or, if it is the same goal, takes them over.
-    `REWIND` goes back within a run: the clock goes on, and so do watches; goals that are active now and were
-    active then go on, others that are active now end as canceled, others that were active then go on for nobody.
+    `CONTINUE` resumes the saved state: clock, goals and watches by their ids, and unsent events. `BEGIN` starts a
+    run, with the clock at zero and without watches. Robots continue their goals without reporting the end; the
+    first command ends them or, if it is the same goal, adopts them. `REWIND` goes back within a run: clock and
+    watches continue. Goals that are active both now and in the snapshot continue. Others that are active now end
+    as canceled; others of the snapshot continue without reporting.
     """
 
     CONTINUE = "continue"
@@ -41,12 +41,12 @@ class Purpose(StrEnum):
 
 
 class RestoreState(Message):
-    """Restore a snapshot; what is drawn from there on follows from another seed, if there is one."""
+    """Restore a snapshot; `seed` replaces the seed of all later random values."""
 
     snapshot: Snapshot
     purpose: Purpose = Purpose.CONTINUE
     seed: int | None = None
 
 
-SAVE_STATE = Verb("save_state", Empty, Snapshot, answers=BYTES)
+SAVE_STATE = Verb("save_state", Empty, Snapshot, reply_limits=BYTES)
 RESTORE_STATE = Verb("restore_state", RestoreState, SimulatorFeatures, Limits(MAX_REQUEST))

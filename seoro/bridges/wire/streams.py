@@ -1,24 +1,23 @@
-"""Streams: what nodes publish by themselves while time passes, once they were asked to.
+"""Streams: samples, poses and joints that a node publishes while time passes.
 
-A client subscribes to `node_stream(...)` first and then opens the stream of that name. From then on the node
-publishes a `Streamed` in each tick of 20 ms, while it plays as well as in grants and steps. A stream ends when its
-client closes it, or has no subscription any more. It goes on when another world is loaded, with the robots of the
-same names.
+A client subscribes to `node_stream(...)` first and then opens the stream of that name. The node then publishes a
+`StreamUpdate` in each tick of 20 ms, while playing, in grants and in steps. A stream ends when its client closes
+it, or ends its subscription. It continues in another world, for robots of the same names.
 """
 
 from __future__ import annotations
 
 from seoro.bridges.wire.arms import JointStates
-from seoro.bridges.wire.geometry import Pose
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.sensors import SensorName, SensorSample
+from seoro.robotics.geometry import Pose3D
 
 
 class OpenStream(Message):
-    """Publish the time, and what else is listed, under the name of the stream.
+    """Publish the time and the listed data under the name of the stream.
 
-    `sensors` are those whose samples are published when they arrive; `poses`, `joints` and `batteries` are the
-    robots of which it is published where they believe they are, and how their joints and their batteries are.
+    Samples of `sensors` are published on arrival. `poses`, `joints` and `batteries` are names of robots, whose
+    estimated poses, joints and batteries are published.
     """
 
     id: str
@@ -29,13 +28,13 @@ class OpenStream(Message):
 
 
 class StreamName(Message):
-    """A stream by the name that its client gave it."""
+    """A stream by the name that its client chose."""
 
     id: str
 
 
 class StreamedSample(Message):
-    """A sample that has arrived from a sensor of a robot."""
+    """Sample of a sensor of a robot."""
 
     robot: str
     sensor: str
@@ -43,33 +42,33 @@ class StreamedSample(Message):
 
 
 class StreamedPose(Message):
-    """Where a robot believes that it is: its base and its frame `odom`, in `map`.
+    """Estimated pose of a robot: its base and its frame `odom`, in `map`.
 
-    `deviation` [m] is how far off it takes its position to be, as a standard deviation.
+    `deviation` is the standard deviation of its position [m].
     """
 
     robot: str
-    base: Pose
-    odom: Pose
+    base: Pose3D
+    odom: Pose3D
     deviation: float
 
 
 class StreamedJoints(Message):
-    """The joints of a robot: those of its arm and gripper, and its wheels."""
+    """Joints of the arm, gripper and wheels of a robot."""
 
     robot: str
     joints: JointStates
 
 
 class StreamedBattery(Message):
-    """The charge of a robot's battery, from 0 to 1."""
+    """Charge of a robot's battery, from 0 to 1."""
 
     robot: str
     charge: float
 
 
-class Streamed(Message):
-    """What a stream has to tell of a tick. `number` counts from 1, so that losses are noticed."""
+class StreamUpdate(Message):
+    """Content of a stream at a tick. `number` counts from 1, so that receivers detect losses."""
 
     number: int
     time: float

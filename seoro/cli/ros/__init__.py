@@ -1,1 +1,1 @@
-"""What `seoro ros` does, a module for each kind of thing that there is in a ROS 2 system."""
+"""Commands of `seoro ros`: one module per kind of entity of a ROS 2 system."""

@@ -1,4 +1,4 @@
-"""`seoro ros graph`: what there is in a system, or what one node has."""
+"""`seoro ros graph`: list the entities of a system or of one node."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from seoro.bridges.ros2.clients.lifecycle import lifecycle_state
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.wire import Endpoint, Kind
-from seoro.cli.exits import Exit
-from seoro.cli.ros.reaching import existing_node, of_others, reached, tells_nodes
-from seoro.cli.ros.values import as_json, counted, table
-from seoro.errors import InvalidUse
+from seoro.cli.exit_status import Exit
+from seoro.cli.ros.system import connected, find_node, lists_nodes, without_own
+from seoro.cli.ros.values import as_json, count_of
+from seoro.cli.tables import table
+from seoro.errors import UsageError
 
-HAS: Final = {
+VERBS: Final = {
     Kind.PUBLISHER: "publishes",
     Kind.SUBSCRIPTION: "subscribes",
     Kind.SERVER: "serves",
@@ -25,8 +26,8 @@ HAS: Final = {
 
 
 async def show(options: argparse.Namespace) -> int:
-    """Print what there is."""
-    async with reached(options) as node:
+    """Print the entities of the system, or of the given node."""
+    async with connected(options) as node:
         what = _system(node, hidden=options.all) if options.node is None else await _node(node, options.node)
         if options.json:
             print(as_json(what))
@@ -34,8 +35,8 @@ async def show(options: argparse.Namespace) -> int:
             _print_system(node, what)
         else:
             _print_node(what)
-        for name, types in _quarrels(node.graph).items():
-            print(f"warning: not all agree on the type of {name}: {', '.join(types)}", file=sys.stderr)
+        for name, types in _type_conflicts(node.graph).items():
+            print(f"warning: {name} has conflicting types: {', '.join(types)}", file=sys.stderr)
     return Exit.PASSED
 
 
@@ -49,8 +50,8 @@ def _system(node: RosNode, *, hidden: bool) -> dict[str, Any]:
             {
                 "name": name,
                 "types": list(types),
-                "publishers": len(of_others(node, graph.publishers(name))),
-                "subscriptions": len(of_others(node, graph.subscriptions(name))),
+                "publishers": len(without_own(node, graph.publishers(name))),
+                "subscriptions": len(without_own(node, graph.subscriptions(name))),
             }
             for name, types in graph.topics(hidden=hidden).items()
         ],
@@ -61,22 +62,22 @@ def _system(node: RosNode, *, hidden: bool) -> dict[str, Any]:
     }
 
 
-def _quarrels(graph: RosGraph) -> dict[str, tuple[str, ...]]:
-    """Topics and services that are of several types, which never meet."""
+def _type_conflicts(graph: RosGraph) -> dict[str, tuple[str, ...]]:
+    """Return topics and services with several types, whose endpoints do not match."""
     named = {**graph.topics(hidden=True), **graph.services(hidden=True)}
     return {name: types for name, types in named.items() if len(types) > 1}
 
 
 def _print_system(node: RosNode, what: dict[str, Any]) -> None:
-    print(f"a system that speaks {what['dialect']}")
-    if what["nodes"] or tells_nodes(node):
+    print(f"dialect: {what['dialect']}")
+    if what["nodes"] or lists_nodes(node):
         _print_part("nodes", [[name] for name in what["nodes"]])
     topics = [
         [
             each["name"],
             ", ".join(each["types"]),
-            counted(each["publishers"], "publisher"),
-            counted(each["subscriptions"], "subscription"),
+            count_of(each["publishers"], "publisher"),
+            count_of(each["subscriptions"], "subscription"),
         ]
         for each in what["topics"]
     ]
@@ -88,19 +89,19 @@ def _print_system(node: RosNode, what: dict[str, Any]) -> None:
 def _print_part(name: str, rows: list[list[str]]) -> None:
     print(f"{name} ({len(rows)})")
     if rows:
-        print(table(rows))
+        print(table(rows, "  "))
 
 
 async def _node(node: RosNode, name: str) -> dict[str, Any]:
-    if not tells_nodes(node):
-        raise InvalidUse("a bridge for DDS does not say which nodes there are", help="leave out `--node`")
-    full = existing_node(node, name)
+    if not lists_nodes(node):
+        raise UsageError("bridges for DDS do not list nodes", help="leave out `--node`")
+    full = find_node(node, name)
     endpoints = [each for each in node.graph.endpoints() if each.node is not None and each.node.full_name == full]
     found: dict[str, Any] = {"name": full}
     served = {each.name for each in endpoints if each.kind is Kind.SERVER}
     if f"{full}/get_state" in served:
         found["lifecycle_state"] = await lifecycle_state(node, full)
-    for kind, verb in HAS.items():
+    for kind, verb in VERBS.items():
         found[verb] = _named(each for each in endpoints if each.kind is kind)
     return found
 
@@ -114,5 +115,5 @@ def _print_node(what: dict[str, Any]) -> None:
     print(what["name"])
     if "lifecycle_state" in what:
         print(f"lifecycle state: {what['lifecycle_state']}")
-    for verb in HAS.values():
+    for verb in VERBS.values():
         _print_part(verb, [[each["name"], each["type"]] for each in what[verb]])

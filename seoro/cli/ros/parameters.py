@@ -1,4 +1,4 @@
-"""`seoro ros param`: parameters of nodes."""
+"""`seoro ros param`: get and set parameters of nodes."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from contextlib import contextmanager
 
 from seoro.bridges.ros2.clients.errors import NodeRefused
 from seoro.bridges.ros2.clients.parameters import get_parameters, list_parameters, set_parameter
-from seoro.cli.exits import Exit
-from seoro.cli.ros.reaching import existing_node, reached
+from seoro.cli.exit_status import Exit
+from seoro.cli.ros.system import connected, find_node
 from seoro.cli.ros.values import as_json, as_yaml
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 
 
 @contextmanager
-def _refusing() -> Iterator[None]:
-    """What a node refuses was asked for wrongly."""
+def _node_errors() -> Iterator[None]:
+    """Convert refusals of a node into usage errors."""
     try:
         yield
     except NodeRefused as error:
-        raise InvalidUse(str(error)) from error
+        raise UsageError(str(error)) from error
 
 
 async def show(options: argparse.Namespace) -> int:
-    """Print parameters of a node, those that are named or all, with their values."""
-    async with reached(options) as node:
-        other = existing_node(node, options.node)
-        with _refusing():
+    """Print all or the named parameters of a node with their values."""
+    async with connected(options) as node:
+        other = find_node(node, options.node)
+        with _node_errors():
             names = options.names or await list_parameters(node, other)
             values = await get_parameters(node, other, names)
     if options.json:
@@ -39,12 +39,12 @@ async def show(options: argparse.Namespace) -> int:
     return Exit.PASSED
 
 
-async def change(options: argparse.Namespace) -> int:
+async def set_value(options: argparse.Namespace) -> int:
     """Set a parameter of a node."""
-    async with reached(options) as node:
-        other = existing_node(node, options.node)
-        with _refusing():
+    async with connected(options) as node:
+        other = find_node(node, options.node)
+        with _node_errors():
             await set_parameter(node, other, options.name, options.value)
             values = await get_parameters(node, other, [options.name])
-    print(f"{options.name} of {other} is {as_yaml(values[options.name], full=True)}")
+    print(f"{options.name} of {other} is now {as_yaml(values[options.name], full=True)}")
     return Exit.PASSED

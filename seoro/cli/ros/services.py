@@ -1,31 +1,31 @@
-"""`seoro ros service`: services of a system, and calling them."""
+"""`seoro ros service`: list and call services."""
 
 from __future__ import annotations
 
 import argparse
 
-from seoro.bridges.ros2.descriptions import knowing_service
-from seoro.cli.exits import Exit
-from seoro.cli.ros.reaching import only_type, reached
+from seoro.bridges.ros2.descriptions import node_for_service
+from seoro.cli.exit_status import Exit
+from seoro.cli.ros.system import connected, resolve_type
 from seoro.cli.ros.values import as_json, as_yaml, print_types, read_value
 
 
 async def list_services(options: argparse.Namespace) -> int:
-    """Print the services with their types."""
-    async with reached(options) as node:
+    """Print services with their types."""
+    async with connected(options) as node:
         services = node.graph.services(hidden=options.all)
     print_types(services, in_json=options.json)
     return Exit.PASSED
 
 
 async def call(options: argparse.Namespace) -> int:
-    """Call a service, and print its response."""
+    """Call a service and print its response."""
     request = read_value(options.value)
-    async with reached(options) as node:
+    async with connected(options) as node:
         service = node.resolve(options.name)
         known = node.graph.services(hidden=True)
-        type_name = only_type("service", service, options.type, known.get(service, ()), known)
-        caller = await knowing_service(node, service, type_name)
+        type_name = resolve_type("service", service, options.type, known.get(service, ()), known)
+        caller = await node_for_service(node, service, type_name)
         async with caller.calling(service, type_name) as client:
             await client.wait_for_server(options.timeout)
             response = await client.call(request, options.timeout)

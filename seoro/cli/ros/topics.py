@@ -1,4 +1,4 @@
-"""`seoro ros topic`: topics of a system, what is published on them, and publishing on them."""
+"""`seoro ros topic`: list, echo, measure and publish topics."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import statistics
 import sys
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Iterable, Mapping
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from itertools import pairwise
 from typing import Any
@@ -15,44 +15,46 @@ from typing import Any
 import anyio
 
 from seoro.actions.ros_messages import member_of
-from seoro.bridges.ros2.descriptions import decoded
+from seoro.bridges.ros2.descriptions import decode_message
 from seoro.bridges.ros2.graph import types_of
 from seoro.bridges.ros2.interfaces import Message
-from seoro.bridges.ros2.interfaces.plain import plain
+from seoro.bridges.ros2.interfaces.messages import plain
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
-from seoro.bridges.ros2.wire import PRESETS, Durability, Endpoint, Qos, Reliability
+from seoro.bridges.ros2.wire import PRESETS, Endpoint, Qos
+from seoro.bridges.ros2.wire.qos import matching_qos
 from seoro.bridges.session import Bound
-from seoro.cli.exits import Exit
-from seoro.cli.ros.reaching import of_others, only_type, reached
-from seoro.cli.ros.values import as_json, as_yaml, counted, print_types, read_value, table
+from seoro.cli.exit_status import Exit
+from seoro.cli.ros.system import connected, resolve_type, without_own
+from seoro.cli.ros.values import as_json, as_yaml, count_of, print_types, read_value
+from seoro.cli.tables import table
 from seoro.errors import BackendError
 
-WINDOW = 10_000  # messages of which rates are computed at most
-WAITING = Bound(10_000)  # whatever publishers keep: what comes in a burst is shown, too
-REPORT = 1.0  # [s] between two reports of a rate
+WINDOW = 10_000  # messages for a rate
+WAITING = Bound(10_000)  # messages, independent of the history of publishers: bursts are complete
+REPORT = 1.0  # [s] between reports of a rate
 
 
 async def list_topics(options: argparse.Namespace) -> int:
-    """Print the topics with their types."""
-    async with reached(options) as node:
+    """Print topics with their types."""
+    async with connected(options) as node:
         topics = node.graph.topics(hidden=options.all)
     print_types(topics, in_json=options.json)
     return Exit.PASSED
 
 
 async def show_info(options: argparse.Namespace) -> int:
-    """Print who publishes a topic and who subscribes, with quality of service, and whether definitions agree."""
-    async with reached(options) as node:
+    """Print publishers and subscriptions of a topic with QoS, and compare their type definitions."""
+    async with connected(options) as node:
         topic = node.resolve(options.name)
         publishers, subscriptions = (
-            of_others(node, found) for found in (node.graph.publishers(topic), node.graph.subscriptions(topic))
+            without_own(node, found) for found in (node.graph.publishers(topic), node.graph.subscriptions(topic))
         )
-        only_type("topic", topic, None, types_of((*publishers, *subscriptions)), node.graph.topics(hidden=True))
+        resolve_type("topic", topic, None, types_of((*publishers, *subscriptions)), node.graph.topics(hidden=True))
         for name, found in (("publisher", publishers), ("subscription", subscriptions)):
-            print(counted(len(found), name))
+            print(count_of(len(found), name))
             if found:
-                print(table([_described(node, each) for each in found]))
+                print(table([_described(node, each) for each in found], "  "))
     return Exit.PASSED
 
 
@@ -63,32 +65,32 @@ def _described(node: RosNode, endpoint: Endpoint) -> list[str]:
 
 def _qos_text(qos: Qos | None) -> str:
     if qos is None:
-        return "quality of service not told"
+        return "unknown QoS"
     depth = "all" if qos.history.value == "keep_all" else f"last {qos.depth}"
     return f"{qos.reliability.value}, {qos.durability.value}, keeps {depth}"
 
 
 def _agreement(node: RosNode, endpoint: Endpoint) -> str:
-    """Whether the definition of a type is that which seoro has."""
+    """Compare the type definition of an endpoint with that of seoro."""
     types = node.system.types
     if endpoint.type_hash is None:
-        return "its definition is not told"
+        return "unknown definition"
     owner = endpoint.node
-    tells = owner is not None and bool(node.graph.servers(f"{owner.full_name}/get_type_description"))
+    has_description = owner is not None and bool(node.graph.servers(f"{owner.full_name}/get_type_description"))
     if endpoint.type not in types.names():
-        told = "the node is asked for it" if tells else "give one with `--interfaces`"
-        return f"seoro has no definition of it: {told}"
+        source = "read from the node" if has_description else "give one with `--interfaces`"
+        return f"no definition in seoro: {source}"
     if types.type_hash(endpoint.type) == endpoint.type_hash:
-        return "defined as here"
-    return f"defined otherwise{', as the node tells' if tells else ''}: {endpoint.type_hash}"
+        return "same definition"
+    return f"other definition{' (read from the node)' if has_description else ''}: {endpoint.type_hash}"
 
 
 async def echo(options: argparse.Namespace) -> int:
-    """Print messages as they come."""
-    async with _following(options, is_decoded=True) as (node, subscription):
+    """Print messages as they arrive."""
+    async with _subscribed(options, is_decoded=True) as (node, subscription):
         count = 0
         async for received in subscription:
-            print(_shown(options, await decoded(node, subscription, received)), flush=True)
+            print(_shown(options, await decode_message(node, subscription, received)), flush=True)
             count += 1
             if count == options.count:
                 break
@@ -103,8 +105,8 @@ def _shown(options: argparse.Namespace, message: Message) -> str:
 
 
 async def measure_rate(options: argparse.Namespace) -> int:
-    """Print at which rate messages arrive, once a second."""
-    async with _following(options, is_decoded=False) as (_, subscription):
+    """Print the rate of messages once a second."""
+    async with _subscribed(options, is_decoded=False) as (_, subscription):
         arrivals: deque[int] = deque(maxlen=options.window or WINDOW)
         sizes: deque[int] = deque(maxlen=arrivals.maxlen)
         reported, count = time.monotonic(), 0
@@ -124,57 +126,46 @@ def _rate(arrivals: deque[int], sizes: deque[int]) -> str:
     moments = list(arrivals)
     gaps = [(later - earlier) / 1e9 for earlier, later in pairwise(moments)]
     if not gaps or sum(gaps) <= 0.0:
-        return "one message so far"
+        return "waiting for a second message"
     rate = len(gaps) / sum(gaps)
     return (
-        f"{rate:.3f} Hz, {rate * statistics.fmean(sizes) / 1e3:.1f} kB/s; from one to the next {min(gaps):.4f} to "
-        f"{max(gaps):.4f} s, standard deviation {statistics.pstdev(gaps):.4f} s, of {len(moments)}"
+        f"{rate:.3f} Hz, {rate * statistics.fmean(sizes) / 1e3:.1f} kB/s; interval {min(gaps):.4f} to "
+        f"{max(gaps):.4f} s, standard deviation {statistics.pstdev(gaps):.4f} s, window {len(moments)}"
     )
 
 
-def _tell_losses(subscription: Subscription) -> None:
+def _warn_of_losses(subscription: Subscription) -> None:
     if lost := subscription.lost + subscription.missed:
-        print(f"warning: {counted(lost, 'message')} got lost", file=sys.stderr)
+        print(f"warning: lost {count_of(lost, 'message')}", file=sys.stderr)
 
 
 @asynccontextmanager
-async def _following(
+async def _subscribed(
     options: argparse.Namespace, *, is_decoded: bool
 ) -> AsyncIterator[tuple[RosNode, Subscription]]:
-    """Be subscribed to the topic of the options, by a type and a quality of service that fit its publishers."""
-    async with reached(options) as node:
+    """Subscribe to the topic of the options, with the type and QoS of its publishers."""
+    async with connected(options) as node:
         topic = node.resolve(options.name)
-        publishers = of_others(node, node.graph.publishers(topic))
-        found = types_of((*publishers, *of_others(node, node.graph.subscriptions(topic))))
-        type_name = only_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
-        qos = PRESETS[options.qos] if options.qos else fitting_qos(publishers)
+        publishers = without_own(node, node.graph.publishers(topic))
+        found = types_of((*publishers, *without_own(node, node.graph.subscriptions(topic))))
+        type_name = resolve_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
+        offered = [each.qos for each in publishers if each.qos is not None]
+        qos = PRESETS[options.qos] if options.qos else matching_qos(offered)
         async with node.subscribing(topic, type_name, qos, WAITING, is_decoded=is_decoded) as subscription:
             try:
                 yield node, subscription
             finally:
-                _tell_losses(subscription)
-
-
-def fitting_qos(publishers: Iterable[Endpoint]) -> Qos:
-    """What a subscription can ask of all: reliable if all publishers are, what was published before likewise."""
-    offered = [each.qos for each in publishers if each.qos is not None]
-    reliable = all(qos.is_reliable for qos in offered)
-    keeps = bool(offered) and all(qos.is_transient_local for qos in offered)
-    return Qos(
-        reliability=Reliability.RELIABLE if reliable else Reliability.BEST_EFFORT,
-        durability=Durability.TRANSIENT_LOCAL if keeps else Durability.VOLATILE,
-        depth=max((qos.depth for qos in offered), default=100),
-    )
+                _warn_of_losses(subscription)
 
 
 async def publish(options: argparse.Namespace) -> int:
-    """Publish a message, once, several times, or at a rate until Ctrl-C."""
+    """Publish a message once, several times, or at a rate until Ctrl-C."""
     value = read_value(options.value)
-    async with reached(options) as node:
+    async with connected(options) as node:
         topic = node.resolve(options.name)
-        found = types_of(of_others(node, (*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
-        type_name = only_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
-        node.system.types.encode(type_name, value)  # what is wrong with it is said before anybody is waited for
+        found = types_of(without_own(node, (*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
+        type_name = resolve_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
+        node.system.types.encode(type_name, value)  # reports errors before it waits
         qos = PRESETS[options.qos] if options.qos else None
         async with node.publishing(topic, type_name, qos) as publication:
             await _wait_for_subscription(publication, options.wait)
@@ -190,8 +181,8 @@ async def _wait_for_subscription(publication: Publication, limit: float) -> None
         await publication.wait_for_subscription(limit)
     except TimeoutError:
         raise BackendError(
-            f"nobody has subscribed to {publication.topic} for {limit:g} s, and nothing was published; "
-            "`--wait 0` publishes all the same"
+            f"no subscription to {publication.topic} within {limit:g} s; nothing was published "
+            "(`--wait 0` publishes without waiting)"
         ) from None
 
 
@@ -205,4 +196,4 @@ async def _publish(publication: Publication, value: Mapping[str, Any], count: in
             break
         if rate is not None:
             await anyio.sleep(max(0.0, start + number / rate - time.monotonic()))
-    print(f"published {counted(number, 'message')} on {publication.topic}")
+    print(f"published {count_of(number, 'message')} on {publication.topic}")

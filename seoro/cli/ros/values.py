@@ -1,4 +1,4 @@
-"""Messages as people read and write them."""
+"""Messages as YAML, JSON and tables."""
 
 from __future__ import annotations
 
@@ -9,26 +9,27 @@ from typing import Any
 
 import yaml
 
-from seoro.errors import InvalidUse
-from seoro.plain_yaml import read_yaml
-from seoro.terminal_text import printable
+from seoro.cli.tables import table
+from seoro.errors import UsageError
+from seoro.files.plain_yaml import read_yaml
+from seoro.text.printable import printable
 
-MANY = 16  # elements of a list that are shown
-LONG = 200  # characters of a text that are shown
+MANY = 16  # shown elements of a list
+LONG = 200  # shown characters of a text
 
 
 def read_value(text: str) -> Mapping[str, Any]:
-    """The members that a text gives, as YAML or JSON; an empty text gives none.
+    """Parse the members of a message from YAML or JSON; an empty text gives no members.
 
     Raises:
-        InvalidUse: It is no mapping.
+        UsageError: The text is not a mapping.
     """
     try:
         value = read_yaml(text) if text.strip() else {}
     except ValueError as error:
-        raise InvalidUse(f"the value cannot be read: {error}", help=_EXAMPLE) from error
+        raise UsageError(f"invalid value: {error}", help=_EXAMPLE) from error
     if not isinstance(value, dict) or not all(isinstance(name, str) for name in value):
-        raise InvalidUse(f"a message is a mapping of its members, not {text!r}", help=_EXAMPLE)
+        raise UsageError(f"invalid value {text!r}: expected a mapping of members", help=_EXAMPLE)
     return value
 
 
@@ -36,7 +37,7 @@ _EXAMPLE = "write it as YAML: '{linear: {x: 0.2}, angular: {z: 0.1}}'"
 
 
 def as_yaml(value: Any, *, full: bool) -> str:
-    """A value as YAML; long lists and texts are cut off unless it is to be `full`."""
+    """Format a value as YAML; long lists and texts are shortened unless `full`."""
     if not isinstance(value, dict | list):
         return _scalar(value if full else _shortened(value))
     shown = value if full else _shortened(value)
@@ -51,7 +52,7 @@ def _scalar(value: Any) -> str:
 
 
 def as_json(value: Any) -> str:
-    """A value as JSON, in one line; numbers that JSON does not have are null."""
+    """Format a value as JSON in one line; NaN and infinity become null."""
     return json.dumps(_finite(value), ensure_ascii=False)
 
 
@@ -83,12 +84,12 @@ def _shortened(value: Any) -> Any:
 
 class _Dumper(yaml.SafeDumper):
     def ignore_aliases(self, data: Any) -> bool:
-        """Write what occurs twice twice."""
+        """Write repeated values in full."""
         return True
 
 
 def _represent_list(dumper: _Dumper, values: list[Any]) -> yaml.SequenceNode:
-    """Numbers and texts in one line, and what has members below one another."""
+    """Write lists of scalars in one line, other lists in blocks."""
     is_flat = not any(isinstance(each, dict | list) for each in values)
     return dumper.represent_sequence("tag:yaml.org,2002:seq", values, flow_style=is_flat)
 
@@ -96,21 +97,14 @@ def _represent_list(dumper: _Dumper, values: list[Any]) -> yaml.SequenceNode:
 _Dumper.add_representer(list, _represent_list)
 
 
-def table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
-    """Rows as lines, with their columns below one another."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
-    return "\n".join(f"{indent}{line}".rstrip() for line in lines)
-
-
 def print_types(found: Mapping[str, Sequence[str]], *, in_json: bool) -> None:
-    """Print what there is, by names, with its types."""
+    """Print names with their types."""
     if in_json:
         print(as_json({name: list(types) for name, types in found.items()}))
     elif found:
-        print(table([[name, ", ".join(types)] for name, types in found.items()], indent=""))
+        print(table([[name, ", ".join(types)] for name, types in found.items()]))
 
 
-def counted(number: int, what: str) -> str:
-    """A number of things: `1 publisher`, `2 publishers`, `no publisher`."""
+def count_of(number: int, what: str) -> str:
+    """Format a number of things: `1 publisher`, `2 publishers`, `no publisher`."""
     return f"{number or 'no'} {what}{'s' if number > 1 else ''}"

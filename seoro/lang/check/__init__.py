@@ -1,5 +1,5 @@
-"""Checking, in ordered passes: `declare` (names), `resolve` (types, bases and extensions), `members`,
-`expressions` with `methods`, `behaviors`.
+"""Checker: ordered passes over the trees, whose results live beside the trees.
 
-Each pass reports all it finds and leaves `Unknown` types behind, about which later passes say nothing.
+The passes are `declare` (names), `resolve` (types, bases and extensions), `members`, `expressions` with `methods`,
+and `behaviors`. Each pass reports all its errors and leaves `Unknown` types, which later passes accept silently.
 """

@@ -1,29 +1,16 @@
-"""Lists, ranges and `? :`: values that are made of values of one type (7.4.2.7.4, 7.4.2.8.1, 7.4.2.9)."""
+"""Lists, ranges and `? :`: values composed of values of one type (7.4.2.7.4, 7.4.2.8.1, 7.4.2.9)."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed, common_type, nothing
+from seoro.lang.check.expression_checker import ExpressionChecker
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import syntax
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.source import Span
-from seoro.lang.types import (
-    BOOL,
-    UNKNOWN,
-    ListOf,
-    Quantity,
-    RangeOf,
-    Type,
-    is_known,
-    is_number,
-    is_plain_number,
-)
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
-    from seoro.lang.check.scopes import Scope
+from seoro.lang.symbols import ListOf, Quantity, RangeOf, Type
+from seoro.lang.types import BOOL, UNKNOWN, is_known, is_number, is_plain_number
 
 MAX_CHAIN = 20_000  # of operands in a row
 
@@ -32,14 +19,14 @@ class Aggregates:
     """Elaborates aggregates.
 
     Args:
-        expressions: For their parts, and for messages.
+        expressions: The expression checker.
     """
 
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
 
     def ternary(self, node: ast.TernaryOpExp, scope: Scope, expected: Type | None) -> Typed:
-        """`c ? a : b`; a table, with many more on its last branch, is no recursion."""
+        """Elaborate `c ? a : b`; long tables of conditions need no recursion."""
         expressions, rows = self._expressions, [node]
         while isinstance(last := rows[-1].otherwise, ast.TernaryOpExp):
             rows.append(last)
@@ -66,7 +53,7 @@ class Aggregates:
         return Typed(result, shared if is_known(shared) else UNKNOWN)
 
     def list_of(self, node: ast.ListConstructor, scope: Scope, expected: Type | None) -> Typed:
-        """`[a, b]`; a member that is a list itself is flattened where it is written out."""
+        """Elaborate `[a, b]`; members that are list literals are flattened."""
         hint = expected.element if isinstance(expected, ListOf) else None
         items: list[Typed] = []
         for item in node.items:
@@ -83,7 +70,7 @@ class Aggregates:
         return Typed(self._joined(items, shared, node.span), ListOf(shared))
 
     def _joined(self, items: list[Typed], shared: Type, span: Span) -> plan.Expression:
-        """A list of values, and of the members of those that are lists."""
+        """Build a list of values; lists among them are joined."""
         convert = self._expressions.converter.convert
         lists: list[plan.Expression] = []
         values: list[plan.Expression] = []
@@ -115,7 +102,7 @@ class Aggregates:
         return Typed(plan.RangeOf(convert(low, shared), convert(high, shared), node.span), RangeOf(shared))
 
     def _common(self, items: list[Typed]) -> Type | None:
-        """The type of a list's members; None if there is none, which is reported."""
+        """Return the common type of a list's members; without one, report and return None."""
         shared = _element(items[0])
         for item in items[1:]:
             both = common_type(shared, _element(item))
@@ -133,12 +120,12 @@ class Aggregates:
 
 
 def _element(item: Typed) -> Type:
-    """The type of what an item adds to a list."""
+    """Return the type that an item contributes to a list."""
     return item.type.element if isinstance(item.type, ListOf) else item.type
 
 
 def _are_bare_numbers(items: list[Typed], element: Type | None) -> bool:
-    """Whether all are numbers that are written out, without units, where a physical type is asked for."""
+    """Return whether all items are literal numbers without units, although a physical type is expected."""
     return isinstance(element, Quantity) and all(
         is_plain_number(item.type) and isinstance(item.expression, plan.Literal) for item in items
     )

@@ -1,7 +1,7 @@
-"""Whether modifiers without `of` are applied to behaviors that have the parameters they use (7.3.12.1.2).
+"""Check that modifiers without `of` modify behaviors that have the parameters they use (7.3.12.1.2).
 
-What a modifier uses of `it` is known when everything is checked: it may stand in any of its members, and in those
-of modifiers that it applies itself. So uses and applications are noted as they come, and compared in the end.
+A modifier may use `it` in any of its members, and through modifiers that it applies. So uses and applications are
+recorded during the check, and compared at its end.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from seoro.lang.symbols import Kind, TypeSymbol
 
 
 class _Application(NamedTuple):
-    """An application of a modifier; `what` it is applied to has these parameters."""
+    """Application of a modifier to `what`, which has these parameters."""
 
     place: Span
     what: str
@@ -26,27 +26,27 @@ class Applications:
     """Uses of `it` in modifiers without `of`, and their applications."""
 
     def __init__(self) -> None:
-        self.count = 0  # of uses and applications that were noted
+        self.count = 0  # recorded uses and applications
         self._uses: dict[TypeSymbol, dict[str, Span]] = {}
         self._appliers: dict[TypeSymbol, list[TypeSymbol]] = {}  # modifiers without `of` that apply a modifier
         self._applied: dict[TypeSymbol, list[_Application]] = {}
 
     def use(self, modifier: TypeSymbol, parameter: str, place: Span) -> None:
-        """Note that a modifier uses a parameter of what it modifies."""
+        """Record that a modifier uses a parameter of the modified behavior."""
         self.count += 1
         self._uses.setdefault(modifier, {}).setdefault(parameter, place)
 
     def apply(
         self, modifier: TypeSymbol, owner: TypeSymbol | None, place: Span, what: str, parameters: frozenset[str]
     ) -> None:
-        """Note an application.
+        """Record an application.
 
         Args:
-            modifier: What is applied.
-            owner: The type in which the application stands.
-            place: The name of the modifier there.
-            what: What it is applied to, for messages.
-            parameters: What `it` has there.
+            modifier: The applied modifier.
+            owner: The type that contains the application.
+            place: Span of the modifier's name.
+            what: Description of the modified behavior, for messages.
+            parameters: Parameters of `it` there.
         """
         self.count += 1
         if owner is not None and owner.kind is Kind.MODIFIER and owner.of is None:
@@ -55,7 +55,7 @@ class Applications:
             self._applied.setdefault(modifier, []).append(_Application(place, what, parameters))
 
     def check(self, bag: Bag) -> None:
-        """Report applications to what lacks a parameter that the modifier uses."""
+        """Report applications to behaviors that lack a used parameter."""
         self._spread()
         for modifier, applications in self._applied.items():
             uses = self._uses.get(modifier, {})
@@ -65,7 +65,7 @@ class Applications:
                     bag.add(messages.LacksParameter(place, modifier.name, lacking, what, uses[lacking]))
 
     def _spread(self) -> None:
-        """Give the uses of each modifier to those that apply it."""
+        """Propagate the uses of each modifier to the modifiers that apply it."""
         pending = [(modifier, *use) for modifier, uses in self._uses.items() for use in uses.items()]
         while pending:
             modifier, name, place = pending.pop()

@@ -1,36 +1,35 @@
-"""Binding arguments to parameters: positional ones by their place, then named ones (7.4.2.1)."""
+"""Binding of arguments to parameters: positional ones by order, then named ones (7.4.2.1)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from dataclasses import field
+from typing import Final, TypeAlias
 
 from seoro.lang import ast, plan
+from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.named_files import is_missing
 from seoro.lang.check.paths import fields_on, leads_to_variable
 from seoro.lang.check.plan_types import plan_type
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import constraints as constraint_messages
 from seoro.lang.diagnostics import types as type_messages
+from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol, Kind
+from seoro.lang.symbols import CompositionObject, EventObject, FieldSymbol, Kind, RangeOf, Structured
 from seoro.lang.traits import ParameterTrait
-from seoro.lang.types import CompositionObject, EventObject, RangeOf, Structured, is_known, is_number
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
-    from seoro.lang.check.scopes import Scope
+from seoro.lang.types import is_known, is_number
 
 Traits: TypeAlias = Mapping[tuple[Kind, str], Mapping[str, ParameterTrait]]
-"""What Python takes for the parameters of actions and modifiers, by their names; of the rest, it takes values."""
+"""Traits of the parameters of actions and modifiers in Python, by name; all others get plain values."""
 NO_TRAITS: Final[Traits] = {}
 _VALUES: Final[Mapping[str, ParameterTrait]] = {}
 
 
 def bind(
-    expressions: Expressions,
+    expressions: ExpressionChecker,
     owner: str,
     parameters: MemberTable[FieldSymbol],
     arguments: ast.ArgumentList | None,
@@ -41,19 +40,19 @@ def bind(
     ranges: dict[str, plan.Expression] | None = None,
     types: dict[str, plan.ValueType] | None = None,
 ) -> dict[str, plan.Expression]:
-    """The values of the parameters that are given, in the order in which they are given.
+    """Return the values of the given parameters, in the order of the arguments.
 
     Args:
-        expressions: For the values, and for messages.
-        owner: What takes the arguments, for messages.
-        parameters: Its parameters, in their order.
-        arguments: The arguments; None if there are none.
-        scope: Where they stand.
-        is_open: Whether there may be parameters that are not known.
-        traits: What a Python implementation takes for parameters, where it differs from the declaration.
-        is_method: Whether a method takes the arguments.
-        ranges: Takes ranges given for parameters that hold one number (7.3.5.1.3); None if they are wrong.
-        types: Takes the static types of arguments that may be of any type.
+        expressions: The expression checker.
+        owner: Name of the callee, for messages.
+        parameters: Its parameters, in order.
+        arguments: The arguments, or None.
+        scope: Scope of the arguments.
+        is_open: Whether the callee may have unknown parameters.
+        traits: Traits of parameters in a Python implementation, where they differ from the declaration.
+        is_method: Whether the callee is a method.
+        ranges: Receives ranges for parameters that hold one number (7.3.5.1.3); None if ranges are invalid.
+        types: Receives the static types of arguments that may be of any type.
     """
     if arguments is None:
         return {}
@@ -64,11 +63,11 @@ def bind(
     return binding.given
 
 
-@dataclass(eq=False)
+@lazy_dataclass
 class _Binding:
-    """Arguments that are being bound; the fields are those of `bind`."""
+    """State of `bind`, whose parameters are the fields."""
 
-    expressions: Expressions
+    expressions: ExpressionChecker
     owner: str
     parameters: MemberTable[FieldSymbol]
     scope: Scope
@@ -98,7 +97,7 @@ class _Binding:
             self._report_unknown(name)
             return
         if parameter.name in self.places:
-            self.expressions.bag.add(messages.ArgumentTwice(name.span, name.text, self.places[parameter.name]))
+            self.expressions.bag.add(messages.DuplicateArgument(name.span, name.text, self.places[parameter.name]))
         self._give(parameter, argument.value, name.span)
 
     def _report_unknown(self, name: ast.Name) -> None:
@@ -122,7 +121,7 @@ class _Binding:
                 self._check_file(parameter, value.span, trait)
 
     def _give_value(self, parameter: FieldSymbol, value: ast.Expression) -> None:
-        """A value of the parameter's type; or a range, for a parameter that holds one number."""
+        """Bind a value of the parameter's type, or a range for a parameter that holds one number."""
         expressions, type_ = self.expressions, parameter.type
         context = f"`{parameter.text}` of `{self.owner}`"
         found = expressions.value(value, self.scope, type_)
@@ -132,7 +131,7 @@ class _Binding:
             self.given[parameter.name] = expressions.converter.convert(found, type_, context)
 
     def _check_file(self, parameter: FieldSymbol, span: Span, trait: ParameterTrait) -> None:
-        """Warn of a literal that names a file which does not exist on this machine."""
+        """Warn if a literal names a file that does not exist on this machine."""
         given = self.given.get(parameter.name)
         if not isinstance(given, plan.Literal) or not isinstance(given.value, str):
             return
@@ -142,7 +141,7 @@ class _Binding:
             self.expressions.bag.add(messages.MissingFile(span, given.value, is_uri))
 
     def _variable(self, value: ast.Expression, is_a_number: bool) -> plan.Expression:
-        """The path of a variable, which is passed itself instead of its value."""
+        """Return the path of a variable, which is passed by reference."""
         expressions = self.expressions
         found = expressions.value(value, self.scope)
         if not is_known(found.type):
@@ -150,14 +149,14 @@ class _Binding:
         fields = fields_on(found.expression, self.scope, expressions.program)
         if not fields or not leads_to_variable(fields) or isinstance(found.expression, plan.Index):
             parameter = fields[-1].span if fields else None
-            expressions.bag.add(constraint_messages.NoVariable(value.span, value.span.text, parameter))
+            expressions.bag.add(constraint_messages.NotAVariable(value.span, value.span.text, parameter))
         elif is_a_number and not is_number(found.type):
             described = expressions.converter.describe(found.type)
             expressions.bag.add(type_messages.Mismatch(value.span, "a variable that holds a number", described))
         return plan.Reference(found.expression, plan_type(found.type, expressions.program), value.span)
 
     def _any_value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
-        """A value of any type but that of what runs."""
+        """Return a value of any type except running behaviors."""
         expressions = self.expressions
         found = expressions.value(value, self.scope)
         if isinstance(found.type, Structured) and found.type.symbol.kind not in {Kind.STRUCT, Kind.ACTOR}:

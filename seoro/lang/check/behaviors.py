@@ -1,4 +1,4 @@
-"""Fifth pass: the `do` of scenarios and actions becomes a behavior of the plan (7.3.13, 7.2.2.4.7)."""
+"""Fifth pass: convert the `do` of scenarios and actions to behaviors of the plan (7.3.13, 7.2.2.4.7)."""
 
 from __future__ import annotations
 
@@ -10,22 +10,14 @@ from seoro.lang.check.compositions import COMPOSITIONS
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.heads import head
-from seoro.lang.check.labels import Labels, labelled
-from seoro.lang.check.modifications import Modifications, WithBlocks
+from seoro.lang.check.labels import labelled
 from seoro.lang.check.scopes import running_scope
 from seoro.lang.check.targets import Target, Targets
 from seoro.lang.check.times import Timing
+from seoro.lang.check.with_blocks import Modifications, WithBlocks
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import names
-from seoro.lang.symbols import (
-    DoFound,
-    Kind,
-    all_fields,
-    do_directive,
-    is_open,
-)
-from seoro.lang.types import Structured
+from seoro.lang.symbols import DoFound, Kind, Structured, is_open
 
 Arguments = tuple[tuple[str, plan.Expression], ...]
 
@@ -35,14 +27,14 @@ class Behaviors:
 
     Args:
         found: Its `do`.
-        expressions: For expressions.
+        expressions: The expression checker.
     """
 
     def __init__(self, found: DoFound, expressions: Expressions) -> None:
         self._directive = found.directive
         self._expressions = expressions
         self._bag = expressions.bag
-        self._scope = running_scope(found.owner, found.home, Labels(found.owner, expressions))
+        self._scope = running_scope(found.owner, found.home)
         self._targets = Targets(expressions, found.owner, found.home)
         self._events = Events(expressions, self._scope)
         self._directives = Directives(expressions, self._events)
@@ -50,7 +42,7 @@ class Behaviors:
         self._with_blocks = WithBlocks(expressions, self._scope)
 
     def elaborate(self) -> plan.Behavior | None:
-        """The behavior; None if it is wrong, which is reported."""
+        """Return the behavior; report an invalid one and return None."""
         first: dict[str, ast.Name] = {}
         for label, _ in labelled(self._directive.member):
             if first.setdefault(label.text, label) is not label:
@@ -83,14 +75,15 @@ class Behaviors:
         modifications = self._with_blocks.of_composition(node)
         elaborated = [self._member(member) for member in node.members]
         members = tuple(member for member in elaborated if member is not None)
-        span = head(node.span, node.operator)
+        span = node.span.head(node.operator)
+        common = (label, members, times.duration, constraints, modifications, span)
         match node.operator:
             case "serial":
-                return plan.Serial(label, members, times.duration, constraints, modifications, span)
+                return plan.Serial(*common)
             case "parallel":
-                return plan.Parallel(label, members, *times, constraints, modifications, span)
+                return plan.Parallel(*common, *times[1:])
             case _:
-                return plan.OneOf(label, members, times.duration, constraints, modifications, span)
+                return plan.OneOf(*common)
 
     # ------------------------------------------------------------ invocations
 
@@ -102,9 +95,9 @@ class Behaviors:
     def _invoke(
         self, target: Target, node: ast.BehaviorInvocation, label: str | None, modifications: Modifications
     ) -> plan.Behavior:
-        """The invocation of a scenario or an action."""
+        """Build the invocation of a scenario or an action."""
         symbol, call = target.symbol, node.invocation
-        name, parameters, values = symbol.plan_name, all_fields(symbol), self._expressions.values
+        name, parameters, values = symbol.plan_name, symbol.inventory.fields, self._expressions.values
         duration, rest = self._timing.of_invocation(call.arguments, parameters)
         ranges: dict[str, plan.Expression] = {}
         types: dict[str, plan.ValueType] = {}
@@ -126,14 +119,14 @@ class Behaviors:
         missing = () if may_be_given else values.lacking_of(symbol, {**given, **ranges})
         if missing:
             self._bag.add(messages.MissingArgument(call.span, name, missing[0]))
-        is_atomic = symbol.kind is Kind.ACTION and do_directive(symbol) is None
+        is_atomic = symbol.kind is Kind.ACTION and symbol.do is None
         arguments = tuple((name, given[name]) for name in parameters if name in given)
-        common = (label, name, target.actor, arguments, tuple(constraints), duration, modifications, call.span)
+        common = (label, target.actor, arguments, tuple(constraints), duration, modifications, call.span, name)
         return plan.InvokeAction(*common, tuple(types.items())) if is_atomic else plan.InvokeScenario(*common)
 
 
 def _within(parameter: str, bounds: plan.Expression) -> plan.ConstraintMember:
-    """What a range means that is given for a parameter that holds one number (7.3.5.1.3)."""
+    """Constrain a parameter that holds one number to a range argument (7.3.5.1.3)."""
     span = bounds.span
     path = plan.Member(plan.Binding("it", span), parameter, span)
     return plan.Constraint(plan.Contains(path, bounds, span), False, span)

@@ -1,25 +1,23 @@
-"""Operators that are written like methods: of lists (7.4.2.7), ranges (7.4.2.8.4) and strings (8.13)."""
+"""Built-in operators in method syntax: of lists (7.4.2.7), ranges (7.4.2.8.4) and strings (8.13)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed, nothing
+from seoro.lang.check.expression_checker import ExpressionChecker
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import methods as messages
 from seoro.lang.diagnostics import types as type_messages
 from seoro.lang.members import MemberTable
+from seoro.lang.namespaces import Home, Space
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol, Home, Space
-from seoro.lang.types import BOOL, INT, STRING, UINT, UNKNOWN, ListOf, RangeOf, Type, is_known
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
-    from seoro.lang.check.scopes import Scope
+from seoro.lang.symbols import FieldSymbol, ListOf, RangeOf, Type
+from seoro.lang.types import BOOL, INT, STRING, UINT, UNKNOWN, is_known
 
 _LIST_METHODS = ("size", *(operator.value for operator in plan.Bulk))
 _STRING_METHODS: Mapping[plan.StringMethod, tuple[tuple[tuple[str, Type], ...], Type]] = {
@@ -39,14 +37,14 @@ class Builtins:
     """Elaborates built-in operators.
 
     Args:
-        expressions: For their operands, and for messages.
+        expressions: The expression checker.
     """
 
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
 
     def apply(self, base: Typed, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> Typed | None:
-        """`base.name(...)`; None if there is no such operator."""
+        """Elaborate `base.name(...)`; return None if `name` is not an operator."""
         if name.namespace is not None and base.type != STRING:
             return None
         match base.type:
@@ -62,7 +60,7 @@ class Builtins:
 
     @staticmethod
     def names(type_: Type) -> tuple[str, ...]:
-        """The operators that a type has."""
+        """Return the names of a type's operators."""
         match type_:
             case ListOf():
                 return _LIST_METHODS
@@ -82,7 +80,7 @@ class Builtins:
         operator = plan.Bulk(name.text)
         arguments = node.arguments
         if len(arguments.positional) != 1 or arguments.named:
-            self._expressions.bag.add(messages.WrongOperands(node.span, name.text, "one expression, about `it`"))
+            self._expressions.bag.add(messages.InvalidOperands(node.span, name.text, "one expression, about `it`"))
             return nothing(node.span)
         inside = replace(scope, it=element, is_it_bound=True)
         argument = arguments.positional[0]
@@ -127,7 +125,7 @@ class Builtins:
 
     def _take_nothing(self, name: str, node: ast.FunctionApplication) -> None:
         if node.arguments.positional or node.arguments.named:
-            self._expressions.bag.add(messages.WrongOperands(node.arguments.span, name, "no arguments"))
+            self._expressions.bag.add(messages.InvalidOperands(node.arguments.span, name, "no arguments"))
 
 
 def _parameter(name: str, type_: Type, span: Span) -> FieldSymbol:

@@ -1,40 +1,25 @@
-"""`.is()` and `.as()` (7.4.2.5, 7.4.2.6): what is known of them before the run, and what only the value tells."""
+"""`.is()` and `.as()` (7.4.2.5, 7.4.2.6): results that are static or depend on the value."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed, nothing
+from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.plan_types import plan_type
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import methods as messages
-from seoro.lang.symbols import TypeSymbol, lineage
-from seoro.lang.types import (
-    BOOL,
-    Enumeration,
-    ListOf,
-    RangeOf,
-    Structured,
-    Type,
-    is_integer,
-    is_known,
-    is_number,
-    is_plain_number,
-)
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
-    from seoro.lang.check.scopes import Scope
+from seoro.lang.symbols import Enumeration, ListOf, RangeOf, Structured, Type, TypeSymbol, lineage
+from seoro.lang.types import BOOL, is_integer, is_known, is_number, is_plain_number
 
 
 class Casts:
     """Elaborates type tests and conversions.
 
     Args:
-        expressions: For their operands, and for messages.
+        expressions: The expression checker.
     """
 
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
 
     def test(self, node: ast.TypeTestExp, scope: Scope) -> Typed:
@@ -65,7 +50,7 @@ class Casts:
 
 
 def _depends_on_value(source: Type, target: Type) -> bool:
-    """Whether values of a type may be of another one."""
+    """Return whether a value of a type decides if it is of another type."""
     match source, target:
         case Structured(a), Structured(b):
             return _may_share(a, b)
@@ -76,7 +61,7 @@ def _depends_on_value(source: Type, target: Type) -> bool:
 
 
 def _may_become(source: Type, target: Type) -> bool:
-    """Whether some value of a type can be converted to another one."""
+    """Return whether some value of a type can be converted to another one."""
     match source, target:
         case Structured(a), Structured(b):
             return _may_share(a, b)
@@ -93,11 +78,11 @@ def _may_become(source: Type, target: Type) -> bool:
 
 
 def _may_share(left: TypeSymbol, right: TypeSymbol) -> bool:
-    """Whether a value can be of both types: one inherits the other, or both depend on conditions of one base."""
+    """Return whether a value can be of both types: by inheritance, or by conditions on one base."""
     first, second = _unconditional(left), _unconditional(right)
     return first in lineage(second) or second in lineage(first)
 
 
 def _unconditional(symbol: TypeSymbol) -> TypeSymbol:
-    """The nearest base of a type that depends on no condition."""
+    """Return the nearest unconditional base of a type."""
     return next(type_ for type_ in lineage(symbol) if type_.condition is None or type_.base is None)

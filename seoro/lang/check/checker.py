@@ -1,11 +1,12 @@
-"""Runs the passes of checking over a loaded scenario."""
+"""Entry point: run the passes of checking over a loaded scenario."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import Traits
+from seoro.lang.check.arguments import NO_TRAITS, Traits
+from seoro.lang.check.body_cache import BodyMessages, ElaboratedBehaviors, bodies
 from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
 from seoro.lang.check.declare import (
@@ -19,30 +20,30 @@ from seoro.lang.check.declare import (
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.members import Members
 from seoro.lang.check.reactions import Reactions
-from seoro.lang.check.recall import BodyMessages, ElaboratedBehaviors, bodies
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.frozen import Value
 from seoro.lang.loader import Sources
+from seoro.lang.program import Program
 from seoro.lang.recorder import Recorder
 from seoro.lang.source import Span
-from seoro.lang.symbols import Kind, Program, TypeSymbol, all_fields
+from seoro.lang.symbols import Kind, TypeSymbol
 
 STANDARD_MODULES = ("osc.standard", "osc.standard.all", "osc.standard.types", "osc.standard.domain")
 
 
 class Checked(Value):
-    """What checking found out.
+    """Result of a check.
 
     Args:
-        sources: What was checked.
-        diagnostics: Everything that is to be said, sorted by file and place.
-        scenarios: Names of the scenarios that the entry file declares, in its order.
+        sources: The checked sources.
+        diagnostics: All diagnostics, sorted by file and place.
+        scenarios: Names of the scenarios in the entry file, in source order.
         program: The declarations.
         behaviors: The behavior of each scenario and action that has one.
-        reactions: What types do by themselves.
-        coverage: What `cover` and `record` sample.
+        reactions: Reactions of the types.
+        coverage: Items of `cover` and `record`.
     """
 
     sources: Sources
@@ -55,18 +56,28 @@ class Checked(Value):
 
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
-        """Those diagnostics that keep the scenario from running."""
+        """Diagnostics that prevent a run."""
         return tuple(found for found in self.diagnostics if found.severity is Severity.ERROR)
 
 
-def run_checks(
+def check(
     sources: Sources,
-    traits: Traits,
-    strict: bool,
+    traits: Traits = NO_TRAITS,
+    strict: bool = False,
     recorder: Recorder | None = None,
     known: BodyMessages | None = None,
 ) -> Checked:
-    """Check a loaded scenario; names that unreadable text may declare are not reported as unknown."""
+    """Check a loaded scenario; errors are in the `diagnostics` of the result.
+
+    Names that unreadable text may declare are not reported as unknown.
+
+    Args:
+        sources: The result of `load`.
+        traits: Traits of parameters in Python implementations of actions and modifiers.
+        strict: Whether to warn of extensions to the standard.
+        recorder: Receives the meanings of names and the types of values.
+        known: Cached messages of an earlier check of the same file.
+    """
     bag = Bag()
     program = Program(Span(sources.entry.file, 0, 0), sources.unread, recorder)
     expressions = Expressions(program, bag, strict, traits)
@@ -90,13 +101,13 @@ def run_checks(
 
 
 def in_order(sources: Sources, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Messages sorted by file, the entry file first, and place."""
+    """Sort diagnostics by file, the entry file first, and place."""
     order = {module.file.name: number for number, module in enumerate(reversed(sources.modules))}
     return tuple(sorted(diagnostics, key=lambda found: (order.get(found.position[0], -1), *found.position[1:])))
 
 
 def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:
-    """The passes over declarations."""
+    """Run the passes over declarations."""
     declared = declare(sources, program, bag)
     declare_units(declared, program, bag)
     declare_behaviors(declared, program, bag)
@@ -110,21 +121,21 @@ def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:
 
 def _check_fields(program: Program, expressions: Expressions) -> None:
     """Check the fields and constraints of all types, parameters of events, and global parameters."""
-    values, structured = expressions.values, program.structured()
+    values, defaults, structured = expressions.values, expressions.defaults, program.structured()
     for symbol in structured:
         values.structure(symbol)
         for event in symbol.events.values():
             for parameter in event.parameters.values():
-                values.default(parameter)
+                defaults.of(parameter)
     values.globals()
     check_containment(program.structures, expressions.bag)
     for symbol in structured:
-        values.check_order(all_fields(symbol))
-    values.check_order({found.name: found for found in program.globals.values()})
+        defaults.check_order(symbol.inventory.fields)
+    defaults.check_order({found.name: found for found in program.globals.values()})
 
 
 def _note_reserved(sources: Sources, bag: Bag) -> None:
-    """Report names that the standard keeps for itself, and that are not its own."""
+    """Report namespaces of users and libraries with reserved names."""
     for statement in sources.entry.tree.statements:
         match statement:
             case ast.ImportModule(path):

@@ -1,8 +1,8 @@
-"""What `it` is where no declared type says it: a composition, or whatever a modifier without `of` is applied to.
+"""Type of `it` without a declared type: in a composition, and in a modifier without `of`.
 
-It has the parameters of compositions, with the types that 7.3.13 gives them, under names without a namespace. A
-modifier without `of` may be applied to any behavior, and `it` then accesses the parameters of that application
-(7.3.12.1.2): it may use those of any composition, and `applications.py` checks each application for what is used.
+It has the parameters of compositions with the types of 7.3.13, under names without a namespace. In a modifier
+without `of`, `it` has the parameters of the modified behavior (7.3.12.1.2). It may use those of any composition;
+`applications.py` checks each application for the used ones.
 """
 
 from __future__ import annotations
@@ -12,19 +12,20 @@ from typing import Final
 
 from seoro.lang import plan
 from seoro.lang.members import MemberTable
+from seoro.lang.namespaces import GLOBAL_NAMESPACE, Home, Space
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import (
-    GLOBAL_NAMESPACE,
+    CompositionObject,
     CompositionSymbol,
+    Enumeration,
     EnumSymbol,
     FieldSymbol,
-    Home,
     Kind,
-    Space,
+    Quantity,
+    RangeOf,
+    Type,
     TypeSymbol,
-    all_fields,
 )
-from seoro.lang.types import CompositionObject, Enumeration, Quantity, RangeOf, Type
 from seoro.lang.units import dimension
 
 OVERLAP, START_TO_START, END_TO_END, DURATION = "overlap", "start_to_start", "end_to_end", "duration"
@@ -61,19 +62,19 @@ COMPOSITIONS: Final[Mapping[str, CompositionObject]] = {
     "parallel": _object("parallel", tuple(_TYPES)),
     "one_of": _object("one_of", (DURATION,)),
 }
-ANY_BEHAVIOR: Final = _object("behavior", tuple(_TYPES))  # what a modifier without `of` modifies
+ANY_BEHAVIOR: Final = _object("behavior", tuple(_TYPES))  # modified by a modifier without `of`
 
 
 def duration_of(symbol: TypeSymbol) -> FieldSymbol | None:
-    """The parameter `duration` that every invocation has; None if a field of that name is declared instead."""
+    """Return the implicit parameter `duration` of invocations; None if a field of that name is declared."""
     if symbol.kind not in {Kind.SCENARIO, Kind.ACTION}:
         return None
-    is_declared = any(field.text == DURATION for field in all_fields(symbol).values())
+    is_declared = any(field.text == DURATION for field in symbol.inventory.fields.values())
     return None if is_declared else ANY_BEHAVIOR.symbol.parameters[DURATION]
 
 
 def parameters_of_invocation(symbol: TypeSymbol) -> frozenset[str]:
-    """What an invocation has of these parameters: `duration` (7.6.2.4.1), which may be declared, too."""
-    declared = [field.type for field in all_fields(symbol).values() if field.text == DURATION]
+    """Return those of these parameters that an invocation has: `duration` (7.6.2.4.1), implicit or declared."""
+    declared = [field.type for field in symbol.inventory.fields.values() if field.text == DURATION]
     fits = all(type_ in (TIME, RangeOf(TIME)) for type_ in declared)
     return frozenset({DURATION} if fits else ())

@@ -1,33 +1,29 @@
-"""Constraints: what has to be true of parameters, and which defaults are void (7.3.11)."""
+"""Constraints on parameters, and removal of defaults (7.3.11)."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from seoro.lang import ast, plan
+from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.paths import fields_on, leads_to_variable, paths_in
+from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import constraints as messages
 from seoro.lang.symbols import FieldSymbol
 from seoro.lang.types import BOOL
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
-    from seoro.lang.check.scopes import Scope
 
 
 class Constraints:
     """Elaborates constraints.
 
     Args:
-        expressions: For their conditions, and for messages.
+        expressions: The expression checker.
     """
 
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
 
     def member(self, node: ast.ConstraintDeclaration, scope: Scope) -> plan.ConstraintMember | None:
-        """A constraint; None if it is wrong, which is reported."""
+        """Elaborate a constraint; report an invalid one and return None."""
         match node:
             case ast.KeepConstraint():
                 return self._keep(node, scope)
@@ -55,11 +51,11 @@ class Constraints:
         fields = fields_on(parameter, scope, self._expressions.program)
         if not fields or leads_to_variable(fields):
             declared = _variable(fields).span if fields else None
-            self._bag.add(messages.NoParameter(node.parameter.span, node.parameter.span.text, declared))
+            self._bag.add(messages.NotAParameter(node.parameter.span, node.parameter.span.text, declared))
             return None
         return plan.RemoveDefault(parameter, node.span)
 
 
 def _variable(fields: tuple[FieldSymbol, ...]) -> FieldSymbol:
-    """The variable on a path; the last field if there is none."""
+    """Return the first variable on a path, else its last field."""
     return next((field for field in fields if field.is_variable), fields[-1])

@@ -1,6 +1,6 @@
-"""Types whose values would contain themselves without end: by their fields, or by what defaults construct.
+"""Types whose values would contain themselves without end, by their fields or by constructed defaults.
 
-Fields that hold actors are another matter: constraints may say that one is an actor that is there already.
+Fields that hold actors are exempt: constraints may refer them to existing actors.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from seoro.lang.diagnostics import behaviors as messages
 
 
 def check_containment(structures: plan.Structures, bag: Bag) -> None:
-    """Report each circle of types that contain one another, once."""
+    """Report each cycle of types that contain one another, once."""
     done: set[str] = set()
     for structure in sorted(structures.all(), key=lambda each: (each.span.file.name, each.span.start)):
         path = [structure]
@@ -33,7 +33,7 @@ def check_containment(structures: plan.Structures, bag: Bag) -> None:
 
 
 def _contained(structure: plan.Structure, structures: plan.Structures) -> Iterator[plan.Structure]:
-    """The structures of what every value of a structure contains."""
+    """Yield the structures that every value of a structure contains."""
     for field in structure.fields.values():
         pending = [field.default] if field.default is not None else []
         while pending:

@@ -12,23 +12,10 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import listing
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.integers import INT_LIMITS, wrap_int, wrap_uint
+from seoro.lang.program import Program
 from seoro.lang.source import Span
-from seoro.lang.symbols import Program, TypeSymbol, lineage
-from seoro.lang.types import (
-    FLOAT,
-    INT,
-    UINT,
-    UNKNOWN,
-    ListOf,
-    Quantity,
-    RangeOf,
-    Structured,
-    Type,
-    is_integer,
-    is_known,
-    is_number,
-    is_plain_number,
-)
+from seoro.lang.symbols import ListOf, Quantity, RangeOf, Structured, Type, TypeSymbol, lineage
+from seoro.lang.types import FLOAT, INT, UINT, UNKNOWN, is_integer, is_known, is_number, is_plain_number
 from seoro.lang.units import unit_text
 
 NUMBERS: Final[Mapping[Type, plan.Number]] = {
@@ -39,19 +26,19 @@ NUMBERS: Final[Mapping[Type, plan.Number]] = {
 
 
 class Typed(NamedTuple):
-    """An expression of the plan with its type; with an Unknown type, the expression is a mere placeholder."""
+    """An expression of the plan with its type; if that is Unknown, the expression is a placeholder."""
 
     expression: plan.Expression
     type: Type
 
 
 def nothing(span: Span) -> Typed:
-    """What stands for an expression that is wrong."""
+    """Create the placeholder of an invalid expression."""
     return Typed(plan.Literal(False, span), UNKNOWN)
 
 
 def common_type(left: Type, right: Type) -> Type | None:
-    """The type that two values can both have; None if there is none."""
+    """Return the common type of two values, or None."""
     if not is_known(left):
         return right
     if not is_known(right) or left == right:
@@ -84,7 +71,7 @@ class Converter:
 
     Args:
         program: The program.
-        bag: Where messages go.
+        bag: Bag for messages.
         strict: Whether to report extensions to the standard.
     """
 
@@ -94,16 +81,16 @@ class Converter:
         self._strict = strict
 
     def describe(self, type_: Type) -> str:
-        """A type for messages."""
+        """Describe a type for messages."""
         return type_name(type_, self._program)
 
     def convert(self, value: Typed, target: Type, context: str = "") -> plan.Expression:
-        """The value as one of the target type; a mismatch is reported.
+        """Convert a value to the target type; report a mismatch.
 
         Args:
             value: The value.
-            target: The type that is needed.
-            context: What it is for, in messages.
+            target: The expected type.
+            context: Purpose of the value, for messages.
         """
         if not is_known(value.type) or not is_known(target):
             return value.expression
@@ -124,13 +111,13 @@ class Converter:
         self._bag.add(messages.Mismatch(value.expression.span, needed, found, context, hint))
 
     def _units(self, type_: Quantity) -> str:
-        """Which units a type has, the base unit first."""
+        """Return a help text with the units of a type, the base unit first."""
         units = [unit for unit in self._program.units.values() if unit.dimension == type_.dimension]
         units.sort(key=lambda unit: (unit.factor != 1 or bool(unit.offset), len(unit.name)))
         return f"{self.describe(type_)} has the units {listing(unit.name for unit in units[:4])}" if units else ""
 
     def _try(self, value: Typed, target: Type) -> plan.Expression | None:
-        """The converted value; None if the types do not fit."""
+        """Return the converted value; None if the types do not match."""
         source, expression = value.type, value.expression
         if is_integer(source) and is_integer(target):
             self._check_literal(expression, target)
@@ -161,7 +148,7 @@ class Converter:
                 self._bag.add(messages.IntTooLarge(expression.span))
 
     def _bare_number(self, expression: plan.Expression, target: Quantity) -> plan.Expression | None:
-        """A number without a unit is read in the SI base unit: an extension, for numbers that are written out."""
+        """Read a literal number without a unit in the SI base unit: an extension."""
         if not isinstance(expression, plan.Literal):
             return None
         if self._strict:
@@ -183,7 +170,7 @@ class Converter:
         return self._elementwise(expression, source, target)
 
     def _elementwise(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
-        """A list or a range that is not written out here."""
+        """Convert a list or a range that is not a literal."""
         if source == target:
             return expression
         if is_integer(source) and target in NUMBERS:
@@ -198,11 +185,11 @@ class Converter:
 
 
 def adapted(value: Typed, target: Type) -> plan.Expression:
-    """Integers, or lists or ranges of them, as another numeric type; anything else as it is.
+    """Convert integers, or lists or ranges of them, to another numeric type; return others unchanged.
 
     Args:
         value: The value.
-        target: The same type but for the numeric type.
+        target: The same type except for the numeric type.
     """
     source, expression = value.type, value.expression
     while isinstance(source, ListOf | RangeOf) and isinstance(target, ListOf | RangeOf):
@@ -213,9 +200,9 @@ def adapted(value: Typed, target: Type) -> plan.Expression:
 
 
 def as_number(expression: plan.Expression, number: plan.Number) -> plan.Expression:
-    """An integer, or a list or a range of integers, as another numeric type (7.4.2.3.1).
+    """Convert an integer, or a list or a range of integers, to another numeric type (7.4.2.3.1).
 
-    What is written out is converted at once.
+    Literals are converted immediately.
     """
     match expression:
         case plan.Literal(int(value), span):

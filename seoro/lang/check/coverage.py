@@ -1,14 +1,14 @@
 """`cover` and `record` (7.5): the items of all types, each with its overrides in the order of the text.
 
-The text of 7.5 speaks of structs, actors and scenarios; actions and modifiers have the same members as scenarios
+Section 7.5 names structs, actors and scenarios. Actions and modifiers have the same members as scenarios
 (7.3.5.1.4, 7.3.5.1.5, and the grammar), so they have items, too.
 
-An item has a name of its own in its type and what that inherits. An override changes an item of the same type,
-above it or in an extension (7.5.6); it says `cover` of what is a cover item, and `record` of a record. An item
-that is disabled is not sampled, and neither are the crosses that combine it with others.
+The name of an item is unique in its type and bases. An override changes an item of the same type, above it or in
+an extension (7.5.6), and begins with the word of the item, `cover` or `record`. A disabled item is not sampled,
+and neither are crosses that combine it with others.
 
-Each draft is elaborated when it is declared and again with every override, so that what is overridden later has to
-be right too; the same message at the same place counts once.
+Each draft is elaborated when it is declared and again with every override, so that overridden values must be
+valid, too. Equal messages at the same place count once.
 """
 
 from __future__ import annotations
@@ -21,22 +21,21 @@ from seoro.lang import ast, plan
 from seoro.lang.check.coverage_arguments import Argument, collect
 from seoro.lang.check.coverage_items import Draft, Item, Items
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.heads import head
-from seoro.lang.check.labels import Labels
 from seoro.lang.check.scopes import Scope, running_scope
 from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.namespaces import Home
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol, Home, TypeSymbol, lineage
+from seoro.lang.symbols import FieldSymbol, TypeSymbol, lineage
 
-_FIXED = ("name", "expression", "event", "unit")  # what an override cannot change
+_FIXED = ("name", "expression", "event", "unit")  # arguments that an override cannot change
 
 
 class Coverage:
     """Checks the items of all types.
 
     Args:
-        expressions: For expressions, and for messages.
+        expressions: The expression checker.
     """
 
     def __init__(self, expressions: Expressions) -> None:
@@ -46,7 +45,7 @@ class Coverage:
         self._of: dict[TypeSymbol, dict[str, Item]] = {}
 
     def check(self) -> plan.Coverage:
-        """The items that are sampled, by the type that declares them."""
+        """Return the sampled items, by the type that declares them."""
         symbols = self._expressions.program.structured()
         for symbol in symbols:
             for type_ in reversed(list(lineage(symbol))):
@@ -56,7 +55,7 @@ class Coverage:
         return {key: items for key, items in found.items() if items}
 
     def _active(self, symbol: TypeSymbol) -> Iterator[plan.AnyCoverageItem]:
-        """The items of a type itself that are right and not disabled."""
+        """Yield the type's own items that are valid and enabled."""
         known = {**self._inherited(symbol), **self._of[symbol]}
         for item in self._of[symbol].values():
             if item.plan is None or item.is_disabled:
@@ -96,13 +95,13 @@ class Coverage:
     def _report_second(self, draft: Draft, first: Item) -> None:
         owner, name = draft.owner.qualified_name, draft.name
         place, is_inherited = first.draft.name.span, first.draft.owner is not draft.owner
-        self._bag.add(messages.SecondItem(name.span, draft.kind, name.text, owner, place, is_inherited))
+        self._bag.add(messages.DuplicateItem(name.span, draft.kind, name.text, owner, place, is_inherited))
 
     def _read(
         self, symbol: TypeSymbol, node: ast.CoverageDeclaration, home: Home, field: FieldSymbol | None
     ) -> tuple[Scope, dict[str, Argument], FieldSymbol | None]:
-        """The scope and the arguments of a declaration; in the `with:` block of a field, `it` is the field."""
-        scope = running_scope(symbol, home, Labels(symbol, self._expressions))
+        """Return scope and arguments of a declaration; in the `with:` block of a field, `it` is the field."""
+        scope = running_scope(symbol, home)
         if field is not None:
             scope = replace(scope, it=field.type, is_it_bound=True)
         return scope, collect(node.kind, node.arguments, scope, self._bag), field
@@ -115,14 +114,14 @@ class Coverage:
         scope: Scope,
         field: FieldSymbol | None,
     ) -> Draft | None:
-        """A new item; None without a name, which is reported."""
+        """Create a new item; report a missing name and return None."""
         argument = arguments.get("name")
         if argument is None:
-            self._bag.add(messages.MissingName(head(node.span, node.kind), node.kind))
+            self._bag.add(messages.MissingName(node.span.head(node.kind), node.kind))
             return None
         name = _identifier(argument)
         if name is None:
-            self._bag.add(messages.NotAName(argument.value.span, node.kind))
+            self._bag.add(messages.InvalidName(argument.value.span, node.kind))
             return None
         return Draft(name, node.kind, symbol, field, scope, arguments, node.span)
 
@@ -140,7 +139,7 @@ class Coverage:
         name = _identifier(arguments["override"])
         if name is None:
             place = arguments["override"].value.span
-            self._bag.add(messages.WrongArgumentValue(place, "override", "the name of an item"))
+            self._bag.add(messages.InvalidArgumentValue(place, "override", "the name of an item"))
             return
         item = own.get(name.text)
         if item is None:
@@ -148,14 +147,14 @@ class Coverage:
             return
         place = item.draft.name.span
         if item.draft.kind != node.kind:
-            reason = f"`{name.text}` is declared by `{item.draft.kind}`"
+            reason = f"`{name.text}` is declared as `{item.draft.kind}`"
             hint = f"write `{item.draft.kind}(override: {name.text}, ...)`"
-            self._bag.add(messages.WrongItemOverride(head(node.span, node.kind), reason, place, hint))
+            self._bag.add(messages.InvalidItemOverride(node.span.head(node.kind), reason, place, hint))
             return
         for fixed in _FIXED:
             if fixed in arguments:
                 reason = f"an override cannot change the `{fixed}` of an item"
-                self._bag.add(messages.WrongItemOverride(arguments[fixed].place, reason, place))
+                self._bag.add(messages.InvalidItemOverride(arguments[fixed].place, reason, place))
         changed = {key: value for key, value in arguments.items() if key not in (*_FIXED, "override")}
         draft = replace(item.draft, arguments={**item.draft.arguments, **changed})
         own[name.text] = self._items.elaborate(draft, ChainMap(own, inherited), places)
@@ -171,15 +170,15 @@ class Coverage:
             self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))
             return
         owner = item.draft.owner.qualified_name
-        reason = f"`{name.text}` is an item of `{owner}`, and can be overridden only there"
+        reason = f"`{name.text}` is an item of `{owner}` and can be overridden only there"
         hint = f"write it in `extend {owner}:`"
-        self._bag.add(messages.WrongItemOverride(name.span, reason, item.draft.name.span, hint))
+        self._bag.add(messages.InvalidItemOverride(name.span, reason, item.draft.name.span, hint))
 
 
 def _declarations(
     symbol: TypeSymbol,
 ) -> Iterator[tuple[ast.CoverageDeclaration, Home, FieldSymbol | None]]:
-    """What a type and its extensions declare, in order, with the fields in whose blocks it stands."""
+    """Yield the items of a type and its extensions, in order, with the fields that contain them."""
     for part in symbol.parts:
         for member in part.members:
             match member:
@@ -193,7 +192,7 @@ def _declarations(
 
 
 def _identifier(argument: Argument | None) -> ast.Name | None:
-    """The name that is the value of an argument; None if it is something else."""
+    """Return the name that is the value of an argument; None for other values."""
     if argument is None or not isinstance(argument.value, ast.NameExpression):
         return None
     return argument.value.name

@@ -1,6 +1,6 @@
-"""The arguments of `cover` and `record`: which there are (7.5.5), and the forms of their values.
+"""Arguments of `cover` and `record` (7.5.5), and the forms of their values.
 
-The values that shape an item are literals, since buckets are the same in every run.
+Values that shape an item are literals, since buckets are the same in every run.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ UINT_LIMIT = 2**64
 
 
 class Argument(Value):
-    """An argument, and what names mean in its value."""
+    """An argument, and the scope of its value."""
 
-    place: Span  # of its name, or of the value where it stands without
+    place: Span  # of its name, or of a positional value
     value: ast.Expression
     scope: Scope
 
 
 def collect(kind: str, arguments: ast.ArgumentList, scope: Scope, bag: Bag) -> dict[str, Argument]:
-    """The arguments by name; those that are unknown, nameless or given twice are reported."""
+    """Return the arguments by name; report unknown, positional and duplicate ones."""
     found: dict[str, Argument] = {}
     is_override = any(argument.name.text == "override" for argument in arguments.named)
     for number, value in enumerate(arguments.positional):
@@ -47,19 +47,19 @@ def collect(kind: str, arguments: ast.ArgumentList, scope: Scope, bag: Bag) -> d
         if name not in ARGUMENTS or argument.name.namespace is not None:
             bag.add(messages.UnknownItemArgument(argument.name.span, kind, name, ARGUMENTS))
         elif name in found:
-            bag.add(behavior_messages.ArgumentTwice(argument.name.span, name, found[name].place))
+            bag.add(behavior_messages.DuplicateArgument(argument.name.span, name, found[name].place))
         else:
             found[name] = Argument(argument.name.span, argument.value, scope)
     return found
 
 
 class Literals:
-    """Reads the values of arguments that are literals; what is none is reported.
+    """Reads the literal values of arguments; other values are reported.
 
     Args:
         arguments: The arguments of an item.
-        unit: The unit in which numbers are meant; empty if the item has none.
-        bag: Where messages go.
+        unit: Unit of the numbers; empty if the item has none.
+        bag: Bag for messages.
     """
 
     def __init__(self, arguments: Mapping[str, Argument], unit: str, bag: Bag) -> None:
@@ -68,18 +68,18 @@ class Literals:
         self._bag = bag
 
     def flag(self, name: str) -> bool:
-        """`true` or `false`, by default the latter."""
+        """Read `true` or `false`; default `false`."""
         match self._value(name):
             case None:
                 return False
             case ast.BoolLiteral(truth):
                 return truth
             case other:
-                self._refuse(other, name, "`true` or `false`, written out")
+                self._refuse(other, name, "a literal `true` or `false`")
                 return False
 
     def text(self, name: str) -> str:
-        """A string, by default an empty one."""
+        """Read a string; default empty."""
         match self._value(name):
             case None:
                 return ""
@@ -90,7 +90,7 @@ class Literals:
                 return ""
 
     def count(self, name: str) -> int:
-        """A `uint`, by default 1."""
+        """Read a `uint`; default 1."""
         match self._value(name):
             case None:
                 return 1
@@ -101,7 +101,7 @@ class Literals:
                 return 1
 
     def range(self) -> tuple[float, float] | None:
-        """The bounds of `range`, the smaller one first."""
+        """Read the bounds of `range`, the smaller one first."""
         match self._value("range"):
             case None:
                 return None
@@ -114,7 +114,7 @@ class Literals:
                 return None
 
     def width(self) -> float | None:
-        """The positive number of `every`."""
+        """Read the positive number of `every`."""
         node = self._value("every")
         if node is None:
             return None
@@ -125,7 +125,7 @@ class Literals:
         return width
 
     def edges(self) -> tuple[float, ...] | None:
-        """The boundaries in `buckets`, in order."""
+        """Read the boundaries in `buckets`, in order."""
         match self._value("buckets"):
             case None:
                 return None
@@ -148,9 +148,9 @@ class Literals:
         return tuple(edges)
 
     def names(self, name: str) -> tuple[ast.Name, ...]:
-        """A list of at least two different names; nothing if it is something else."""
+        """Read a list of at least two different names; empty for other values."""
         node = self._value(name)
-        assert node is not None, "asked for where it is given"
+        assert node is not None, "called only for given arguments"
         items = node.items if isinstance(node, ast.ListConstructor) else ()
         found = tuple(item.name for item in items if isinstance(item, ast.NameExpression))
         if not items or len(found) < len(items):
@@ -172,7 +172,7 @@ class Literals:
         return argument.value if argument is not None else None
 
     def _number(self, node: ast.Expression, name: str, needed: str, is_bounded: bool = True) -> float | None:
-        """A number that is written out; an infinite one only where a bound may be missing."""
+        """Read a literal number; infinity is valid only where a bound may be missing."""
         match node:
             case ast.IntegerLiteral(value):
                 return value
@@ -185,4 +185,4 @@ class Literals:
         return None
 
     def _refuse(self, node: ast.Expression, name: str, needed: str, hint: str = "") -> None:
-        self._bag.add(messages.WrongArgumentValue(node.span, name, needed, hint))
+        self._bag.add(messages.InvalidArgumentValue(node.span, name, needed, hint))

@@ -1,4 +1,4 @@
-"""The buckets of an item, from `range`, `every` and `buckets` (7.5.5), or from its type (7.5.7)."""
+"""Buckets of an item, from `range`, `every` and `buckets` (7.5.5), or from its type (7.5.7)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from seoro.lang.check.plan_types import enum_value, type_name
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.integers import INT_LIMITS
-from seoro.lang.symbols import Program
-from seoro.lang.types import BOOL, INT, UINT, Enumeration, Type, is_integer, is_number
+from seoro.lang.program import Program
+from seoro.lang.symbols import Enumeration, Type
+from seoro.lang.types import BOOL, INT, UINT, is_integer, is_number
 
 MAX_BUCKETS = 10_000  # of an item
-BYTE = 256  # ranges of whole numbers up to this have a bucket for each (7.5.7)
+BYTE = 256  # ranges of integers up to this size have a bucket per value (7.5.7)
 DIGITS = 12  # of edges, so that 0.1 + 0.2 is 0.3
 _NO_BUCKETS = plan.Distinct()
 
@@ -24,15 +25,15 @@ _NO_BUCKETS = plan.Distinct()
 def buckets_of(
     name: str, type_: Type, arguments: Mapping[str, Argument], literals: Literals, program: Program, bag: Bag
 ) -> plan.Buckets:
-    """The buckets of an item.
+    """Return the buckets of an item.
 
     Args:
         name: Its name.
-        type_: The type of its value, which is scalar.
+        type_: Type of its scalar value.
         arguments: Its arguments.
-        literals: Reads them.
-        program: For names in messages.
-        bag: Where messages go.
+        literals: Reader of the arguments.
+        program: The program.
+        bag: Bag for messages.
     """
     given = [each for each in BUCKET_ARGUMENTS if each in arguments]
     if given and not is_number(type_):
@@ -55,7 +56,7 @@ def buckets_of(
 
 
 def _sliced(bounds: tuple[float, float], width: float, every: Argument, bag: Bag) -> plan.Buckets:
-    """A range in slices, the last of which is shorter if the width does not divide it."""
+    """Divide a range into buckets; the last one is shorter if the width does not divide the range."""
     low, high = bounds
     quotient = _rounded((high - low) / width)
     if quotient > MAX_BUCKETS:
@@ -66,7 +67,7 @@ def _sliced(bounds: tuple[float, float], width: float, every: Argument, bag: Bag
 
 
 def _of_range(bounds: tuple[float, float], is_whole: bool) -> plan.Buckets:
-    """A range that is not sliced."""
+    """Return the buckets of a range without `every`."""
     low, high = bounds
     if is_whole and high - low < BYTE:
         return plan.EachValue(tuple(range(math.ceil(low), math.floor(high) + 1)))
@@ -74,7 +75,7 @@ def _of_range(bounds: tuple[float, float], is_whole: bool) -> plan.Buckets:
 
 
 def _of_type(type_: Type) -> plan.Buckets:
-    """The buckets of all values of a type."""
+    """Return the buckets of all values of a type."""
     match type_:
         case Enumeration(symbol):
             values = [enum_value(symbol, member) for member in symbol.members]
@@ -92,5 +93,5 @@ def _of_type(type_: Type) -> plan.Buckets:
 
 
 def _rounded(value: float) -> float:
-    """A number to a dozen digits; whole ones that are exact stay as they are."""
+    """Round to `DIGITS` digits; exact integers stay unchanged."""
     return value if isinstance(value, int) else float(f"{value:.{DIGITS}g}")

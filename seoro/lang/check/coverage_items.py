@@ -1,9 +1,8 @@
-"""One item of `cover` or `record`: its arguments with all that overrides changed become an item of the plan.
+"""One item of `cover` or `record`: convert its arguments, with all overrides, to an item of the plan.
 
-Where 7.5 is silent: an item of a struct or an actor has as its default event the end of the scenario or action
-that holds the value; one of an action, the end of that; one of a modifier, the end of what it modifies. An item
-that combines others takes only the arguments that mean something for it: `items`, `event`, `text`, `target` and
-`disable`.
+Section 7.5 leaves some defaults open. An item of a struct or an actor is sampled at the end of the scenario or
+action that holds the value, an item of an action at its end. For a modifier, this is the end of the modified
+behavior. A cross accepts only `items`, `event`, `text`, `target` and `disable`.
 """
 
 from __future__ import annotations
@@ -16,39 +15,42 @@ from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
 from seoro.lang.check.coverage_buckets import buckets_of
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.rewrite import rewrite
 from seoro.lang.check.scopes import Scope
+from seoro.lang.check.traversal import inner_first
 from seoro.lang.diagnostics import coverage as messages
 from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.frozen import Value
 from seoro.lang.source import Span
-from seoro.lang.symbols import PHASES, FieldSymbol, TypeSymbol, UnitSymbol, all_events, has_phases, is_open
-from seoro.lang.types import (
-    BOOL,
+from seoro.lang.symbols import (
+    PHASES,
     Enumeration,
+    FieldSymbol,
     Primitive,
     Quantity,
     Type,
+    TypeSymbol,
+    UnitSymbol,
     Unknown,
-    dimension_of,
-    is_known,
+    has_phases,
+    is_open,
 )
+from seoro.lang.types import BOOL, dimension_of, is_known
 
 CROSS_ARGUMENTS = ("name", "items", "event", "text", "target", "disable")
 
 
 class Draft(Value):
-    """An item as it is written, with what overrides changed.
+    """Source of an item, after overrides.
 
     Args:
         name: Its name.
         kind: `cover` or `record`.
         owner: The type that it belongs to.
-        held_by: The field in whose `with:` block it stands; None where it is a member of the type itself.
-        scope: What names mean where it stands.
+        held_by: The field whose `with:` block contains it; None for a member of the type.
+        scope: Scope of the declaration.
         arguments: Its arguments.
-        span: Where it is declared.
+        span: Its declaration.
     """
 
     name: ast.Name
@@ -61,7 +63,7 @@ class Draft(Value):
 
 
 class Item(Value):
-    """What became of a draft; `event` and `plan` are None where they are wrong, which has been reported."""
+    """Elaborated draft; an invalid `event` or `plan`, which has been reported, is `None`."""
 
     draft: Draft
     event: plan.OwnEvent | None
@@ -73,7 +75,7 @@ class Items:
     """Elaborates items.
 
     Args:
-        expressions: For expressions, and for messages.
+        expressions: The expression checker.
     """
 
     def __init__(self, expressions: Expressions) -> None:
@@ -81,12 +83,12 @@ class Items:
         self._bag = expressions.bag
 
     def elaborate(self, draft: Draft, before: Mapping[str, Item], places: Mapping[str, Span]) -> Item:
-        """The item of a draft.
+        """Elaborate a draft.
 
         Args:
             draft: The draft.
-            before: The items that it can combine, by name.
-            places: Where its type defines items, also those that come too late for it.
+            before: Earlier items, which it can combine, by name.
+            places: Spans of all items of its type, including later ones.
         """
         event = self._event(draft)
         is_disabled = Literals(draft.arguments, "", self._bag).flag("disable")
@@ -97,7 +99,7 @@ class Items:
     # ------------------------------------------------------------ events
 
     def _event(self, draft: Draft) -> plan.OwnEvent | None:
-        """When an item is sampled; None if that is wrong, which is reported."""
+        """Return the event that samples an item; report an invalid one and return None."""
         argument = draft.arguments.get("event")
         if argument is None:
             return plan.PhaseEvent(None, plan.Phase.END, draft.span)
@@ -105,10 +107,10 @@ class Items:
             self._bag.add(messages.PathOfEvent(argument.value.span))
             return None
         if not isinstance(argument.value, ast.NameExpression):
-            self._bag.add(messages.WrongArgumentValue(argument.value.span, "event", "the name of an event"))
+            self._bag.add(messages.InvalidArgumentValue(argument.value.span, "event", "the name of an event"))
             return None
         name, owner = argument.value.name, draft.owner
-        events = all_events(owner)
+        events = owner.inventory.events
         declared = self._expressions.lookup.member(argument.scope.space, events, name)
         if declared is not None:
             return plan.DeclaredEvent(declared.name, name.span)
@@ -154,7 +156,7 @@ class Items:
         )
 
     def _value(self, draft: Draft) -> Typed | None:
-        """What is sampled; None if there is no such thing, which is reported."""
+        """Return the sampled value; report a missing one and return None."""
         argument = draft.arguments.get("expression")
         expressions = self._expressions
         if argument is not None:
@@ -178,7 +180,7 @@ class Items:
             self._bag.add(messages.NothingToSample(draft.name.span, draft.name.text, owner, known))
 
     def _unit(self, draft: Draft, type_: Type) -> plan.CoverageUnit | None:
-        """The unit of an item; None if it needs none, or if it is wrong, which is reported."""
+        """Return the unit of an item; None if it needs none, or if it is invalid, which is reported."""
         argument = draft.arguments.get("unit")
         described = self._expressions.converter.describe(type_)
         if argument is None:
@@ -188,7 +190,9 @@ class Items:
             return None
         if not isinstance(argument.value, ast.NameExpression):
             needed = "the name of a unit"
-            self._bag.add(messages.WrongArgumentValue(argument.value.span, "unit", needed, "such as `m` or `kph`"))
+            self._bag.add(
+                messages.InvalidArgumentValue(argument.value.span, "unit", needed, "such as `m` or `kph`")
+            )
             return None
         name = argument.value.name
         unit = self._expressions.program.units.get(name.text)
@@ -198,12 +202,12 @@ class Items:
             if isinstance(type_, Quantity) and dimension_of(type_) == unit.dimension:
                 return plan.CoverageUnit(unit.name, unit.factor, unit.offset)
             fitting = self._units(type_)
-            message = messages.WrongUnit(name.span, name.text, draft.name.text, described, fitting)
+            message = messages.InvalidUnit(name.span, name.text, draft.name.text, described, fitting)
             self._bag.add(message)
         return None
 
     def _units(self, type_: Type) -> tuple[str, ...]:
-        """The units of a physical type, the SI unit first."""
+        """Return the units of a physical type, the SI unit first."""
 
         def rank(unit: UnitSymbol) -> tuple[bool, int]:
             return unit.factor != 1 or unit.offset != 0, len(unit.name)
@@ -213,28 +217,17 @@ class Items:
         return tuple(unit.name for unit in sorted(fitting, key=rank))
 
     def _condition(self, draft: Draft, name: str, type_: Type) -> plan.Expression | None:
-        """`ignore` or `illegal`: of the item's value and constants."""
+        """Elaborate `ignore` or `illegal`, which may contain the item's value and constants."""
         argument = draft.arguments.get(name)
         if argument is None:
             return None
         item = draft.name.text
         scope = replace(argument.scope, bindings={**argument.scope.bindings, item: type_})
         condition = self._expressions.converted(argument.value, BOOL, scope, f"`{name}`")
-        wrong: list[plan.Expression] = []
-
-        def note(node: plan.Expression) -> plan.Expression:
-            match node:
-                case plan.Field() | plan.Labelled() | plan.Global() | plan.Self() | plan.Call() | plan.Construct():
-                    wrong.append(node)
-                case plan.Binding(bound) if bound not in (item, "it") or (bound == "it" and scope.is_it_bound):
-                    wrong.append(node)
-                case _:
-                    pass
-            return node
-
-        rewrite(condition, note)
-        for node in wrong[:1]:
-            self._bag.add(messages.NotConstant(node.span, name, item))
+        allowed = (item,) if scope.is_it_bound else (item, "it")
+        wrong = next((node for node in inner_first(condition) if not _is_constant(node, allowed)), None)
+        if wrong is not None:
+            self._bag.add(messages.NotConstant(wrong.span, name, item))
         return condition
 
     def _check_target(self, draft: Draft, kind: str, reason: str) -> None:
@@ -254,7 +247,7 @@ class Items:
         arguments = draft.arguments
         for name in ARGUMENTS:
             if name in arguments and name not in CROSS_ARGUMENTS:
-                reason = "belongs to the items that are combined, not to their combination"
+                reason = "belongs to the combined items, not to their combination"
                 place = arguments[name].place
                 self._bag.add(messages.ExcludedArgument(place, name, reason, arguments["items"].place))
         literals = Literals(arguments, "", self._bag)
@@ -285,7 +278,7 @@ class Items:
         before: Mapping[str, Item],
         places: Mapping[str, Span],
     ) -> Item | None:
-        """An item that is combined with others; None if it cannot be, which is reported."""
+        """Return an item to combine with others; report an invalid one and return None."""
         item = before.get(name.text) if name.text != draft.name.text else None
         if item is None and self._expressions.program.is_unread(name.text):
             return None
@@ -297,13 +290,21 @@ class Items:
             return None
         own, other = _event_name(event), _event_name(item.event)
         if own != other:
-            self._bag.add(messages.OtherEvent(name.span, name.text, other, own, item.draft.name.span))
+            self._bag.add(messages.DifferentEvent(name.span, name.text, other, own, item.draft.name.span))
             return None
         return item if item.plan is not None else None
 
 
+def _is_constant(node: plan.Expression, bindings: tuple[str, ...]) -> bool:
+    """Return whether a part of an expression depends only on its own parts and the given bindings."""
+    if isinstance(node, plan.Binding):
+        return node.name in bindings
+    of_instance = plan.Field | plan.Labelled | plan.Global | plan.Self | plan.Call | plan.Construct
+    return not isinstance(node, of_instance)
+
+
 def _leaves(item: Item) -> tuple[str, ...]:
-    """The items of one value that an item has."""
+    """Return the names of the single-value items of an item."""
     return item.plan.items if isinstance(item.plan, plan.CrossItem) else (item.draft.name.text,)
 
 

@@ -1,9 +1,8 @@
-"""First pass: every declaration gets a symbol; names that are declared twice are reported (7.3.15: in any
-order)."""
+"""First pass: create a symbol for each declaration, in any order (7.3.15); report duplicates."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
 from seoro.lang import ast
@@ -12,34 +11,24 @@ from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import modifiers as modifier_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.loader import Module, Sources
+from seoro.lang.namespaces import GLOBAL_NAMESPACE, Export, Home, Space
+from seoro.lang.program import Declaration, Program
 from seoro.lang.source import Span
-from seoro.lang.symbols import (
-    GLOBAL_NAMESPACE,
-    Declaration,
-    EnumSymbol,
-    Export,
-    FieldSymbol,
-    Home,
-    Kind,
-    Program,
-    QuantitySymbol,
-    Space,
-    TypeSymbol,
-    UnitSymbol,
-)
+from seoro.lang.symbols import EnumSymbol, FieldSymbol, Kind, QuantitySymbol, TypeSymbol, UnitSymbol
 from seoro.lang.types import UNKNOWN
 from seoro.lang.units import BASE_UNITS, Dimension, dimension, unit_text
 
 OVERRIDE = "override"  # the modifier that is part of the language (7.3.12.1.1)
-RESERVED_NAMESPACES = "std"  # what the names of the standard's own namespaces begin with
+RESERVED_NAMESPACES = "std"  # prefix of the standard's own namespaces
 _BehaviorDeclaration = ast.ScenarioDeclaration | ast.ActionDeclaration | ast.ModifierDeclaration
 _Extension = ast.EnumTypeExtension | ast.StructuredTypeExtension | ast.PrimitiveTypeExtension
 
 
-@dataclass
+@lazy_dataclass
 class Declared:
-    """What the pass leaves for the next ones: declarations that refer to types by name."""
+    """Declarations for the next passes, which refer to types by name."""
 
     behaviors: list[tuple[_BehaviorDeclaration, Home]] = field(default_factory=list)
     units: list[tuple[ast.UnitDeclaration, Home]] = field(default_factory=list)
@@ -49,7 +38,7 @@ class Declared:
 
 
 def declare(sources: Sources, program: Program, bag: Bag) -> Declared:
-    """Declare types and namespaces; collect what needs the types of all files."""
+    """Declare types and namespaces; collect declarations that need the types of all files."""
     declared = Declared()
     for module in sources.modules:
         home = Home(Space(GLOBAL_NAMESPACE, sources.uses), module.library)
@@ -64,7 +53,7 @@ def declare(sources: Sources, program: Program, bag: Bag) -> Declared:
 
 
 def check_namespaces(declared: Declared, program: Program, bag: Bag) -> None:
-    """Report namespaces that no file has, and exported names that nothing is defined as."""
+    """Report unknown namespaces and unknown exported names."""
     lookup = Lookup(program, bag)
     known = {GLOBAL_NAMESPACE, *(namespace for namespace, _ in program.defined), *program.exports}
     known |= {statement.name for statement, _ in declared.spaces}
@@ -82,7 +71,7 @@ def check_namespaces(declared: Declared, program: Program, bag: Bag) -> None:
 
 
 def _define(statement: ast.Statement, home: Home, program: Program) -> None:
-    """Note every identifier that a statement defines, for export lists."""
+    """Record all identifiers that a statement defines, for export lists."""
     found: list[ast.Name] = []
     match statement:
         case ast.StructDeclaration(name) | ast.ActorDeclaration(name) | ast.PhysicalTypeDeclaration(name):
@@ -169,8 +158,10 @@ def _add_type(program: Program, symbol: Declaration, bag: Bag) -> None:
 
 
 def name_for_plan(program: Program) -> None:
-    """Give types, behaviors and modifiers names that are unique: with the namespace, unless it is the global one,
-    or one of the standard and the name is free."""
+    """Give types, behaviors and modifiers unique names for the plan.
+
+    A name has its namespace, unless that is the global one, or one of the standard and the bare name is free.
+    """
     for symbol in program.types.values():
         if not isinstance(symbol, QuantitySymbol):
             is_free = (GLOBAL_NAMESPACE, symbol.name) not in program.types
@@ -200,7 +191,7 @@ def _dimension(exponents: tuple[ast.SiBaseExponent, ...], bag: Bag) -> Dimension
 
 
 def declare_units(declared: Declared, program: Program, bag: Bag) -> None:
-    """Declare units, whose types are known now; unit names are global, whatever the namespace (7.3.4)."""
+    """Declare units, whose types are known now; unit names have no namespace (7.3.4)."""
     lookup = Lookup(program, bag)
     for unit, home in declared.units:
         name = unit.name.text
@@ -210,7 +201,7 @@ def declare_units(declared: Declared, program: Program, bag: Bag) -> None:
         if not isinstance(quantity, QuantitySymbol):
             of = None
             if quantity is None:
-                known = tuple(s.name for s in program.types.values() if isinstance(s, QuantitySymbol))
+                known = program.types_of(QuantitySymbol)
                 bag.add(names.UnknownType(unit.quantity.span, unit.quantity.text, known, "physical type"))
             else:
                 bag.add(
@@ -255,14 +246,11 @@ def _report_actor(found: Declaration | None, name: ast.Name, program: Program, b
     if found is not None:
         bag.add(names.WrongKind(name.span, name.text, describe_kind(found), "an actor"))
     elif not program.is_unread(name.text):
-        actors = tuple(
-            s.name for s in program.types.values() if isinstance(s, TypeSymbol) and s.kind is Kind.ACTOR
-        )
-        bag.add(names.UnknownType(name.span, name.text, actors, "actor"))
+        bag.add(names.UnknownType(name.span, name.text, program.types_of(Kind.ACTOR), "actor"))
 
 
 def describe_kind(symbol: Declaration) -> str:
-    """What a symbol is, for messages."""
+    """Describe the kind of a symbol, for messages."""
     if isinstance(symbol, QuantitySymbol):
         return "a physical type"
     if isinstance(symbol, EnumSymbol):

@@ -1,4 +1,4 @@
-"""Directives that take no time: `emit`, `call`, and `on`, whose members they are (7.2.2.4.7)."""
+"""Directives that take no time: `emit`, `call`, and `on`, which contains them (7.2.2.4.7)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.heads import head
 from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import events as messages
@@ -19,8 +18,8 @@ class Directives:
     """Elaborates directives.
 
     Args:
-        expressions: For arguments.
-        events: The events that can be named.
+        expressions: The expression checker.
+        events: The visible events.
     """
 
     def __init__(self, expressions: Expressions, events: Events) -> None:
@@ -29,7 +28,7 @@ class Directives:
         self._bag = expressions.bag
 
     def on(self, node: ast.OnDirective) -> plan.On | None:
-        """`on <event specification>:`; None if it is wrong, which is reported."""
+        """Elaborate `on <event specification>:`; report an invalid one and return None."""
         specification, scope = self._events.specified(node.event)
         members: list[plan.Emit | plan.CallMethod | None] = []
         for member in node.members:
@@ -42,12 +41,10 @@ class Directives:
                     pass
         if specification is None:
             return None
-        return plan.On(
-            specification, tuple(found for found in members if found is not None), head(node.span, "on")
-        )
+        return plan.On(specification, tuple(found for found in members if found is not None), node.span.head("on"))
 
     def emit(self, node: ast.EmitDirective, label: str | None, scope: Scope) -> plan.Emit | None:
-        """`emit <event>(...)`, of an event of the type itself."""
+        """Elaborate `emit <event>(...)` of an event of the type itself."""
         found = self._events.own(node.event)
         if found is None:
             return None
@@ -60,17 +57,17 @@ class Directives:
     def _arguments(
         self, node: ast.EmitDirective, symbol: EventSymbol | None, scope: Scope
     ) -> tuple[tuple[str, plan.Expression], ...]:
-        """The values that are given for parameters of an event; the others have to have defaults."""
+        """Return the values of an event's parameters; the others need defaults."""
         name = node.event.text
         parameters = symbol.parameters if symbol is not None else MemberTable()
         values = bind(self._expressions, name, parameters, node.arguments, scope, is_method=True)
         for parameter in parameters.values():
-            if parameter.name not in values and self._expressions.values.default(parameter) is None:
+            if parameter.name not in values and self._expressions.defaults.of(parameter) is None:
                 self._bag.add(behavior_messages.MissingArgument(node.span, name, parameter.name))
         return tuple((name, values[name]) for name in parameters if name in values)
 
     def call(self, node: ast.CallDirective, label: str | None, scope: Scope) -> plan.CallMethod | None:
-        """`call <method>(...)`; the method needs no result."""
+        """Elaborate `call <method>(...)`; the method needs no result."""
         found = self._expressions.calls.application(node.invocation, scope, is_directive=True)
         if isinstance(found.expression, plan.Call):
             return plan.CallMethod(label, found.expression, node.span)

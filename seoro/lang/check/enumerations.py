@@ -1,4 +1,4 @@
-"""The numbers of the members of enumerations, those of extensions included (7.3.3)."""
+"""Numbers of the members of enumerations, including extensions (7.3.3)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from seoro.lang import ast
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import names
+from seoro.lang.namespaces import Space
+from seoro.lang.program import Program
 from seoro.lang.source import Span
-from seoro.lang.symbols import EnumSymbol, Program, Space
+from seoro.lang.symbols import EnumSymbol
 
 _Member = tuple[EnumSymbol, str]
-_Value = int | tuple[ast.EnumValueReference, Space]  # where the reference stands in
+_Value = int | tuple[ast.EnumValueReference, Space]  # the scope of the reference
 
 
 class Enumerations:
@@ -20,8 +22,8 @@ class Enumerations:
 
     Args:
         program: The program, with all declarations and extensions.
-        lookup: For the enumerations that members refer to.
-        bag: Where messages go.
+        lookup: Lookup of enumerations.
+        bag: Bag for messages.
     """
 
     def __init__(self, program: Program, lookup: Lookup, bag: Bag) -> None:
@@ -32,7 +34,7 @@ class Enumerations:
         self._numbers: dict[_Member, int | None] = {}
 
     def resolve(self) -> None:
-        """Number them, and note which enumerations have a member of a name."""
+        """Number the members, and record the enumerations by the names of their members."""
         for enum in [symbol for symbol in self._program.types.values() if isinstance(symbol, EnumSymbol)]:
             first: dict[str, Span] = {}
             for member, home in enum.declared:
@@ -43,10 +45,10 @@ class Enumerations:
                 first[name.text] = name.span
                 enum.members[name.text] = self._number(enum, name.text) or 0
                 enum.spaces[name.text] = home.namespace_of(name)
-                self._program.holders.setdefault(name.text, []).append(enum)
+                self._program.enumerations_by_member.setdefault(name.text, []).append(enum)
 
     def _number(self, enum: EnumSymbol, member: str) -> int | None:
-        """The number of a member; None if it cannot be told, which has been reported."""
+        """Return the number of a member; None if it is invalid, which has been reported."""
         path: dict[_Member, ast.EnumValueReference] = {}  # each refers to the next
         here = (enum, member)
         while here not in self._numbers:
@@ -71,13 +73,13 @@ class Enumerations:
         return self._numbers[here]
 
     def _report_circle(self, path: Mapping[_Member, ast.EnumValueReference], first: _Member) -> None:
-        """Report members that refer to each other, at the one that was found first."""
+        """Report members that refer to each other, at the first one found."""
         order = list(path)
         circle = (*(member for _, member in order[order.index(first) :]), first[1])
         self._bag.add(names.CyclicReference(path[first].span, "values of members", circle))
 
     def _values_of(self, enum: EnumSymbol) -> dict[str, _Value]:
-        """What the members of an enumeration stand for; a member without a value follows the one before it."""
+        """Return the values of an enumeration's members; one without a value follows the one before it."""
         if enum not in self._values:
             found: dict[str, _Value] = {}
             following = 0
@@ -92,16 +94,16 @@ class Enumerations:
         return self._values[enum]
 
     def _find(self, space: Space, reference: ast.EnumValueReference, default: EnumSymbol) -> EnumSymbol | None:
-        """The enumeration that `[enum!]member` refers to; None if there is none, which is reported."""
+        """Find the enumeration of `[enum!]member`; report an unknown one and return None."""
         target = default
         if reference.enum is not None:
             found = self._lookup.type(space, reference.enum)
             if not isinstance(found, EnumSymbol):
-                known = tuple(s.name for s in self._program.types.values() if isinstance(s, EnumSymbol))
+                known = self._program.types_of(EnumSymbol)
                 self._bag.add(
                     names.UnknownType(reference.enum.span, reference.enum.text, known, "enumeration")
                     if found is None
-                    else names.WrongKind(reference.enum.span, found.name, "no enumeration", "an enumeration")
+                    else names.WrongKind(reference.enum.span, found.name, "not an enumeration", "an enumeration")
                 )
                 return None
             target = found

@@ -1,4 +1,4 @@
-"""Events: what `@...` refers to, and event specifications (7.3.10)."""
+"""Events: references `@...`, and event specifications (7.3.10)."""
 
 from __future__ import annotations
 
@@ -10,44 +10,46 @@ from seoro.lang import ast, plan
 from seoro.lang.check.compositions import TIME
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.labels import Labels, names_of, path_of
+from seoro.lang.check.labels import names_of, path_of
 from seoro.lang.check.scopes import Scope, running_scope
 from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
-from seoro.lang.symbols import PHASES, EventSymbol, TypeSymbol, all_events, all_fields, has_phases, is_open
-from seoro.lang.types import (
-    BOOL,
-    UNKNOWN,
+from seoro.lang.symbols import (
+    PHASES,
     CompositionObject,
     EventObject,
+    EventSymbol,
     RangeOf,
     Structured,
     Type,
-    is_known,
+    TypeSymbol,
+    has_phases,
+    is_open,
 )
+from seoro.lang.types import BOOL, UNKNOWN, is_known
 
 
 class Specified(NamedTuple):
-    """An event specification, None if it is wrong, and the scope in which its occurrence has its name."""
+    """An event specification (None if invalid), and the scope with the name of its occurrence."""
 
     specification: plan.EventSpecification | None
     scope: Scope
 
 
 class Referred(NamedTuple):
-    """What an event path refers to; the symbol is None for `start`, `end` and `fail`."""
+    """Target of an event path; `start`, `end` and `fail` have no symbol."""
 
     reference: plan.EventReference
     symbol: EventSymbol | None
 
 
 class Events:
-    """Resolves events and event specifications in the scope of a type, labels of what it does included.
+    """Resolves events and event specifications in the scope of a type, including its labels.
 
     Args:
-        expressions: For conditions and durations.
+        expressions: The expression checker.
         scope: The scope, which has an owner.
     """
 
@@ -57,17 +59,17 @@ class Events:
         self._scope = scope
         assert scope.owner is not None
         self._owner = scope.owner
-        self._declared = all_events(scope.owner)
-        self.labels = scope.labels if scope.labels is not None else Labels(scope.owner, expressions)
+        self._declared = scope.owner.inventory.events
+        self._labels = expressions.labels.of(scope.owner)
 
     # ------------------------------------------------------------ specifications
 
     def specification(self, node: ast.EventSpecification) -> plan.EventSpecification | None:
-        """An event specification; None if it is wrong, which is reported."""
+        """Elaborate an event specification; report an invalid one and return None."""
         return self.specified(node).specification
 
     def specified(self, node: ast.EventSpecification) -> Specified:
-        """The same, with the scope for what may use the occurrence: the members of `on`, the value of `sample`."""
+        """Return the specification with the scope of its occurrence, for `on` and `sample`."""
         if not isinstance(node, ast.EventOccurrence):
             return Specified(self._condition(node, self._scope), self._scope)
         found = self._reference(node.path)
@@ -81,7 +83,7 @@ class Events:
         return Specified(plan.OnEvent(found.reference, name, condition, node.span), scope)
 
     def _bind(self, name: ast.Name, event: Referred | None) -> Scope:
-        """The scope with a name for the occurrence, which no field has (7.3.10.4)."""
+        """Return the scope with a name for the occurrence, which must differ from fields (7.3.10.4)."""
         scope = self._scope
         first = self._expressions.lookup.member(scope.space, scope.fields, name)
         if first is not None or name.text in scope.bindings:
@@ -114,7 +116,7 @@ class Events:
         return self._expressions.converted(node, BOOL, scope, context)
 
     def _is_event(self, node: ast.Expression, scope: Scope) -> bool:
-        """Whether a condition can only be meant as the path of an event."""
+        """Return whether a condition can only be the path of an event."""
         names = names_of(node)
         if not names or names[0].text in scope.bindings:
             return False
@@ -123,20 +125,20 @@ class Events:
             return False
         if len(names) == 1:
             return lookup.member(scope.space, self._declared, names[0]) is not None
-        return names[0].text in self.labels and not self._has_field(names, scope)
+        return names[0].text in self._labels and not self._has_field(names, scope)
 
     def _has_field(self, names: Sequence[ast.Name], scope: Scope) -> bool:
-        """Whether a path leads through labels to a field of what is invoked."""
+        """Return whether a path leads through labels to a field of an invoked behavior."""
         for length in range(len(names) - 1, 0, -1):
-            path = self.labels.path(names[:length])
-            type_ = self.labels.type_of(path) if isinstance(path, tuple) else None
+            path = self._labels.path(names[:length])
+            type_ = self._labels.type_of(path) if isinstance(path, tuple) else None
             if isinstance(type_, Structured):
-                fields = all_fields(type_.symbol)
+                fields = type_.symbol.inventory.fields
                 return self._expressions.lookup.member(scope.space, fields, names[length]) is not None
         return False
 
     def _duration(self, node: ast.Expression, scope: Scope) -> plan.Expression:
-        """A duration, or a range of them."""
+        """Elaborate a duration, or a range of durations."""
         found = self._expressions.value(node, scope, TIME)
         target: Type = RangeOf(TIME) if isinstance(found.type, RangeOf) else TIME
         duration = self._expressions.converter.convert(found, target, "the duration")
@@ -157,17 +159,17 @@ class Events:
     # ------------------------------------------------------------ references
 
     def own(self, name: ast.Name) -> tuple[plan.OwnEvent, EventSymbol | None] | None:
-        """An event of the type itself; None if there is none, which is reported."""
+        """Find an event of the type itself; report an unknown one and return None."""
         found = self._member_of(self._owner, self._declared, name)
         if found is None and not self._is_open(self._owner, name):
-            known, is_label = self._known(self._owner, self._declared), name.text in self.labels
+            known, is_label = self._known(self._owner, self._declared), name.text in self._labels
             self._bag.add(messages.UnknownEvent(name.span, name.text, known, is_label=is_label))
         return found
 
     def _reference(self, path: ast.Expression) -> Referred | None:
-        """What an event path refers to; None if it is wrong, which is reported."""
+        """Resolve an event path; report an invalid one and return None."""
         names = names_of(path)
-        if len(names) > 1 and names[0].text in self.labels:
+        if len(names) > 1 and names[0].text in self._labels:
             return self._of_label(names[0], names[1:], path.span)
         match path:
             case ast.NameExpression(name):
@@ -176,37 +178,37 @@ class Events:
             case ast.FieldAccess(base, name):
                 return self._of_object(base, name, path.span)
             case _:
-                self._bag.add(messages.NoEvent(path.span))
+                self._bag.add(messages.NotAnEvent(path.span))
                 return None
 
     def _of_label(self, label: ast.Name, rest: Sequence[ast.Name], span: Span) -> Referred | None:
-        """An event of what has a label: its phases, those of what is invoked, or of labels within."""
+        """Find an event of a label: a phase, an event of the invoked behavior, or one of an inner label."""
         if len(rest) == 1 and rest[0].text in PHASES:
             return Referred(plan.PhaseEvent(label.text, PHASES[rest[0].text], span), None)
-        if self.labels.is_invocation(label.text):
-            target = self.labels.invoked(label.text)
+        if self._labels.is_invocation(label.text):
+            target = self._labels.invoked(label.text)
             if target is None:
                 return None
-            inside = running_scope(target, target.home, self.labels.of(target))
+            inside = running_scope(target, target.home)
             found = Events(self._expressions, replace(inside, space=self._scope.space))._of_invoked(rest)
             return found and Referred(plan.LabelEvent(label.text, found.reference, span), found.symbol)
-        if len(rest) > 1 and rest[0].text in self.labels.inside(label.text):
+        if len(rest) > 1 and rest[0].text in self._labels.inside(label.text):
             return self._of_label(rest[0], rest[1:], span)
         if not any(self._expressions.program.is_unread(name.text) for name in (label, rest[0])):
             self._bag.add(messages.UnknownPhase(rest[0].span, label.text, rest[0].text))
         return None
 
     def _of_invoked(self, names: Sequence[ast.Name]) -> Referred | None:
-        """An event of this type, as one sees it who has invoked it."""
+        """Find an event of this type from the view of its invoker."""
         if len(names) > 1:
             return self._reference(path_of(names))
         return self._of_type(self._owner, names[0])
 
     def _of_object(self, base: ast.Expression, name: ast.Name, span: Span) -> Referred | None:
-        """An event of the object that an expression gives."""
+        """Find an event of the object that an expression denotes."""
         if isinstance(base, ast.NameExpression) and not self._is_object(base.name):
             if not self._is_open(self._owner, base.name):
-                candidates = (*self.labels, *(field.text for field in self._scope.fields.values()))
+                candidates = (*self._labels, *(field.text for field in self._scope.fields.values()))
                 self._bag.add(messages.UnknownLabel(base.span, base.name.text, candidates))
             return None
         found = self._expressions.value(base, self._scope)
@@ -225,7 +227,7 @@ class Events:
         return Referred(plan.MemberEvent(found.expression, reference, span), event.symbol)
 
     def _of_composition(self, base: Typed, name: ast.Name, span: Span) -> Referred | None:
-        """A predefined event of a composition, or of what a modifier modifies."""
+        """Find a predefined event of a composition, or of a modified behavior."""
         if name.namespace is None and name.text in PHASES:
             phase = plan.PhaseEvent(None, PHASES[name.text], name.span)
             return Referred(plan.MemberEvent(base.expression, phase, span), None)
@@ -234,7 +236,7 @@ class Events:
         return None
 
     def _is_object(self, name: ast.Name) -> bool:
-        """Whether a name stands for a value."""
+        """Return whether a name denotes a value."""
         if name.namespace is None and name.text in self._scope.bindings:
             return True
         lookup, space = self._expressions.lookup, self._scope.space
@@ -242,12 +244,12 @@ class Events:
         return is_global or lookup.member(space, self._scope.fields, name) is not None
 
     def _is_open(self, symbol: TypeSymbol, name: ast.Name) -> bool:
-        """Whether a type may have an event or a field of a name that is unknown."""
+        """Return whether a type may have an unknown event or field of this name."""
         return is_open(symbol) or self._expressions.program.is_unread(name.text)
 
     def _of_type(self, symbol: TypeSymbol, name: ast.Name) -> Referred | None:
-        """An event that values of a type have; None if there is none, which is reported."""
-        declared = all_events(symbol)
+        """Find an event of values of a type; report an unknown one and return None."""
+        declared = symbol.inventory.events
         found = self._member_of(symbol, declared, name)
         if found is not None:
             return Referred(*found)

@@ -1,8 +1,7 @@
-"""Fourth pass: expressions get their types and become expressions of the plan (7.4).
+"""Fourth pass: type expressions, and convert them to expressions of the plan (7.4).
 
-`expected` is a hint, not a demand: it decides between members of several enumerations with one name, gives the
-elements of a list their type, and says whether an integer literal is meant as `int`. Whether the value fits its
-place is for `Converter.convert`.
+`expected` is only a hint. It decides between equal member names of several enumerations, gives elements of a list
+their type, and decides whether an integer literal is an `int`. `Converter.convert` then checks the type.
 """
 
 from __future__ import annotations
@@ -18,13 +17,14 @@ from seoro.lang.check.calls import Calls
 from seoro.lang.check.casts import Casts
 from seoro.lang.check.compositions import ANY_BEHAVIOR, OVERLAP_KIND
 from seoro.lang.check.constraints import Constraints
-from seoro.lang.check.convert import Converter, Typed, nothing
-from seoro.lang.check.holders import Holders, implicit_duration
-from seoro.lang.check.lookup import Lookup, candidates
+from seoro.lang.check.convert import Typed, nothing
+from seoro.lang.check.defaults import Defaults
+from seoro.lang.check.expression_checker import ExpressionChecker
+from seoro.lang.check.labels import AllLabels
+from seoro.lang.check.lookup import candidates
 from seoro.lang.check.methods import Methods
-from seoro.lang.check.operators import Operators
+from seoro.lang.check.receivers import Receivers, implicit_duration
 from seoro.lang.check.references import References
-from seoro.lang.check.resolve import Resolver
 from seoro.lang.check.scopes import Scope
 from seoro.lang.check.values import Values
 from seoro.lang.diagnostic import Bag
@@ -32,84 +32,48 @@ from seoro.lang.diagnostics import names, syntax
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.escapes import unknown_escapes
 from seoro.lang.members import MemberTable
+from seoro.lang.program import Program
 from seoro.lang.source import Span
 from seoro.lang.symbols import (
-    FieldSymbol,
-    Program,
-    Space,
-    TypeSymbol,
-    all_fields,
-    is_open,
-)
-from seoro.lang.traits import ParameterTrait
-from seoro.lang.types import (
-    BOOL,
-    FLOAT,
-    INT,
-    STRING,
-    UINT,
     CompositionObject,
     EventObject,
+    FieldSymbol,
     ListOf,
     Structured,
     Type,
-    is_integer,
-    is_known,
-    is_number,
+    TypeSymbol,
+    is_open,
 )
+from seoro.lang.traits import ParameterTrait
+from seoro.lang.types import BOOL, FLOAT, INT, STRING, UINT, is_integer, is_known, is_number
 
 Operation = TypeVar("Operation", ast.Arithmetic, ast.Relation, ast.Logic)
 
-MAX_DEPTH = 120  # of nested expressions
 
-
-class Expressions:
+class Expressions(ExpressionChecker):
     """Elaborates expressions.
 
     Args:
         program: The program.
-        bag: Where messages go.
+        bag: Bag for messages.
         strict: Whether to report extensions to the standard.
-        traits: What the Python implementations of actions and modifiers take.
+        traits: Traits of parameters in Python implementations of actions and modifiers.
     """
 
     def __init__(self, program: Program, bag: Bag, strict: bool, traits: Traits = NO_TRAITS) -> None:
-        self.program = program
-        self.bag = bag
-        self.lookup = Lookup(program, bag)
-        self._resolver = Resolver(program, bag)
-        self.converter = Converter(program, bag, strict)
-        self.operators = Operators(program, self.converter, bag, strict)
-        self.values = Values(self)
-        self.constraints = Constraints(self)
-        self.aggregates = Aggregates(self)
+        super().__init__(program, bag, strict)
+        self.labels = AllLabels(self)
         self.methods = Methods(self)
-        self.calls = Calls(self)
+        self.constraints = Constraints(self)
+        self.defaults = Defaults(self, self.methods)
+        self.values = Values(self, self.constraints, self.defaults)
+        self.receivers = Receivers(self, self.labels)
+        self.calls = Calls(self, self.values, self.methods, self.receivers)
+        self.references = References(self, self.methods, self.labels)
+        self.aggregates = Aggregates(self)
         self.casts = Casts(self)
-        self.holders = Holders(self)
-        self.references = References(self)
         self.applications = Applications()
-        self.strict = strict
         self._traits = traits
-        self._depth = 0
-
-    def converted(self, node: ast.Expression, target: Type, scope: Scope, context: str = "") -> plan.Expression:
-        """An expression as a value of a type."""
-        return self.converter.convert(self.value(node, scope, target), target, context)
-
-    def value(self, node: ast.Expression, scope: Scope, expected: Type | None = None) -> Typed:
-        """An expression with its type."""
-        if self._depth >= MAX_DEPTH:
-            self.bag.add(syntax.TooDeep(node.span, MAX_DEPTH))
-            return nothing(node.span)
-        self._depth += 1
-        try:
-            found = self._value(node, scope, expected)
-            if self.program.recorder is not None:
-                self.program.recorder.value(node.span, found.type)
-            return found
-        finally:
-            self._depth -= 1
 
     def _value(self, node: ast.Expression, scope: Scope, expected: Type | None) -> Typed:
         match node:
@@ -164,22 +128,18 @@ class Expressions:
         for start, end in unknown_escapes(literal.text):
             self.bag.add(syntax.UnknownEscape(Span(literal.file, literal.start + start, literal.start + end)))
 
-    def type_of(self, declarator: ast.TypeDeclarator, space: Space) -> Type:
-        """The type that a declarator means."""
-        return self._resolver.type_of(declarator, space)
-
     def traits_of(self, symbol: TypeSymbol) -> Mapping[str, ParameterTrait]:
-        """What the Python implementation of an action or a modifier takes for parameters."""
+        """Return the traits of parameters in the Python implementation of an action or a modifier."""
         return self._traits.get((symbol.kind, symbol.plan_name), {})
 
     # ------------------------------------------------------------ postfix operators
 
     def _field_access(self, node: ast.FieldAccess, scope: Scope) -> Typed:
-        base = self.holders.find(node.base, scope)
+        base = self.receivers.find(node.base, scope)
         name = node.name
         match base.type:
             case Structured(symbol):
-                fields = all_fields(symbol)
+                fields = symbol.inventory.fields
                 owner = f"`{symbol.name}`"
             case EventObject(event):
                 fields = event.parameters
@@ -201,14 +161,18 @@ class Expressions:
         if not self.program.is_unread(name.text):
             is_composition = isinstance(base.type, CompositionObject)
             known = tuple(fields) if is_composition else candidates(fields.values(), name)
-            hint = "to use those of a scenario or an action, say so by `of`" if base.type == ANY_BEHAVIOR else ""
+            hint = (
+                "declare the modifier `of` a scenario or an action to use its fields"
+                if base.type == ANY_BEHAVIOR
+                else ""
+            )
             self.bag.add(names.UnknownField(name.span, owner, name.text, known, hint))
         return nothing(node.span)
 
     def _member_field(
         self, type_: Type, fields: MemberTable[FieldSymbol], name: ast.Name, scope: Scope
     ) -> FieldSymbol | None:
-        """The field that a name means; parameters of events need no prefix, those of compositions have none."""
+        """Find the field of a name; parameters of events need no prefix, those of compositions have none."""
         if not isinstance(type_, CompositionObject):
             find = self.lookup.parameter if isinstance(type_, EventObject) else self.lookup.member
             return find(scope.space, fields, name)
@@ -221,19 +185,19 @@ class Expressions:
         base = self.value(node.base, scope)
         index = self.value(node.position, scope, INT)
         if is_known(index.type) and not is_integer(index.type):
-            self.bag.add(messages.WrongIndex(node.position.span, self.converter.describe(index.type)))
+            self.bag.add(messages.InvalidIndex(node.position.span, self.converter.describe(index.type)))
         if isinstance(base.type, ListOf):
             return Typed(plan.Index(base.expression, index.expression, node.span), base.type.element)
         if is_known(base.type):
-            self.bag.add(messages.NoElements(node.base.span, self.converter.describe(base.type)))
+            self.bag.add(messages.NotAList(node.base.span, self.converter.describe(base.type)))
         return nothing(node.span)
 
     # ------------------------------------------------------------ operators
 
     def _chain(self, node: Operation) -> list[Operation]:
-        """The operators of a chain, from its left end; none if they are too many, which is told.
+        """Return the operators of a chain, from its left end; report too many and return none.
 
-        Chains may be long, so they are no recursion.
+        Chains may be long, so recursion would be too deep.
         """
         chain, kind = [node], type(node)
         while isinstance(left := chain[-1].left, kind):
@@ -270,7 +234,7 @@ class Expressions:
         return result
 
     def _operands(self, node: ast.Relation, left: Typed | None, scope: Scope) -> tuple[Typed, Typed]:
-        """The operands of a relation; members of enumerations take their type from the other side."""
+        """Elaborate the operands of a relation; members of enumerations get their type from the other side."""
         is_in = node.operator == "in"
         is_right_open = self.references.is_open_member(node.right, scope)
         if left is None and not is_right_open and self.references.is_open_member(node.left, scope):

@@ -1,8 +1,8 @@
-"""What names mean: identifiers with and without a prefix (7.7.4.2).
+"""Name lookup: identifiers with and without a prefix (7.7.4.2).
 
-A name with a prefix is looked for in that namespace, then among what the namespace exports again. A name without
-one is looked for in the current namespace, then among what the namespaces in use export; several there are an
-error. Only declarations of the kind that is asked for count.
+A name with a prefix is searched in that namespace, then among its re-exports. A name without a prefix is searched
+in the current namespace, then among the exports of the namespaces in use; several matches there are an error. Only
+declarations of the requested kind count.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from seoro.lang import ast
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import names
 from seoro.lang.members import M, Member, MemberTable
-from seoro.lang.symbols import Declaration, EnumSymbol, FieldSymbol, Program, Space, TypeSymbol, TypeTable, lineage
+from seoro.lang.namespaces import Space
+from seoro.lang.program import Declaration, Program, TypeTable
+from seoro.lang.symbols import EnumSymbol, FieldSymbol, TypeSymbol, lineage
 
 T = TypeVar("T")
 
@@ -25,7 +27,7 @@ class Lookup:
 
     Args:
         program: The program, with all declarations.
-        bag: Where ambiguous names are reported.
+        bag: Bag for ambiguous names.
     """
 
     def __init__(self, program: Program, bag: Bag) -> None:
@@ -34,53 +36,53 @@ class Lookup:
         self._exported: dict[tuple[str, str], frozenset[str]] = {}
 
     def type(self, space: Space, name: ast.Name) -> Declaration | None:
-        """The type that a name means."""
+        """Find a type."""
         found = self._pick(space, name, lambda namespace: self._program.types.get((namespace, name.text)))
         return cast(Declaration | None, found)
 
     def behavior(self, space: Space, actor: TypeSymbol | None, name: ast.Name) -> TypeSymbol | None:
-        """The scenario or action of an actor, or of none, that a name means; an actor has those of its bases."""
+        """Find a scenario or action of an actor and its bases, or of no actor."""
         return self._of_actor(self._program.behaviors, space, actor, name)
 
     def modifier(self, space: Space, actor: TypeSymbol | None, name: ast.Name) -> TypeSymbol | None:
-        """The modifier that a name means."""
+        """Find a modifier."""
         return self._of_actor(self._program.modifiers, space, actor, name)
 
     def global_parameter(self, space: Space, name: ast.Name) -> FieldSymbol | None:
-        """The global parameter that a name means."""
+        """Find a global parameter."""
         return self._pick(space, name, lambda namespace: self._program.globals.get((namespace, name.text)))
 
     def member(self, space: Space, members: MemberTable[M], name: ast.Name) -> M | None:
-        """The one of some members of a type that a name means."""
-        found = members.called(name.text)
+        """Find a member of a type."""
+        found = members.with_text(name.text)
         return self._pick(space, name, found.get) if found else None
 
     def parameter(self, space: Space, members: MemberTable[M], name: ast.Name) -> M | None:
-        """The parameter that the name of an argument means, which needs no prefix if it is the only one."""
-        found = members.called(name.text)
+        """Find the parameter of a named argument, which needs no prefix if the name is unique."""
+        found = members.with_text(name.text)
         if name.namespace is None and len(found) == 1:
             return self._note(name, next(iter(found.values())))
         return self.member(space, members, name)
 
     def enumerations(self, space: Space, name: ast.Name) -> list[EnumSymbol]:
-        """The enumerations with a member of this name."""
-        holders = self._program.holders.get(name.text, [])
-        if not holders:
+        """Return the visible enumerations with a member of this name."""
+        enumerations = self._program.enumerations_by_member.get(name.text, [])
+        if not enumerations:
             return []
         found: dict[EnumSymbol, None] = {}
         for tier in self._tiers(space, name):
-            found |= dict.fromkeys(enum for enum in holders if enum.spaces[name.text] in tier)
+            found |= dict.fromkeys(enum for enum in enumerations if enum.spaces[name.text] in tier)
         return list(found)
 
     def is_member(self, space: Space, enum: EnumSymbol, name: ast.Name) -> bool:
-        """Whether a name can mean a member of an enumeration."""
+        """Return whether a name can denote a member of an enumeration."""
         namespace = enum.spaces.get(name.text)
         return namespace is not None and any(namespace in tier for tier in self._tiers(space, name))
 
     # ------------------------------------------------------------ namespaces
 
     def exported(self, namespace: str, text: str) -> frozenset[str]:
-        """The namespaces of all identifiers that a namespace exports under a name."""
+        """Return the namespaces of all identifiers that a namespace exports under a name."""
         known = self._exported.get((namespace, text))
         if known is None:
             known = self._exported[namespace, text] = self._find_exported(namespace, text)
@@ -105,7 +107,7 @@ class Lookup:
         return frozenset(found)
 
     def _tiers(self, space: Space, name: ast.Name) -> Iterator[Iterable[str]]:
-        """The namespaces in which a name may be found; those found earlier hide those found later."""
+        """Yield the namespaces to search, in order of precedence."""
         if name.namespace is not None:
             yield (name.namespace,)
             yield self.exported(name.namespace, name.text)
@@ -125,7 +127,7 @@ class Lookup:
         return None
 
     def _note(self, name: ast.Name, found: T) -> T:
-        """Tell the recorder, if there is one."""
+        """Record the meaning of a name for editors."""
         if self._program.recorder is not None:
             self._program.recorder.name(name.span, found)
         return found
@@ -142,7 +144,7 @@ class Lookup:
 
 
 def candidates(members: Iterable[Member], name: ast.Name) -> tuple[str, ...]:
-    """What may have been meant by a name that was not found; one that has it needs a prefix here."""
+    """Return suggestions for an unknown name; equal identifiers of other namespaces with their prefix."""
     return tuple(
         f"{member.namespace}::{member.text}" if member.text == name.text else member.text for member in members
     )

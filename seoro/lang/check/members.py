@@ -1,7 +1,7 @@
-"""Third pass: the members of types, bases first: their own, then those of extensions in the order of the text.
+"""Third pass: declare the members of types, bases first; own members, then extensions in source order.
 
-A member has a name in a namespace (7.7.4.2). Two members of one type with one name in one namespace are an error,
-except for methods that override with `only` (7.3.7.2) and events, which subtypes may declare again (7.3.10.2).
+A member has a name in a namespace (7.7.4.2). Duplicate members of a type are an error. Exceptions are methods that
+override with `only` (7.3.7.2), and events, which subtypes may declare again (7.3.10.2).
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import TypeVar
 
 from seoro.lang import ast
 from seoro.lang.check.declare import Declared, describe_kind
-from seoro.lang.check.heads import head
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag
@@ -21,23 +20,23 @@ from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import modifiers as modifier_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.members import MemberTable
+from seoro.lang.namespaces import Home
+from seoro.lang.program import Program
 from seoro.lang.symbols import (
     PHASES,
     DoFound,
     EventSymbol,
     FieldSymbol,
-    Home,
     Kind,
     MethodSymbol,
     Part,
-    Program,
+    Primitive,
+    Structured,
+    Type,
     TypeSymbol,
-    all_events,
-    all_fields,
-    all_methods,
     has_phases,
 )
-from seoro.lang.types import PRIMITIVES, Primitive, Structured, Type
+from seoro.lang.types import PRIMITIVES
 
 _Member = FieldSymbol | EventSymbol | MethodSymbol
 
@@ -47,8 +46,8 @@ class Members:
 
     Args:
         program: The program, with all types and their bases.
-        resolver: For the types of members.
-        bag: Where messages go.
+        resolver: Resolver of the types of members.
+        bag: Bag for messages.
     """
 
     def __init__(self, program: Program, resolver: Resolver, bag: Bag) -> None:
@@ -59,7 +58,7 @@ class Members:
         self._done: set[TypeSymbol] = set()
 
     def declare(self, declared: Declared) -> None:
-        """Declare them all."""
+        """Declare the members of all types."""
         for symbol in self._program.structured():
             self._declare(symbol)
         for extension, home in declared.extensions:
@@ -105,20 +104,20 @@ class Members:
                 case ast.EventDeclaration():
                     self._add_event(symbol, member, home)
                 case ast.MethodDeclaration():
-                    method = self._method(member, symbol, Structured(symbol), home, all_methods(symbol))
+                    method = self._method(member, symbol, Structured(symbol), home, symbol.inventory.methods)
                     self._add_method(symbol, method, member.only)
                 case _:
                     pass
 
     def _check_place(self, symbol: TypeSymbol, member: ast.TypeMember) -> None:
-        """Structs and actors do nothing by themselves, which an extension could say of them."""
+        """Report behavior in extensions of structs and actors."""
         if symbol.kind in {Kind.STRUCT, Kind.ACTOR} and isinstance(member, ast.OnDirective | ast.DoDirective):
             word = "on" if isinstance(member, ast.OnDirective) else "do"
             kind = describe_kind(symbol)
-            self._bag.add(modifier_messages.MisplacedMember(head(member.span, word), word, symbol.name, kind))
+            self._bag.add(modifier_messages.MisplacedMember(member.span.head(word), word, symbol.name, kind))
 
     def _find_do(self, symbol: TypeSymbol) -> None:
-        """Find the `do`: there is one, inherited ones and those of extensions included (7.3.5.1.3)."""
+        """Find the only `do`, including inherited ones and extensions (7.3.5.1.3); report others."""
         inherited = symbol.base.do if symbol.base is not None else None
         own = [
             DoFound(symbol, found, part.home)
@@ -130,8 +129,8 @@ class Members:
         first = inherited or symbol.do
         for second in own if inherited is not None else own[1:]:
             assert first is not None
-            place, other = head(second.directive.span, "do"), head(first.directive.span, "do")
-            self._bag.add(behavior_messages.SecondDo(place, other, inherited is not None))
+            place, other = second.directive.span.head("do"), first.directive.span.head("do")
+            self._bag.add(behavior_messages.DuplicateDo(place, other, inherited is not None))
 
     # ------------------------------------------------------------ fields and events
 
@@ -147,7 +146,7 @@ class Members:
         type_ = self._resolver.type_of(declared, home.space)
         for name in field_names:
             space = home.namespace_of(name)
-            unique = self._unique(name.text, space, all_fields(symbol))
+            unique = self._unique(name.text, space, symbol.inventory.fields)
             field = FieldSymbol(unique, type_, default, symbol, name.span, home, name.text, space, is_variable)
             if self._is_new(symbol, field):
                 symbol.fields[unique] = field
@@ -160,20 +159,20 @@ class Members:
             return
         if node.parameters and node.specification is not None:
             self._bag.add(event_messages.SpecificationWithParameters(node.specification.span, name.text))
-        unique = self._unique(name.text, space, all_events(symbol))
+        unique = self._unique(name.text, space, symbol.inventory.events)
         parameters = self._parameters(node.parameters, symbol, home)
         event = EventSymbol(unique, symbol, name.span, home, node.specification, name.text, space, parameters)
-        if self._is_new(symbol, event) and self._may_override(event, all_events(symbol).get(unique)):
+        if self._is_new(symbol, event) and self._may_override(event, symbol.inventory.events.get(unique)):
             symbol.events[unique] = event
             symbol.inventory.events.add(event)
 
     def _may_override(self, event: EventSymbol, overridden: EventSymbol | None) -> bool:
-        """Whether an event can take the place of that of a base, if there is one; if not, that is reported."""
+        """Return whether an event may override that of a base; report a mismatch."""
         if overridden is None:
             return True
         difference = _difference(event, overridden)
         if difference:
-            self._bag.add(event_messages.OtherParameters(event.span, event.text, difference, overridden.span))
+            self._bag.add(event_messages.EventMismatch(event.span, event.text, difference, overridden.span))
             return False
         _inherit_defaults(event, overridden)
         return True
@@ -181,7 +180,7 @@ class Members:
     def _parameters(
         self, parameters: tuple[ast.ArgumentSpecification, ...], owner: TypeSymbol | None, home: Home
     ) -> MemberTable[FieldSymbol]:
-        """The parameters of an event or a method."""
+        """Declare the parameters of an event or a method."""
         found: MemberTable[FieldSymbol] = MemberTable()
         for parameter in parameters:
             name, space = parameter.name, home.namespace_of(parameter.name)
@@ -193,7 +192,7 @@ class Members:
         return found
 
     def _is_new(self, symbol: TypeSymbol, member: _Member) -> bool:
-        """Whether a type and its bases have no such member yet; a second one is reported."""
+        """Return whether a member is new in a type and its bases; report duplicates."""
         for other in self._namesakes(symbol, member):
             if other is not None:
                 if not self._program.is_unread(member.text):
@@ -203,16 +202,16 @@ class Members:
 
     @staticmethod
     def _namesakes(symbol: TypeSymbol, member: _Member) -> Iterator[_Member | None]:
-        """The members that have the identifier of a member in its namespace, but events that it declares again."""
-        yield all_fields(symbol).called(member.text).get(member.namespace)
-        yield all_methods(symbol).called(member.text).get(member.namespace)
-        event = all_events(symbol).called(member.text).get(member.namespace)
+        """Yield members with the same identifier and namespace, except overridden events."""
+        yield symbol.inventory.fields.with_text(member.text).get(member.namespace)
+        yield symbol.inventory.methods.with_text(member.text).get(member.namespace)
+        event = symbol.inventory.events.with_text(member.text).get(member.namespace)
         if event is not None and not (isinstance(member, EventSymbol) and event.owner is not symbol):
             yield event
 
     @staticmethod
     def _unique(text: str, namespace: str, others: MemberTable[FieldSymbol] | MemberTable[EventSymbol]) -> str:
-        """The name of a field or an event, apart from those of other namespaces with the same identifier."""
+        """Return a unique name for a field or an event; other namespaces may have the same identifier."""
         other = others.get(text)
         return text if other is None or other.namespace == namespace else f"{namespace}::{text}"
 
@@ -226,7 +225,7 @@ class Members:
         home: Home,
         others: MemberTable[MethodSymbol],
     ) -> MethodSymbol:
-        """A method; with `only` its name may be that of a method of a used namespace, which it overrides."""
+        """Declare a method; with `only` it may override one of a used namespace."""
         name, namespace = node.name, home.namespace_of(node.name)
         if node.only and (overridden := self._lookup.member(home.space, others, name)) is not None:
             namespace = overridden.namespace
@@ -234,22 +233,20 @@ class Members:
         result = self._resolver.type_of(node.result, home.space) if node.result is not None else None
         unique = f"{namespace}::{name.text}"
         if isinstance(receiver, Primitive):
-            unique = (
-                f"{receiver.name} {unique}"  # the declared type decides, since values do not tell int from uint
-            )
+            unique = f"{receiver.name} {unique}"  # by the declared type: values of int and uint are alike
         return MethodSymbol(
             unique, name.text, namespace, owner, receiver, parameters, result, node.implementation, home, name.span
         )
 
     def _add_method(self, symbol: TypeSymbol, method: MethodSymbol, only: bool) -> None:
-        methods = all_methods(symbol)
+        methods = symbol.inventory.methods
         is_new = method.name not in methods and self._is_new(symbol, method)
         if (is_new or method.name in methods) and self._is_taken(method, methods, only):
             symbol.methods[method.name] = method
             methods.add(method)
 
     def _is_taken(self, method: MethodSymbol, methods: MemberTable[MethodSymbol], only: bool) -> bool:
-        """Whether a method can be added, and does not override another wrongly, which is reported."""
+        """Return whether another method prevents adding this one, which is reported."""
         overridden = methods.get(method.name)
         if overridden is None:
             return True
@@ -260,7 +257,7 @@ class Members:
             "" if method.result == overridden.result else "its result"
         )
         if difference:
-            self._bag.add(method_messages.OtherSignature(method.span, method.text, difference, overridden.span))
+            self._bag.add(method_messages.MethodMismatch(method.span, method.text, difference, overridden.span))
             return False
         _inherit_defaults(method, overridden)
         return True
@@ -270,7 +267,7 @@ _WithParameters = TypeVar("_WithParameters", EventSymbol, MethodSymbol)
 
 
 def _difference(member: _WithParameters, overridden: _WithParameters) -> str:
-    """How the parameters of an event or a method differ from those of what it overrides (7.3.7.2)."""
+    """Describe how parameters differ from those of the overridden event or method (7.3.7.2)."""
     if [*member.parameters] != [*overridden.parameters]:
         return "its parameters"
     for name, parameter in member.parameters.items():
@@ -280,7 +277,7 @@ def _difference(member: _WithParameters, overridden: _WithParameters) -> str:
 
 
 def _inherit_defaults(member: _WithParameters, overridden: _WithParameters) -> None:
-    """Give parameters without a default that of what is overridden."""
+    """Give parameters without a default that of the overridden member."""
     for name, parameter in member.parameters.items():
         if parameter.default is None:
             inherited = overridden.parameters[name]

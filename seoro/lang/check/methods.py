@@ -1,51 +1,49 @@
 """Methods: their bodies, and calls of them (7.3.7, 7.4.2.1).
 
-Which implementation a call reaches is for the run to say, by the type of the value; here the one that the declared
-type has gives the signature.
+A run selects the implementation of a call by the type of the value. Here the declared type determines the
+signature.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, assert_never
+from typing import assert_never
 
 from seoro.lang import ast, plan
 from seoro.lang.check.arguments import bind
 from seoro.lang.check.convert import Typed, nothing
+from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope, scope_of
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names
+from seoro.lang.frozen import replaced
 from seoro.lang.source import Span
-from seoro.lang.symbols import MethodSymbol, all_methods
-from seoro.lang.types import UNKNOWN, Primitive, Type
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
+from seoro.lang.symbols import MethodSymbol, Primitive, Type
+from seoro.lang.types import UNKNOWN
 
 
 class Methods:
     """Elaborates methods.
 
     Args:
-        expressions: For their bodies and arguments, and for messages.
+        expressions: The expression checker.
     """
 
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
         self._elaborated: dict[MethodSymbol, plan.Method] = {}
         self._open: set[MethodSymbol] = set()
 
     def elaborate_all(self) -> None:
-        """Elaborate every method, and give it to those that call it."""
+        """Elaborate all methods, and add them to the methods of the plan."""
         program = self._expressions.program
         for method in self._all:
             program.methods.add(_type_name(method), method.name, self._method(method))
 
     def implementations(self, name: str) -> list[plan.Method]:
-        """All implementations of a method, but those that are being elaborated."""
+        """Return all elaborated implementations of a method."""
         return [self._method(found) for found in self._by_name.get(name, []) if found not in self._open]
 
     @cached_property
@@ -64,13 +62,13 @@ class Methods:
     # ------------------------------------------------------------ calls
 
     def own(self, name: ast.Name, scope: Scope) -> MethodSymbol | None:
-        """The method that a name means without a value in front of it."""
+        """Find the method of a name without a receiver."""
         if scope.owner is not None:
-            return self._expressions.lookup.member(scope.space, all_methods(scope.owner), name)
+            return self._expressions.lookup.member(scope.space, scope.owner.inventory.methods, name)
         return self.of_primitive(scope.it, name, scope) if scope.it is not None else None
 
     def of_primitive(self, type_: Type, name: ast.Name, scope: Scope) -> MethodSymbol | None:
-        """The method of a primitive type that a name means."""
+        """Find a method of a primitive type."""
         if not isinstance(type_, Primitive):
             return None
         methods = self._expressions.program.primitives.get(type_.name)
@@ -84,7 +82,7 @@ class Methods:
         scope: Scope,
         is_directive: bool,
     ) -> Typed:
-        """The call of a method on a value; None is the instance in whose scope it stands.
+        """Build the call of a method; without a receiver, of the instance of the scope.
 
         In a `call` directive, the method needs no result.
         """
@@ -96,7 +94,7 @@ class Methods:
         if method.result is None and not is_directive:
             expressions.bag.add(method_messages.NoResult(node.span, method.text))
             return nothing(node.span)
-        call = plan.Call(receiver, method.name, tuple(given.items()), expressions.program.methods, node.span)
+        call = plan.Call(receiver, method.name, tuple(given.items()), node.span)
         return Typed(call, method.result if method.result is not None else UNKNOWN)
 
     # ------------------------------------------------------------ bodies
@@ -107,12 +105,12 @@ class Methods:
         self._open.add(symbol)
         scope = self._scope(symbol)
         bindings = dict(scope.bindings)
-        scope = replace(scope, bindings=bindings)  # a default can name the parameters before it
+        scope = replaced(scope, bindings=bindings)  # a default can name the parameters before it
         parameters: list[tuple[str, plan.Expression | None]] = []
         for parameter in symbol.parameters.values():
             default: plan.Expression | None = None
             if parameter.default is not None:
-                inside = replace(scope, space=parameter.home.space)
+                inside = replaced(scope, space=parameter.home.space)
                 context = f"`{parameter.name}`"
                 default = self._expressions.converted(parameter.default, parameter.type, inside, context)
             parameters.append((parameter.name, default))
@@ -149,7 +147,7 @@ class Methods:
     ) -> plan.External:
         expressions = self._expressions
         if len(path) < 2:
-            expressions.bag.add(method_messages.NoPath(span, ".".join(path)))
+            expressions.bag.add(method_messages.InvalidFunctionPath(span, ".".join(path)))
         positional = tuple(self._argument(value, scope) for value in arguments.positional)
         named: dict[str, plan.Argument] = {}
         for argument in arguments.named:
@@ -169,7 +167,7 @@ class Methods:
 
 
 def _type_name(method: MethodSymbol) -> str:
-    """What the plan calls the type that has a method."""
+    """Return the name in the plan of the type that has a method."""
     if method.owner is None:
         assert isinstance(method.receiver, Primitive)
         return method.receiver.name

@@ -13,27 +13,28 @@ from seoro.lang.check.labels import WrongLabel, names_of
 from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import modifiers as messages
-from seoro.lang.symbols import FieldSymbol, Kind, TypeSymbol, all_fields, all_methods, is_open, lineage
-from seoro.lang.types import Structured, is_known
+from seoro.lang.program import actors_with
+from seoro.lang.symbols import FieldSymbol, Kind, Structured, TypeSymbol, is_open, lineage
+from seoro.lang.types import is_known
 
 _Arguments = tuple[tuple[str, plan.Expression], ...]
 
 
 class Actor(NamedTuple):
-    """An actor that need not be named where a modifier is applied."""
+    """An actor that an application of a modifier may omit."""
 
     symbol: TypeSymbol
     expression: plan.Expression
 
 
 class Modified(NamedTuple):
-    """What modifiers are applied to.
+    """Modified behavior.
 
     Args:
-        symbol: The scenario or action; None if it is none.
-        what: What it is, for messages; None if it is wrong, which is reported.
-        actors: Actors that need not be named, the one that comes first in front.
-        parameters: What `it` has there in modifiers without `of`.
+        symbol: The scenario or action; None for a composition.
+        what: Its description, for messages; None if it is invalid, which is reported.
+        actors: Actors that may be omitted, in order of precedence.
+        parameters: Parameters of `it` in modifiers without `of`.
     """
 
     symbol: TypeSymbol | None
@@ -43,7 +44,7 @@ class Modified(NamedTuple):
 
 
 def own_actor(symbol: TypeSymbol) -> tuple[Actor, ...]:
-    """The actor that a scenario, an action or a modifier belongs to, or that an actor is itself."""
+    """Return the actor of a scenario, an action or a modifier, or the actor itself."""
     if symbol.kind is Kind.ACTOR:
         return (Actor(symbol, plan.Self(symbol.span)),)
     return () if symbol.actor is None else (Actor(symbol.actor, plan.Binding("actor", symbol.span)),)
@@ -53,8 +54,8 @@ class Modifiers:
     """Elaborates applications of modifiers in one scope.
 
     Args:
-        expressions: For arguments and the expressions of actors.
-        scope: The scope, with the labels that can be named.
+        expressions: The expression checker.
+        scope: The scope, with the visible labels.
     """
 
     def __init__(self, expressions: Expressions, scope: Scope) -> None:
@@ -64,7 +65,7 @@ class Modifiers:
         self._scope = scope
 
     def apply(self, node: ast.ModifierApplication, modified: Modified) -> plan.AppliedModifier | None:
-        """An application; None if it is wrong, which is reported."""
+        """Elaborate an application; report an invalid one and return None."""
         call = node.invocation
         match call.function:
             case ast.NameExpression(name) if name.namespace is None and name.text == OVERRIDE:
@@ -84,8 +85,8 @@ class Modifiers:
         return plan.ModifierApplication(symbol.plan_name, actor, arguments, ranges, call.span)
 
     def _arguments(self, symbol: TypeSymbol, call: ast.FunctionApplication) -> tuple[_Arguments, _Arguments]:
-        """The values of parameters that are given, and the ranges for those that hold one number."""
-        parameters, owner = all_fields(symbol), symbol.qualified_name
+        """Return the given values, and the ranges for parameters that hold one number."""
+        parameters, owner = symbol.inventory.fields, symbol.qualified_name
         ranges: dict[str, plan.Expression] = {}
         traits = self._expressions.traits_of(symbol)
         given = bind(
@@ -104,7 +105,7 @@ class Modifiers:
         return _in_order(given, parameters), _in_order(ranges, parameters)
 
     def _check_target(self, symbol: TypeSymbol, name: ast.Name, modified: Modified) -> None:
-        """A modifier of a scenario modifies that one, and what inherits it (7.3.12.2)."""
+        """Check that a modifier `of` a scenario modifies that one or a subtype (7.3.12.2)."""
         if modified.what is None:
             return
         if symbol.of is None:
@@ -114,12 +115,12 @@ class Modifiers:
             return
         if modified.symbol is None or symbol.of not in lineage(modified.symbol):
             needed = symbol.of.qualified_name
-            self._bag.add(messages.WrongModified(name.span, symbol.name, needed, modified.what, symbol.span))
+            self._bag.add(messages.InvalidModified(name.span, symbol.name, needed, modified.what, symbol.span))
 
-    # ------------------------------------------------------------ which modifier
+    # ------------------------------------------------------------ lookup
 
     def _unprefixed(self, name: ast.Name, modified: Modified) -> tuple[TypeSymbol, plan.Expression | None] | None:
-        """A modifier of an actor that need not be named, or of none."""
+        """Find a modifier of an omitted actor, or of none."""
         space = self._scope.space
         for actor in modified.actors:
             found = self._lookup.modifier(space, actor.symbol, name)
@@ -138,7 +139,7 @@ class Modifiers:
         return None
 
     def _of_actor(self, base: ast.Expression, name: ast.Name) -> tuple[TypeSymbol, plan.Expression | None] | None:
-        """A modifier of the actor that an expression gives."""
+        """Find a modifier of the actor that an expression denotes."""
         actor = self._expressions.value(base, self._scope)
         if not is_known(actor.type):
             return None
@@ -153,20 +154,20 @@ class Modifiers:
         owners: set[TypeSymbol | None] = set(lineage(owner))
         if not self._expressions.program.is_unread(name.text) and not self._report_other(name, owners):
             is_free = self._lookup.modifier(self._scope.space, None, name) is not None
-            hint = f"it belongs to no actor: apply it as `{name.text}(...)`" if is_free else self._hint(name)
+            hint = f"it belongs to no actor; apply it as `{name.text}(...)`" if is_free else self._hint(name)
             known = self._known(owners)
             self._bag.add(messages.UnknownModifier(name.span, name.text, owner.name, known, hint))
         return None
 
     def _report_other(self, name: ast.Name, owners: set[TypeSymbol | None]) -> bool:
-        """Report a name that is one of a behavior or a method; whether it is."""
+        """Report the name of a behavior or a method; return whether it is one."""
         for owner in owners:
             behavior = self._lookup.behavior(self._scope.space, owner, name)
             if behavior is not None:
                 self._bag.add(messages.BehaviorApplied(name.span, name.text, behavior.kind.value))
                 return True
         types = [owner for owner in (*owners, self._scope.owner) if owner is not None]
-        if any(self._lookup.member(self._scope.space, all_methods(type_), name) for type_ in types):
+        if any(self._lookup.member(self._scope.space, type_.inventory.methods, name) for type_ in types):
             self._bag.add(messages.BehaviorApplied(name.span, name.text, "method"))
             return True
         return False
@@ -176,18 +177,14 @@ class Modifiers:
         return (*found, OVERRIDE)
 
     def _hint(self, name: ast.Name) -> str:
-        """What to do about an unknown modifier that an actor has."""
-        actors = [
-            key[1].name
-            for key in self._expressions.program.modifiers
-            if key[1] is not None and key[2] == name.text
-        ]
-        return f"it belongs to actor `{actors[0]}`: apply it as `<actor>.{name.text}(...)`" if actors else ""
+        """Return help on a modifier that only an actor has."""
+        actors = actors_with(self._expressions.program.modifiers, name.text)
+        return f"it belongs to actor `{actors[0]}`; apply it as `<actor>.{name.text}(...)`" if actors else ""
 
     # ------------------------------------------------------------ override (7.3.12.1.1)
 
     def _override(self, call: ast.FunctionApplication) -> plan.Override | None:
-        """`override(a, b[, mode])`; its arguments are positional, and no values."""
+        """Elaborate `override(a, b[, mode])`, whose arguments are positional labels."""
         arguments = call.arguments.positional
         if call.arguments.named or not 2 <= len(arguments) <= 3:
             self._bag.add(messages.OverrideArguments(call.span))
@@ -202,12 +199,13 @@ class Modifiers:
 
     def _label_path(self, node: ast.Expression) -> plan.LabelPath | None:
         path = names_of(node)
-        assert self._scope.labels is not None, "modifiers are applied while something runs"
-        found = self._scope.labels.path(path) if path else WrongLabel(node.span, ())
+        assert self._scope.owner is not None, "modifiers are applied while something runs"
+        labels = self._expressions.labels.of(self._scope.owner)
+        found = labels.path(path) if path else WrongLabel(node.span, ())
         if isinstance(found, WrongLabel):
             if any(self._expressions.program.is_unread(name.text) for name in path or ()):
                 return None
-            self._bag.add(messages.NotALabel(found.span, found.known))
+            self._bag.add(messages.UnknownLabel(found.span, found.known))
             return None
         return found
 

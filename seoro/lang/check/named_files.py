@@ -1,4 +1,4 @@
-"""Files that literal arguments name, and that do not exist on this machine."""
+"""Check that files in literal arguments exist on this machine."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _SUFFIXES: Final = frozenset({".sdf", ".urdf", ".world", ".xml", ".yaml", ".yml"
 
 
 def is_missing(text: str, trait: ParameterTrait, files: Iterable[Path | None]) -> bool:
-    """Whether a text names a file or folder that does not exist here.
+    """Return whether a text names a missing file or folder.
 
-    Names that simulators look up themselves, such as `garden://pot.sdf` or `maze`, do not count.
+    Names that simulators resolve, such as `garden://pot.sdf` or `maze`, do not count.
 
     Args:
         text: The literal.
-        trait: Of the parameter: `FILE` or `URI`.
-        files: The scenario files beside which it may lie; the working directory counts, too.
+        trait: Trait of the parameter: `FILE` or `URI`.
+        files: Scenario files whose folders are searched, besides the working directory.
     """
     if trait is ParameterTrait.URI:
         if text.startswith(_FILE_SCHEME):

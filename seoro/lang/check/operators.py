@@ -1,4 +1,4 @@
-"""Operators: which types they take, and what they give (7.4.2.2 to 7.4.2.4, 7.3.4)."""
+"""Operators: types of their operands and results (7.4.2.2 to 7.4.2.4, 7.3.4)."""
 
 from __future__ import annotations
 
@@ -6,33 +6,20 @@ from seoro.lang import ast, plan
 from seoro.lang.check.convert import Converter, Typed, adapted, as_number, common_type, nothing
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.program import Program
 from seoro.lang.source import Span
-from seoro.lang.symbols import Program
-from seoro.lang.types import (
-    BOOL,
-    INT,
-    STRING,
-    UINT,
-    ListOf,
-    Quantity,
-    RangeOf,
-    Type,
-    dimension_of,
-    is_integer,
-    is_known,
-    is_number,
-    quantity,
-)
+from seoro.lang.symbols import ListOf, Quantity, RangeOf, Type
+from seoro.lang.types import BOOL, INT, STRING, UINT, dimension_of, is_integer, is_known, is_number, quantity
 from seoro.lang.units import product, quotient
 
 
 class Operators:
-    """Joins typed operands.
+    """Elaborates operators on typed operands.
 
     Args:
         program: The program.
-        converter: For conversions of operands.
-        bag: Where messages go.
+        converter: Converter of operands.
+        bag: Bag for messages.
         strict: Whether to report extensions to the standard.
     """
 
@@ -45,7 +32,7 @@ class Operators:
     # ------------------------------------------------------------ arithmetic (7.4.2.3)
 
     def negate(self, operand: Typed, span: Span) -> Typed:
-        """`-a`; of a `uint` it is an `int`."""
+        """Elaborate `-a`, an `int` if `a` is a `uint`."""
         if not is_known(operand.type):
             return nothing(span)
         if not is_number(operand.type):
@@ -56,10 +43,10 @@ class Operators:
         return Typed(plan.Negate(operand.expression, _arithmetic(result), span), result)
 
     def arithmetic(self, node: ast.Arithmetic, left: Typed, right: Typed, wants_int: bool) -> Typed:
-        """`a + b` and its like.
+        """Elaborate `a + b` and the like.
 
         Args:
-            node: The place of the operator; its `left` is where the left operand ends.
+            node: The operator; the span of its `left` ends with the left operand.
             left: The left operand.
             right: The right operand.
             wants_int: Whether a result from integer literals alone is an `int`.
@@ -96,8 +83,7 @@ class Operators:
     def _unlike(self, node: ast.Arithmetic, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
         self._bag.add(
-            messages.UnlikeOperands(
-                node.span,
+            messages.IncompatibleOperands(
                 node.left.span,
                 node.right.span,
                 node.operator,
@@ -108,7 +94,7 @@ class Operators:
         )
 
     def _relation_between(self, left: Type, right: Type) -> str:
-        """`a length is a speed times a time`, if the types have a third one between them."""
+        """Return help like `a length is a speed times a time`, if a third type relates both."""
         if not isinstance(left, Quantity) or not isinstance(right, Quantity):
             return ""
         named = self._program.quantities
@@ -122,7 +108,7 @@ class Operators:
     # ------------------------------------------------------------ relations (7.4.2.4)
 
     def relation(self, node: ast.Relation, left: Typed, right: Typed) -> Typed:
-        """`a < b` and its like."""
+        """Elaborate `a < b` and the like."""
         span = node.span
         if not is_known(left.type) or not is_known(right.type):
             return Typed(plan.Literal(False, span), BOOL)
@@ -133,16 +119,16 @@ class Operators:
         if shared is None:
             self._uncomparable(node, left, right)
         elif node.operator not in {"==", "!="} and not is_number(shared):
-            self._bag.add(messages.NoOrder(span, node.operator, self._converter.describe(shared)))
+            self._bag.add(messages.Unordered(span, node.operator, self._converter.describe(shared)))
         else:
             return Typed(plan.Compare(node.operator, *_alike(node.operator, left, right, shared), span), BOOL)
         return Typed(plan.Literal(False, span), BOOL)
 
     def _with_range(self, node: ast.Relation, left: Typed, right: Typed) -> tuple[Typed, Typed]:
-        """The operands of a comparison; of a range with a number, what is compared instead.
+        """Return the operands of a comparison, after replacing those of a range and a number.
 
-        For `==` and `!=`, the number is a range from and to itself (7.4.2.8.2). An order of the two, which the
-        standard does not define, holds if it holds for all of the range, so that one of its bounds decides.
+        For `==` and `!=`, the number becomes a range from and to itself (7.4.2.8.2). The standard does not define
+        an order of both; it holds if it holds for the whole range, so one bound replaces the range.
         """
         if isinstance(left.type, RangeOf) == isinstance(right.type, RangeOf):
             return left, right
@@ -160,7 +146,7 @@ class Operators:
 
     def _membership(self, node: ast.Relation, left: Typed, right: Typed) -> Typed:
         if not isinstance(right.type, ListOf | RangeOf):
-            self._bag.add(messages.NoContainer(node.right.span, self._converter.describe(right.type)))
+            self._bag.add(messages.NotAContainer(node.right.span, self._converter.describe(right.type)))
             return Typed(plan.Literal(False, node.span), BOOL)
         item, kind = left.type, type(right.type)
         is_part = isinstance(item, kind)
@@ -174,7 +160,7 @@ class Operators:
     def _uncomparable(self, node: ast.Relation, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
         self._bag.add(
-            messages.UnlikeComparison(
+            messages.IncomparableOperands(
                 node.left.span, node.right.span, node.operator, describe(left.type), describe(right.type)
             )
         )
@@ -182,7 +168,7 @@ class Operators:
     # ------------------------------------------------------------ logic (7.4.2.2)
 
     def truth(self, value: Typed, operator: str, span: Span) -> plan.Expression:
-        """An operand that has to be true or false."""
+        """Convert an operand to bool."""
         if is_known(value.type) and value.type != BOOL:
             self._bag.add(messages.NotBool(span, operator, self._converter.describe(value.type)))
         return value.expression
@@ -193,15 +179,15 @@ def _arithmetic(type_: Type) -> plan.Number:
 
 
 def _as_float(side: Typed) -> plan.Expression:
-    """The operand, as float if it is an integer."""
+    """Convert an integer operand to float."""
     return as_number(side.expression, plan.Number.FLOAT) if is_integer(side.type) else side.expression
 
 
 def _alike(operator: str, left: Typed, right: Typed, shared: Type) -> tuple[plan.Expression, plan.Expression]:
-    """The operands of a comparison as one type (7.4.2.4.1).
+    """Convert the operands of a comparison to one type (7.4.2.4.1).
 
-    Whether an `int` and a `uint` are equal is the same in either type, as each value of one is one value of the
-    other: the right one is converted, so that the left one may be a parameter that a constraint is about.
+    An `int` and a `uint` compare equal in either type, since their values map one to one. The right operand is
+    converted, so that the left one can stay the parameter of a constraint.
     """
     if operator in {"==", "!="} and not isinstance(left.expression, plan.Literal):
         whole = adapted(right, left.type)
@@ -211,7 +197,7 @@ def _alike(operator: str, left: Typed, right: Typed, shared: Type) -> tuple[plan
 
 
 def _as_range(side: Typed) -> Typed:
-    """A number as the range from and to itself."""
+    """Convert a number to the range from and to itself."""
     if isinstance(side.type, RangeOf):
         return side
     number = side.expression
@@ -219,7 +205,7 @@ def _as_range(side: Typed) -> Typed:
 
 
 def _bound(side: Typed, which: plan.Side) -> Typed:
-    """A bound of a range; a number as it is."""
+    """Return a bound of a range, or a number unchanged."""
     if not isinstance(side.type, RangeOf):
         return side
     return Typed(plan.Bound(which, side.expression, side.expression.span), side.type.element)

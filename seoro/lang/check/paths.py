@@ -1,4 +1,4 @@
-"""Paths: expressions that lead to a field, through the fields of what holds it."""
+"""Paths: expressions that lead to a field through other fields."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping
 from seoro.lang import plan
 from seoro.lang.check.compositions import duration_of
 from seoro.lang.check.scopes import Scope
-from seoro.lang.symbols import FieldSymbol, Program, all_fields
-from seoro.lang.types import CompositionObject, ListOf, Structured, Type
+from seoro.lang.program import Program
+from seoro.lang.symbols import CompositionObject, FieldSymbol, ListOf, Structured, Type
 
 
 def paths_in(
     expression: plan.Expression, scope: Scope, program: Program
 ) -> Iterator[tuple[plan.Expression, tuple[FieldSymbol, ...]]]:
-    """The paths to fields in an expression, each with the fields on its way."""
+    """Yield the paths in an expression, each with its fields."""
     pending = [expression]
     while pending:
         current = pending.pop()
@@ -26,7 +26,7 @@ def paths_in(
 
 
 def fields_on(expression: plan.Expression, scope: Scope, program: Program) -> tuple[FieldSymbol, ...] | None:
-    """The fields on the way of a path; None if the expression is no path."""
+    """Return the fields of a path; None for other expressions."""
     match expression:
         case plan.Field(name):
             return (scope.fields[name],) if name in scope.fields else None
@@ -53,7 +53,11 @@ def _fields_of(type_: Type | None) -> Mapping[str, FieldSymbol]:
     match type_:
         case Structured(symbol):
             duration = duration_of(symbol)
-            return all_fields(symbol) if duration is None else {**all_fields(symbol), duration.name: duration}
+            return (
+                symbol.inventory.fields
+                if duration is None
+                else {**symbol.inventory.fields, duration.name: duration}
+            )
         case CompositionObject(composition):
             return composition.parameters
         case _:
@@ -61,12 +65,12 @@ def _fields_of(type_: Type | None) -> Mapping[str, FieldSymbol]:
 
 
 def _type_of_root(base: plan.Expression, scope: Scope) -> Type | None:
-    """The type of what a path begins with, where that is no field."""
+    """Return the type of a path's root if it is not a field."""
     if isinstance(base, plan.Binding) and not (base.name == "it" and scope.is_it_bound):
         return scope.bindings.get(base.name)
     return scope.it
 
 
 def leads_to_variable(fields: tuple[FieldSymbol, ...]) -> bool:
-    """Whether a path leads to a variable; the fields of a variable are variables themselves (7.3.6.1.2)."""
+    """Return whether a path leads to a variable; the fields of a variable are variables, too (7.3.6.1.2)."""
     return any(field.is_variable for field in fields)

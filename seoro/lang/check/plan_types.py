@@ -1,15 +1,15 @@
-"""Types and names of checking, as the plan and as messages have them."""
+"""Conversion of types and names of the checker for the plan and for messages."""
 
 from __future__ import annotations
 
 from typing import assert_never
 
 from seoro.lang import plan
-from seoro.lang.symbols import EnumSymbol, Program
-from seoro.lang.types import (
-    STRING,
+from seoro.lang.program import Program
+from seoro.lang.symbols import (
     CompositionObject,
     Enumeration,
+    EnumSymbol,
     EventObject,
     ListOf,
     Primitive,
@@ -19,16 +19,17 @@ from seoro.lang.types import (
     Type,
     Unknown,
 )
+from seoro.lang.types import STRING
 from seoro.lang.units import Dimension, unit_text
 
 
 def enum_value(symbol: EnumSymbol, member: str) -> plan.EnumValue:
-    """A member of an enumeration as the plan has it."""
+    """Convert a member of an enumeration for the plan."""
     return plan.EnumValue(symbol.plan_name, member, symbol.members[member])
 
 
 def plan_type(type_: Type, program: Program) -> plan.ValueType:
-    """A type as the plan has it."""
+    """Convert a type for the plan."""
     match type_:
         case Primitive(name):
             return plan.PrimitiveType(name)
@@ -45,13 +46,13 @@ def plan_type(type_: Type, program: Program) -> plan.ValueType:
         case RangeOf(element):
             return plan.RangeType(plan_type(element, program))
         case EventObject() | CompositionObject() | Unknown():
-            return plan_type(STRING, program)  # only where checking failed, and no plan is made
+            return plan_type(STRING, program)  # only after errors, which prevent a plan
         case _:
             assert_never(type_)
 
 
 def base_unit(dimension: Dimension, program: Program) -> str:
-    """The shortest name of a unit that is the base unit of a dimension; empty if none is declared."""
+    """Return the shortest name of the base unit of a dimension; empty if none is declared."""
     names = (
         unit.name
         for unit in program.units.values()
@@ -61,7 +62,7 @@ def base_unit(dimension: Dimension, program: Program) -> str:
 
 
 def type_name(type_: Type, program: Program) -> str:
-    """A type for messages, quoted."""
+    """Describe a type for messages, quoted."""
     match type_:
         case Quantity(dimension) if dimension not in program.quantities:
             return f"a value in {unit_text(dimension)}"

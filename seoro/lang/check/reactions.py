@@ -1,9 +1,12 @@
-"""Fifth pass, first half: what types do by themselves: derived events, `on` directives (7.3.10), sampled variables
-(7.3.6.1.2), and the modifiers that are members of them (7.3.12.4)."""
+"""Fifth pass, first half: reactions of types.
+
+These are derived events, `on` directives (7.3.10), sampled variables (7.3.6.1.2), and modifiers that are members
+(7.3.12.4).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 
 from seoro.lang import ast, plan
 from seoro.lang.check.compositions import parameters_of_invocation
@@ -11,19 +14,20 @@ from seoro.lang.check.declare import describe_kind
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.labels import Labels
 from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
 from seoro.lang.check.scopes import running_scope
+from seoro.lang.check.traversal import circles
 from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import names
-from seoro.lang.symbols import EventSymbol, Kind, Program, TypeSymbol, all_events, has_phases, lineage
+from seoro.lang.program import Program
+from seoro.lang.symbols import EventSymbol, Kind, TypeSymbol, has_phases, lineage
 
 
 class Reactions:
-    """What the types of a program do by themselves, by the types that declare it.
+    """Reactions of the types of a program, by the declaring type.
 
     Args:
-        expressions: For conditions and arguments.
+        expressions: The expression checker.
     """
 
     def __init__(self, expressions: Expressions) -> None:
@@ -35,51 +39,50 @@ class Reactions:
         self._modifiers: dict[TypeSymbol, list[plan.AppliedModifier]] = {}
 
     def elaborate(self, program: Program) -> None:
-        """Elaborate those of all types."""
+        """Elaborate the reactions of all types."""
         structured = program.structured()
         for symbol in structured:
-            labels = Labels(symbol, self._expressions)
             for event in symbol.events.values():
-                default = self._expressions.values.default
+                default = self._expressions.defaults.of
                 self._parameters[event] = tuple((each.name, default(each)) for each in event.parameters.values())
                 if event.specification is not None and not event.parameters:
-                    scope = running_scope(symbol, event.home, labels)
+                    scope = running_scope(symbol, event.home)
                     found = Events(self._expressions, scope).specification(event.specification)
                     if found is not None:
                         self._specifications[event] = found
-            self._elaborate_members(symbol, labels)
+            self._elaborate_members(symbol)
         for symbol in structured:
             self._check_events(symbol)
         self._check_modifiers(program)
 
     def specification(self, event: EventSymbol) -> plan.EventSpecification | None:
-        """What makes an event occur besides being emitted."""
+        """Return the specification that makes an event occur without `emit`."""
         return self._specifications.get(event)
 
     def parameters(self, event: EventSymbol) -> tuple[tuple[str, plan.Expression | None], ...]:
-        """The parameters of an event, with their defaults."""
+        """Return the parameters of an event, with their defaults."""
         return self._parameters[event]
 
     def on(self, symbol: TypeSymbol) -> tuple[plan.On, ...]:
-        """The `on` directives of a type, inherited ones first."""
+        """Return the `on` directives of a type, inherited ones first."""
         return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._on[type_])
 
     def samples(self, symbol: TypeSymbol) -> tuple[plan.Sample, ...]:
-        """The variables of a type that are sampled, inherited ones first."""
+        """Return the sampled variables of a type, inherited ones first."""
         return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._samples[type_])
 
     def modifiers(self, symbol: TypeSymbol) -> tuple[plan.AppliedModifier, ...]:
-        """The modifiers that are members of a type, inherited ones first."""
+        """Return the modifiers among the members of a type, inherited ones first."""
         return tuple(found for type_ in reversed(list(lineage(symbol))) for found in self._modifiers[type_])
 
-    def _elaborate_members(self, symbol: TypeSymbol, labels: Labels) -> None:
-        """The `on` directives and modifiers of a type itself and of its extensions."""
+    def _elaborate_members(self, symbol: TypeSymbol) -> None:
+        """Elaborate the `on` directives and modifiers of a type itself and of its extensions."""
         on = self._on[symbol] = []
         samples = self._samples[symbol] = []
         applied = self._modifiers[symbol] = []
         modified = _modified(symbol)
         for part in symbol.parts:
-            scope = running_scope(symbol, part.home, labels)
+            scope = running_scope(symbol, part.home)
             for member in part.members:
                 if isinstance(member, ast.OnDirective) and has_phases(symbol):
                     events = Events(self._expressions, scope)
@@ -96,7 +99,7 @@ class Reactions:
     def _sampled(
         self, symbol: TypeSymbol, declaration: ast.VariableDeclaration, events: Events
     ) -> Iterator[plan.Sample]:
-        """The variables of one declaration that are sampled, each with what it is set to, and when."""
+        """Yield the sampled variables of one declaration, each with its value and event."""
         node = declaration.value
         if not isinstance(node, ast.SampleExpression):
             return
@@ -106,18 +109,18 @@ class Reactions:
             if event is not None:
                 yield plan.Sample(field.name, value, event, node.span)
 
-    # ------------------------------------------------------------ circles
+    # ------------------------------------------------------------ cycles
 
     def _check_events(self, symbol: TypeSymbol) -> None:
-        """Report derived events of a type that wait for each other."""
-        declared = all_events(symbol)
-        for circle in _circles({name: self._derived_from(event) for name, event in declared.items()}):
+        """Report derived events of a type that form a cycle."""
+        declared = symbol.inventory.events
+        for circle in circles({name: self._derived_from(event) for name, event in declared.items()}):
             own = next((symbol.events[name] for name in circle if name in symbol.events), None)
             if own is not None:  # else it is reported with the base
                 self._expressions.bag.add(names.CyclicReference(own.span, "events", circle))
 
     def _derived_from(self, event: EventSymbol) -> tuple[str, ...]:
-        """The event of the same instance from which an event is derived, if there is one."""
+        """Return the event of the same instance from which an event is derived, if any."""
         match self._specifications.get(event):
             case plan.OnEvent(plan.DeclaredEvent(name)):
                 return (name,)
@@ -128,7 +131,7 @@ class Reactions:
         """Report modifiers that apply each other."""
         symbols = {symbol.plan_name: symbol for symbol in program.modifiers.values()}
         applied = {name: self._applied(symbol) for name, symbol in symbols.items()}
-        for circle in _circles(applied):
+        for circle in circles(applied):
             self._expressions.bag.add(names.CyclicReference(symbols[circle[0]].span, "modifiers", circle))
 
     def _applied(self, symbol: TypeSymbol) -> tuple[str, ...]:
@@ -137,7 +140,7 @@ class Reactions:
 
 
 def _modified(symbol: TypeSymbol) -> Modified:
-    """What modifiers that are members of a type modify."""
+    """Return the behavior that members of a type modify."""
     actors = own_actor(symbol)
     match symbol.kind:
         case Kind.SCENARIO | Kind.ACTION:
@@ -152,21 +155,3 @@ def _modified(symbol: TypeSymbol) -> Modified:
             )
             parameters = parameters_of_invocation(symbol.of) if symbol.of is not None else frozenset()
             return Modified(symbol.of, None if symbol.is_open else what, actors, parameters)
-
-
-def _circles(edges: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, ...]]:
-    """Circles of names, each of which leads to the next; one for each part of the graph that has some."""
-    done: set[str] = set()
-    for first in edges:
-        path = {first: iter(edges[first])} if first not in done else {}
-        while path:
-            following = next((name for name in path[next(reversed(path))] if name not in done), None)
-            if following is None:
-                done.add(path.popitem()[0])
-            elif following in path:
-                order = list(path)
-                yield (*order[order.index(following) :], following)
-                done.update(path)
-                break
-            else:
-                path[following] = iter(edges[following])

@@ -1,15 +1,16 @@
-"""What names, members of enumerations, numbers with units and `it` stand for (7.4.1)."""
+"""Resolution of names, members of enumerations, numbers with units and `it` (7.4.1)."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from seoro.lang import ast, plan
 from seoro.lang.check.compositions import OVERLAP_KIND
 from seoro.lang.check.convert import Typed, nothing
-from seoro.lang.check.labels import Labels
+from seoro.lang.check.expression_checker import ExpressionChecker
+from seoro.lang.check.labels import AllLabels
 from seoro.lang.check.lookup import candidates
+from seoro.lang.check.methods import Methods
 from seoro.lang.check.plan_types import enum_value
 from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import methods as method_messages
@@ -18,29 +19,29 @@ from seoro.lang.diagnostics import types as messages
 from seoro.lang.habits import UNITS, compound_unit
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
-from seoro.lang.symbols import EnumSymbol, Kind, QuantitySymbol, TypeSymbol, is_open
-from seoro.lang.types import Enumeration, Type, quantity
+from seoro.lang.symbols import Enumeration, EnumSymbol, Kind, QuantitySymbol, Type, TypeSymbol, is_open
+from seoro.lang.types import quantity
 from seoro.lang.units import to_si
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
 
 
 class References:
-    """Resolves what stands for a value by itself.
+    """Resolves expressions without operators.
 
     Args:
-        expressions: For lookup and methods, and for messages.
+        expressions: The expression checker.
+        methods: The methods of all types.
+        labels: The labels of all types.
     """
 
-    def __init__(self, expressions: Expressions) -> None:
-        self._expressions = expressions
+    def __init__(self, expressions: ExpressionChecker, methods: Methods, labels: AllLabels) -> None:
+        self._methods = methods
+        self._labels = labels
         self._program = expressions.program
         self._bag = expressions.bag
         self._lookup = expressions.lookup
 
     def physical(self, node: ast.PhysicalLiteral) -> Typed:
-        """A number with a unit."""
+        """Resolve a number with a unit."""
         unit = self._program.units.get(node.unit.text)
         if unit is None:
             if not self._program.is_unread(node.unit.text):
@@ -54,15 +55,15 @@ class References:
         return Typed(plan.Literal(value, node.span), quantity(unit.dimension))
 
     def enum_value(self, node: ast.EnumValueReference, scope: Scope) -> Typed:
-        """A member of an enumeration that is named."""
+        """Resolve a member with its enumeration."""
         assert node.enum is not None
         enum = self._lookup.type(scope.space, node.enum)
         if isinstance(enum, EnumSymbol):
             return self._member(enum, node.member.text, node.span)
         if enum is not None:
-            self._bag.add(names.WrongKind(node.enum.span, node.enum.text, "no enumeration", "one with members"))
+            self._bag.add(names.WrongKind(node.enum.span, node.enum.text, "not an enumeration", "an enumeration"))
         elif not self._program.is_unread(node.enum.text):
-            known = tuple(s.name for s in self._program.types.values() if isinstance(s, EnumSymbol))
+            known = self._program.types_of(EnumSymbol)
             self._bag.add(names.UnknownType(node.enum.span, node.enum.text, known, "enumeration"))
         return nothing(node.span)
 
@@ -76,7 +77,7 @@ class References:
         return nothing(span)
 
     def name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
-        """What a name means; members of the enumeration that is expected come before other ones."""
+        """Resolve a name; members of the expected enumeration come first."""
         if name.namespace is None and name.text in scope.bindings:
             return Typed(plan.Binding(name.text, name.span), scope.bindings[name.text])
         if expected == OVERLAP_KIND and name.namespace is None and name.text in OVERLAP_KIND.symbol.members:
@@ -100,7 +101,7 @@ class References:
         return self._unknown_name(name, scope, expected)
 
     def is_open_member(self, node: ast.Expression, scope: Scope) -> bool:
-        """Whether a name can only be a member of an enumeration, of which the other operand has to tell."""
+        """Return whether a name can only be a member of an enumeration that the other operand determines."""
         match node:
             case ast.NameExpression(name):
                 is_bound = name.namespace is None and name.text in scope.bindings
@@ -112,9 +113,9 @@ class References:
                 return False
 
     def it(self, span: Span, scope: Scope) -> Typed:
-        """What `it` stands for."""
+        """Resolve `it`."""
         if scope.it is None:
-            self._bag.add(method_messages.NoIt(span))
+            self._bag.add(method_messages.UndefinedIt(span))
             return nothing(span)
         if scope.is_it_bound:
             return Typed(plan.Binding("it", span), scope.it)
@@ -137,12 +138,12 @@ class References:
             hint = f"`{name.text}(...)` constructs a value" if _is_struct(symbol) else ""
             if isinstance(symbol, EnumSymbol):
                 member = next(iter(symbol.members), "<member>")
-                hint = f"a member of an enumeration is written `{name.text}!{member}`"
+                hint = f"write a member of an enumeration as `{name.text}!{member}`"
             self._bag.add(messages.NotAValue(name.span, name.text, kind, hint))
-        elif self._expressions.methods.own(name, scope) is not None:
+        elif self._methods.own(name, scope) is not None:
             self._bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
-        elif scope.owner is not None and name.text in (labels := Labels(scope.owner, self._expressions)):
-            is_early, is_invocation = scope.labels is None, labels.is_invocation(name.text)
+        elif scope.owner is not None and name.text in (labels := self._labels.of(scope.owner)):
+            is_early, is_invocation = not scope.is_running, labels.is_invocation(name.text)
             self._bag.add(messages.LabelAsValue(name.span, name.text, is_invocation, is_early))
         else:
             start, unit = compound_unit(name.span.file.text, name.span.start, name.span.end)
@@ -151,7 +152,7 @@ class References:
                 self._bag.add(names.UnknownUnit(span, unit, tuple(program.units)))
                 return nothing(name.span)
             members = candidates((*scope.fields.values(), *program.globals.values()), name)
-            known = (*members, *scope.bindings, *program.holders)
+            known = (*members, *scope.bindings, *program.enumerations_by_member)
             self._bag.add(names.UnknownName(name.span, name.text, known))
         return nothing(name.span)
 

@@ -1,4 +1,4 @@
-"""Second pass: extensions, what declarations refer to, bases, and the types of fields."""
+"""Second pass: resolve extensions, references of declarations, bases, and the types of fields."""
 
 from __future__ import annotations
 
@@ -7,41 +7,32 @@ from typing import assert_never
 from seoro.lang import ast
 from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.enumerations import Enumerations
-from seoro.lang.check.heads import head
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as behavior_messages
 from seoro.lang.diagnostics import coverage as coverage_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.diagnostics import types as messages
+from seoro.lang.namespaces import Home, Space
+from seoro.lang.program import Declaration, Program, actors_with
 from seoro.lang.symbols import (
     Condition,
-    Declaration,
-    EnumSymbol,
-    Home,
-    Kind,
-    Part,
-    Program,
-    QuantitySymbol,
-    Space,
-    TypeSymbol,
-    all_fields,
-    lineage,
-)
-from seoro.lang.types import (
-    BOOL,
-    PRIMITIVES,
-    UNKNOWN,
     Enumeration,
+    EnumSymbol,
+    Kind,
     ListOf,
+    Part,
     Quantity,
+    QuantitySymbol,
     RangeOf,
     Structured,
     Type,
-    is_number,
+    TypeSymbol,
+    lineage,
 )
+from seoro.lang.types import BOOL, PRIMITIVES, UNKNOWN, is_number
 
-MAX_BASES = 100  # in a line, along which names and conditions are looked for
+MAX_BASES = 100  # in a chain, which lookups of names and conditions follow
 
 
 class Resolver:
@@ -49,7 +40,7 @@ class Resolver:
 
     Args:
         program: The program, with all declarations.
-        bag: Where messages go.
+        bag: Bag for messages.
     """
 
     def __init__(self, program: Program, bag: Bag) -> None:
@@ -58,7 +49,7 @@ class Resolver:
         self._lookup = Lookup(program, bag)
 
     def resolve(self, declared: Declared) -> None:
-        """Resolve everything but members, in the order in which one needs the other."""
+        """Resolve everything except members, in the order of dependencies."""
         program = self._program
         for extension, home in declared.extensions:
             self._extend(extension, home)
@@ -76,7 +67,7 @@ class Resolver:
                 program.globals[home.namespace_of(name), name.text].type = type_
             for item in parameter.coverage:
                 message = coverage_messages.MisplacedItem(
-                    head(item.span, item.kind), item.kind, parameter.names[0].text
+                    item.span.head(item.kind), item.kind, parameter.names[0].text
                 )
                 self._bag.add(message)
 
@@ -104,7 +95,7 @@ class Resolver:
                 assert_never(extension)
 
     def _extended(self, behavior: ast.BehaviorName, space: Space) -> TypeSymbol | None:
-        """What an extension extends; None if there is no such thing, which is reported."""
+        """Find the extended type; report an unknown one and return None."""
         if behavior.actor is not None:
             return self._behavior(behavior, space)
         found = self._lookup.type(space, behavior.name) or self._lookup.behavior(space, None, behavior.name)
@@ -115,7 +106,7 @@ class Resolver:
         return None
 
     def _behavior(self, name: ast.BehaviorName, space: Space) -> TypeSymbol | None:
-        """A scenario or an action; None if there is none, which is reported."""
+        """Find a scenario or an action; report an unknown one and return None."""
         actor: TypeSymbol | None = None
         if name.actor is not None:
             owner = self._lookup.type(space, name.actor)
@@ -129,7 +120,7 @@ class Resolver:
         return found
 
     def _find_modified(self, symbol: TypeSymbol) -> None:
-        """Find what a modifier is for: a behavior of its actor, if no other one is named, or of none."""
+        """Find the behavior that a modifier is `of`: one of its actor, unless another is named, or of none."""
         declaration = symbol.declaration
         if not isinstance(declaration, ast.ModifierDeclaration) or declaration.of is None:
             return
@@ -174,13 +165,13 @@ class Resolver:
         owners = set(lineage(actor)) if actor is not None else {None}
         known = tuple(symbol.name for (_, owner, _), symbol in self._program.behaviors.items() if owner in owners)
         owner_name, text = actor.name if actor is not None else None, name.name.text
-        others = [key[1].name for key in self._program.behaviors if key[1] is not None and key[2] == text]
-        hint = f"it belongs to actor `{others[0]}`: write `{others[0]}.{text}`" if others and actor is None else ""
+        others = actors_with(self._program.behaviors, text)
+        hint = f"it belongs to actor `{others[0]}`; write `{others[0]}.{text}`" if others and actor is None else ""
         self._bag.add(behavior_messages.UnknownBehavior(name.span, text, owner_name, known, hint))
 
     def _check_lines(self, structured: list[TypeSymbol]) -> None:
-        """Cut bases that lead back to where they begin, and lines of bases that are too long."""
-        depths: dict[TypeSymbol, int] = {}  # how many bases there are
+        """Cut cyclic bases, and chains of bases that are too long."""
+        depths: dict[TypeSymbol, int] = {}  # number of bases
         for symbol in structured:
             path: dict[TypeSymbol, None] = {}
             current: TypeSymbol | None = symbol
@@ -198,13 +189,13 @@ class Resolver:
                     type_.base, type_.is_open, depths[type_] = None, True, 0
 
     def _cut_circle(self, circle: list[TypeSymbol]) -> None:
-        """Report types that inherit each other, and let the last one inherit nothing."""
+        """Report types that inherit each other, and remove the base of the last one."""
         names_ = tuple(type_.qualified_name for type_ in (*circle, circle[0]))
         self._bag.add(names.CyclicReference(circle[0].span, "bases", names_))
         circle[-1].base, circle[-1].is_open = None, True
 
     def _check_actor(self, symbol: TypeSymbol) -> None:
-        """The base of a scenario or an action belongs to the same actor or a more general one."""
+        """Check that the base of a scenario or an action belongs to the same actor or a base of it."""
         base = symbol.base
         if base is None or symbol.kind in {Kind.STRUCT, Kind.ACTOR}:
             return
@@ -213,12 +204,12 @@ class Resolver:
             declaration = symbol.declaration
             assert not isinstance(declaration, ast.ModifierDeclaration) and declaration.inheritance is not None
             span = declaration.inheritance.base.span
-            self._bag.add(names.WrongBase(span, symbol.qualified_name, base.qualified_name))
+            self._bag.add(names.InvalidBase(span, symbol.qualified_name, base.qualified_name))
 
     # ------------------------------------------------------------ conditions (7.3.8.2)
 
     def resolve_conditions(self) -> None:
-        """Find the fields that decide about conditional subtypes; for use when all members are declared."""
+        """Find the deciding fields of conditional subtypes, after all members are declared."""
         conditional = [symbol for symbol in self._program.structured() if _condition(symbol) is not None]
         for symbol in sorted(conditional, key=lambda found: len(list(lineage(found)))):
             self._resolve_condition(symbol)
@@ -235,7 +226,7 @@ class Resolver:
         if symbol.base is None or condition is None:
             return
         name, value = condition
-        fields = all_fields(symbol.base)
+        fields = symbol.base.inventory.fields
         field = self._lookup.member(symbol.home.space, fields, name)
         if field is None:
             known = tuple(found.text for found in fields.values())
@@ -247,11 +238,11 @@ class Resolver:
             self._program.conditionals.append(symbol)
 
     def _decides(self, type_: Type, value: ast.EnumValueReference | ast.BoolLiteral, space: Space) -> bool:
-        """Whether a value is one of a boolean or enumerated field; if not, that is reported."""
+        """Return whether a value belongs to a boolean or enumerated field; report other values."""
         match type_, value:
             case Enumeration(enum), ast.EnumValueReference(prefix, member):
                 if prefix is not None and self._lookup.type(space, prefix) is not enum:
-                    self._bag.add(names.WrongKind(prefix.span, prefix.text, "not the type", f"`{enum.name}`"))
+                    self._bag.add(names.WrongKind(prefix.span, prefix.text, "another type", f"`{enum.name}`"))
                 elif member.text in enum.members:
                     return True
                 else:
@@ -260,7 +251,7 @@ class Resolver:
             case _ if type_ == BOOL and isinstance(value, ast.BoolLiteral):
                 return True
             case _ if type_ != UNKNOWN:
-                self._bag.add(messages.WrongCondition(value.span))
+                self._bag.add(messages.InvalidCondition(value.span))
             case _:
                 pass
         return False
@@ -268,7 +259,7 @@ class Resolver:
     # ------------------------------------------------------------ type declarators
 
     def type_of(self, declarator: ast.TypeDeclarator, space: Space) -> Type:
-        """The type that a declarator means; Unknown if there is none, which is reported."""
+        """Return the type of a declarator; report an unknown one and return Unknown."""
         match declarator:
             case ast.PrimitiveTypeName(text):
                 return PRIMITIVES[text]
@@ -332,7 +323,7 @@ class Resolver:
 
 
 def _condition(symbol: TypeSymbol) -> tuple[ast.Name, ast.EnumValueReference | ast.BoolLiteral] | None:
-    """The condition of a type as it is written."""
+    """Return the condition of a type from the tree."""
     declaration = symbol.declaration
     if isinstance(declaration, ast.ModifierDeclaration) or declaration.inheritance is None:
         return None

@@ -1,34 +1,31 @@
-"""What names mean where an expression stands."""
+"""Scopes: the meaning of names in an expression."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING
 
 from seoro.lang import plan
 from seoro.lang.check.compositions import ANY_BEHAVIOR
 from seoro.lang.frozen import Value
 from seoro.lang.members import MemberTable
-from seoro.lang.symbols import FieldSymbol, Home, Kind, Space, TypeSymbol, all_fields, is_open
-from seoro.lang.types import UNKNOWN, Structured, Type
-
-if TYPE_CHECKING:
-    from seoro.lang.check.labels import Labels
+from seoro.lang.namespaces import Home, Space
+from seoro.lang.symbols import FieldSymbol, Kind, Structured, Type, TypeSymbol, is_open
+from seoro.lang.types import UNKNOWN
 
 
 class Scope(Value):
-    """What names mean where an expression stands.
+    """Meaning of names in an expression.
 
     Args:
-        owner: The type whose fields can be named; None if there is none.
-        space: The scope of the text's namespace statement.
+        owner: The type whose fields are visible, or None.
+        space: The scope of the namespace statement.
         bindings: `actor`, the event objects of `as` clauses, and parameters of a method.
-        fields: The fields that can be named.
-        it: The type of `it`; None if it stands for nothing.
+        fields: The visible fields.
+        it: The type of `it`; None if it is undefined.
         is_it_bound: Whether `it` is a binding.
-        it_value: What `it` stands for if it is no binding; None for the instance itself.
-        labels: The labels that stand for what was invoked under them; None before anything runs.
+        it_value: Value of `it` if it is not a binding; None for the instance itself.
+        is_running: Whether the owner runs, so that its labels denote invoked instances.
     """
 
     owner: TypeSymbol | None
@@ -38,26 +35,29 @@ class Scope(Value):
     it: Type | None = None
     is_it_bound: bool = False
     it_value: plan.Expression | None = None
-    labels: Labels | None = None
+    is_running: bool = False
 
 
-def scope_of(owner: TypeSymbol | None, home: Home, labels: Labels | None = None) -> Scope:
-    """The scope of the members of a type, in its declaration or an extension; of None, of global parameters."""
-    if owner is None:
-        return Scope(None, home.space, labels=labels)
+def scope_of(owner: TypeSymbol | None, home: Home) -> Scope:
+    """Create the scope of members in a declaration or an extension; without an owner, of global parameters."""
+    return _scope(owner, home, False) if owner is not None else Scope(None, home.space)
+
+
+def running_scope(owner: TypeSymbol, home: Home) -> Scope:
+    """Create the scope of members that are evaluated while an instance runs."""
+    return _scope(owner, home, True)
+
+
+def _scope(owner: TypeSymbol, home: Home, is_running: bool) -> Scope:
+    """Create the scope of members; positional fields are fast."""
     bindings: dict[str, Type] = {"actor": Structured(owner.actor)} if owner.actor is not None else {}
-    if owner.kind is Kind.MODIFIER:
-        return Scope(owner, home.space, bindings, all_fields(owner), _modified(owner), True, None, labels)
-    return Scope(owner, home.space, bindings, all_fields(owner), Structured(owner), False, None, labels)
+    is_modifier = owner.kind is Kind.MODIFIER
+    it = _modified(owner) if is_modifier else Structured(owner)
+    return Scope(owner, home.space, bindings, owner.inventory.fields, it, is_modifier, None, is_running)
 
 
 def _modified(modifier: TypeSymbol) -> Type:
-    """The type of `it` in a modifier: of what it modifies (7.4.1.3)."""
+    """Return the type of `it` in a modifier: the modified behavior (7.4.1.3)."""
     if modifier.of is not None:
         return Structured(modifier.of)
     return UNKNOWN if is_open(modifier) else ANY_BEHAVIOR
-
-
-def running_scope(owner: TypeSymbol, home: Home, labels: Labels) -> Scope:
-    """The scope of the members of a type that are evaluated while an instance of it runs."""
-    return scope_of(owner, home, labels)

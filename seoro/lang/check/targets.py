@@ -1,39 +1,38 @@
-"""What an invocation invokes: a scenario or an action, and the actor that it is invoked on (7.3.5.1.3)."""
+"""Targets of invocations: a scenario or an action, and its actor (7.3.5.1.3)."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from seoro.lang import ast, plan
-from seoro.lang.check.calls import made_by_field
+from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import listing
 from seoro.lang.diagnostics import modifiers as modifier_messages
-from seoro.lang.symbols import Home, Kind, TypeSymbol, all_methods, lineage
-from seoro.lang.types import Structured, is_known
-
-if TYPE_CHECKING:
-    from seoro.lang.check.expressions import Expressions
+from seoro.lang.namespaces import Home
+from seoro.lang.program import actors_with
+from seoro.lang.symbols import Kind, Structured, TypeSymbol, lineage
+from seoro.lang.types import is_known
 
 
 class Target(NamedTuple):
-    """What is invoked, and on which actor."""
+    """The invoked scenario or action, and its actor."""
 
     symbol: TypeSymbol
     actor: plan.Expression | None
 
 
 class Targets:
-    """Finds what invocations invoke.
+    """Finds the targets of invocations.
 
     Args:
-        expressions: For the expressions of actors, and for messages.
-        owner: The scenario or action in which the invocations stand.
-        home: Where its text is.
+        expressions: The expression checker.
+        owner: The scenario or action that contains the invocations.
+        home: Namespace and library of its text.
     """
 
-    def __init__(self, expressions: Expressions, owner: TypeSymbol, home: Home) -> None:
+    def __init__(self, expressions: ExpressionChecker, owner: TypeSymbol, home: Home) -> None:
         self._expressions = expressions
         self._bag = expressions.bag
         self._program = expressions.program
@@ -42,7 +41,7 @@ class Targets:
         self._scope = scope_of(owner, home)
 
     def find(self, call: ast.FunctionApplication) -> Target | None:
-        """The target of an invocation; None if there is none, which is reported."""
+        """Find the target of an invocation; report an unknown one and return None."""
         match call.function:
             case ast.NameExpression(name):
                 return self._unprefixed(name)
@@ -53,7 +52,7 @@ class Targets:
                 return None
 
     def _unprefixed(self, name: ast.Name) -> Target | None:
-        """A behavior of the scenario's own actor, or of none."""
+        """Find a behavior of the scenario's own actor, or of none."""
         space, own = self._scope.space, self._owner.actor
         if own is not None:
             found = self._lookup.behavior(space, own, name)
@@ -70,17 +69,16 @@ class Targets:
         return None
 
     def _hint(self, name: ast.Name) -> str:
-        """What to do about an unknown behavior that an actor has."""
-        actors = [key[1].name for key in self._program.behaviors if key[1] is not None and key[2] == name.text]
-        if actors:
-            return f"it belongs to actor `{actors[0]}`: invoke it as `<actor>.{name.text}(...)`"
+        """Return help on a behavior that only an actor has."""
+        if actors := actors_with(self._program.behaviors, name.text):
+            return f"it belongs to actor `{actors[0]}`; invoke it as `<actor>.{name.text}(...)`"
         declared = self._lookup.type(self._scope.space, name)
         if isinstance(declared, TypeSymbol) and declared.kind is Kind.ACTOR:
-            return made_by_field(name.text, ())
+            return messages.made_by_field(name.text, ())
         return ""
 
     def _of_actor(self, base: ast.Expression, name: ast.Name) -> Target | None:
-        """A behavior of the actor that an expression gives."""
+        """Find a behavior of the actor that an expression denotes."""
         actor = self._expressions.value(base, self._scope)
         if not is_known(actor.type):
             return None
@@ -98,21 +96,21 @@ class Targets:
             known = self._known(list(lineage(owner)))
             hint = ""
             if not known and self._lookup.behavior(self._scope.space, None, name) is not None:
-                hint = f"it belongs to no actor: invoke it as `{name.text}(...)`"
+                hint = f"it belongs to no actor; invoke it as `{name.text}(...)`"
             elif not known:
                 hint = self._hint_of_actor(name)
             self._bag.add(messages.UnknownBehavior(name.span, name.text, owner.name, known, hint))
         return None
 
     def _hint_of_actor(self, name: ast.Name) -> str:
-        """The actors that have a behavior of a name."""
-        actors = [key[1].name for key in self._program.behaviors if key[1] is not None and key[2] == name.text]
+        """Return help with the actors that have a behavior."""
+        actors = actors_with(self._program.behaviors, name.text)
         return f"it belongs to actor {listing(sorted(set(actors)), 'or')}" if actors else ""
 
     def _report_other(self, owner: TypeSymbol, actor: TypeSymbol | None, name: ast.Name) -> bool:
-        """Report a name that is one of a method or of a modifier; whether it is."""
+        """Report the name of a method or a modifier; return whether it is one."""
         space = self._scope.space
-        if self._lookup.member(space, all_methods(owner), name) is not None:
+        if self._lookup.member(space, owner.inventory.methods, name) is not None:
             self._bag.add(messages.MethodInvoked(name.span, name.text))
             return True
         modifier = self._lookup.modifier(space, actor, name) or self._lookup.modifier(space, None, name)

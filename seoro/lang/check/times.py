@@ -1,4 +1,4 @@
-"""Arguments that say when something happens: of compositions, and `duration` of invocations (7.3.13, 7.6.2.4)."""
+"""Arguments about time: of compositions, and `duration` of invocations (7.3.13, 7.6.2.4)."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from seoro.lang.diagnostics import behaviors as argument_messages
 from seoro.lang.diagnostics import times as messages
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
-from seoro.lang.symbols import FieldSymbol
-from seoro.lang.types import RangeOf
+from seoro.lang.symbols import FieldSymbol, RangeOf
 
 _PARALLEL_ONLY: Final = (OVERLAP, START_TO_START, END_TO_END)
 _Overlap = plan.Overlap
@@ -37,21 +36,21 @@ _ENDS: Final = {
 
 
 def check_sign(time: plan.Expression, what: str, bag: Bag, is_positive: bool = False) -> None:
-    """Report a time that is written out and below zero, or, if it has to be positive, zero."""
+    """Report a literal time below zero, or zero if it must be positive."""
     for bound in _bounds(time):
         if bound.number < 0 or (is_positive and bound.number == 0):
             bag.add(messages.NegativeTime(bound.span, what, is_positive))
 
 
 class _Bound(NamedTuple):
-    """A bound that is written out."""
+    """A literal bound."""
 
     number: float
     span: Span
 
 
 def _bounds(time: plan.Expression) -> list[_Bound]:
-    """The bounds of a range of times, as far as they are written out."""
+    """Return the literal bounds of a range of times."""
     found = (time.low, time.high) if isinstance(time, plan.RangeOf) else (time,)
     return [
         _Bound(bound.value, bound.span)
@@ -61,7 +60,7 @@ def _bounds(time: plan.Expression) -> list[_Bound]:
 
 
 class Times(NamedTuple):
-    """When the members of a composition start and end."""
+    """Elaborated arguments about the starts and ends of members."""
 
     duration: plan.Expression | None
     overlap: plan.Overlap
@@ -71,11 +70,11 @@ class Times(NamedTuple):
 
 
 class Timing:
-    """Elaborates such arguments in the behavior of one scenario.
+    """Elaborates arguments about time in the behavior of one scenario.
 
     Args:
-        expressions: For the values.
-        scope: Where they stand.
+        expressions: The expression checker.
+        scope: Scope of the arguments.
     """
 
     def __init__(self, expressions: Expressions, scope: Scope) -> None:
@@ -84,7 +83,7 @@ class Timing:
         self._scope = scope
 
     def of_composition(self, node: ast.Composition) -> Times:
-        """The arguments of a composition; its parameters have no namespace (7.3.13)."""
+        """Elaborate the arguments of a composition, whose parameters have no namespace (7.3.13)."""
         order = (*_PARALLEL_ONLY, DURATION) if node.operator == "parallel" else (DURATION,)
         given = self._bind(node.operator, order, node.arguments)
         overlap = self._overlap(given[OVERLAP]) if OVERLAP in given else None
@@ -99,7 +98,7 @@ class Timing:
     def of_invocation(
         self, arguments: ast.ArgumentList, parameters: MemberTable[FieldSymbol]
     ) -> tuple[plan.Expression | None, ast.ArgumentList]:
-        """The `duration` of an invocation, if there is no parameter of that name, and the other arguments."""
+        """Return the implicit `duration` of an invocation, and the other arguments."""
         own: list[ast.NamedArgument] = []
         others: list[ast.NamedArgument] = []
         for argument in arguments.named:
@@ -115,7 +114,7 @@ class Timing:
     def _bind(
         self, operator: str, order: tuple[str, ...], arguments: ast.ArgumentList | None
     ) -> dict[str, ast.Expression]:
-        """What is given for parameters, positional arguments in their order."""
+        """Bind arguments to parameters, positional ones in order."""
         given: dict[str, ast.Expression] = {}
         places: dict[str, Span] = {}
         if arguments is None:
@@ -130,7 +129,7 @@ class Timing:
                 self._report_unknown(operator, order, argument.name)
                 continue
             if name in given:
-                self._bag.add(argument_messages.ArgumentTwice(argument.name.span, name, places[name]))
+                self._bag.add(argument_messages.DuplicateArgument(argument.name.span, name, places[name]))
             given[name], places[name] = argument.value, argument.name.span
         return given
 
@@ -141,7 +140,7 @@ class Timing:
             self._bag.add(argument_messages.UnknownArgument(name.span, operator, name.span.text, order))
 
     def _overlap(self, node: ast.Expression) -> plan.Overlap | None:
-        """A kind of overlap: its names are part of the language, whatever else may have them."""
+        """Read a kind of overlap, whose names are part of the language."""
         kinds = {kind.value: kind for kind in _Overlap}
         if isinstance(node, ast.NameExpression) and node.name.namespace is None and node.name.text in kinds:
             return kinds[node.name.text]
@@ -149,7 +148,7 @@ class Timing:
         return None
 
     def _range(self, name: str, node: ast.Expression) -> plan.Expression:
-        """A range of times; a single time is one from and to itself."""
+        """Elaborate a range of times; a single time is the range from and to itself."""
         found = self._expressions.converted(node, RangeOf(TIME), self._scope, f"`{name}`")
         if name == DURATION:
             check_sign(found, "duration", self._bag)
@@ -162,7 +161,7 @@ class Timing:
         offset: plan.Expression | None,
         allowed: Mapping[plan.Overlap, tuple[float, float]],
     ) -> None:
-        """Report an offset that is written out and that the kind of overlap never allows."""
+        """Report a literal offset that the kind of overlap excludes."""
         numbers = [bound.number for bound in _bounds(offset)] if offset is not None else []
         low, high = allowed.get(overlap, (-inf, inf))
         if offset is not None and len(numbers) == 2 and (max(numbers) < low or min(numbers) > high):

@@ -1,20 +1,29 @@
-"""Every message of the language front end, one file a phase; codes are stable.
+"""Messages of the language front end, one file per phase; codes are stable.
 
-A message is a frozen dataclass that turns itself into a `Diagnostic`.
+Each message is a `TemplateMessage` (`template.py`): a code, templates of its texts, and fields. The folder imports
+`source`, `frozen` and the tables of `habits`.
 
 The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors`, `events`,
-`modifiers` and `times` (E04), `coverage` (E05), `bindings` to Python (E06).
+`modifiers` and `times` (E04), `coverage` (E05), `bindings` to Python (E06). Modules are loaded on first
+use, as most scenarios cause no message.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib import import_module
+from types import ModuleType
+from typing import Any, Final
 
-MAX_CANDIDATES = 500  # for what may have been meant
+_PHASES: Final = frozenset(
+    {"syntax", "imports", "names", "types", "methods", "behaviors", "events", "modifiers", "times", "constraints"}
+    | {"coverage", "bindings"}
+)
+MAX_CANDIDATES = 500  # compared for a suggestion
 
 
 def near(name: str, candidates: Iterable[str]) -> str:
-    """A help text that names what may have been meant; empty if nothing comes near."""
+    """Help that suggests the candidates nearest to `name`; empty without any."""
     from difflib import get_close_matches  # noqa: PLC0415 - slow to load, and seldom needed
 
     known = sorted(set(candidates))
@@ -25,8 +34,8 @@ def near(name: str, candidates: Iterable[str]) -> str:
     return f"did you mean {listing(found, 'or')}?" if found else ""
 
 
-def a(name: str) -> str:
-    """A type with its article: `a length` of the quoted name; what is no quoted name stays as it is."""
+def with_article(name: str) -> str:
+    """Put the article before a quoted type, as in `a length`; return other texts unchanged."""
     if not name.startswith("`"):
         return name
     bare = name.strip("`")
@@ -34,8 +43,21 @@ def a(name: str) -> str:
 
 
 def listing(names: Iterable[str], conjunction: str = "and") -> str:
-    """`a`, `b` and `c`."""
+    """Quote and join names: `a`, `b` and `c`."""
     quoted = [f"`{name}`" for name in names]
     if len(quoted) < 2:
         return "".join(quoted)
     return f"{', '.join(quoted[:-1])} {conjunction} {quoted[-1]}"
+
+
+class _Phase(ModuleType):
+    """Proxy of a phase's module, which is loaded on first use."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module(self.__name__), name)
+
+
+def __getattr__(name: str) -> ModuleType:
+    if name in _PHASES:
+        return _Phase(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,239 +1,225 @@
-"""Messages of behaviors, events and instantiation (E04)."""
+"""Messages of behaviors and instantiation (E0401 to E0428)."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error, warning
-from seoro.lang.diagnostics import listing, near
-from seoro.lang.frozen import Frozen
+from collections.abc import Sequence
+
+from seoro.lang.diagnostic import Severity
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.habits import BEHAVIORS as HABITS
-from seoro.lang.provided import BEHAVIORS, import_hint
+from seoro.lang.import_hints import BEHAVIORS, import_hint
 from seoro.lang.source import Span
 
 FILE_NOT_FOUND = "E0414"
 
 
-class UnknownBehavior(Frozen):
-    """An invocation of what is no scenario or action."""
+class UnknownBehavior(TemplateMessage):
+    """Invocation of an unknown scenario or action."""
 
-    span: Span
+    CODE = "E0401"
+    TEXT = ("actor `{actor}` has no scenario or action `{name}`", "unknown scenario or action `{name}`")
+    HELP = ("{help}", "{_imported}", "{_habit}", "{near}", "{actor:if}available: {candidates:and}")
+
     name: str
     actor: str | None
     candidates: tuple[str, ...]
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        what = f"actor `{self.actor}` has no scenario or action" if self.actor else "unknown scenario or action"
-        hint = import_hint(self.name, BEHAVIORS, self.actor) or HABITS.get(self.name, "").format(self.name)
-        hint = self.help or hint or near(self.name, self.candidates)
-        if not hint and self.actor and self.candidates:
-            hint = f"it has {listing(self.candidates)}"
-        return error("E0401", self.span, f"{what} `{self.name}`", help=hint)
+    @property
+    def _imported(self) -> str:
+        return import_hint(self.name, BEHAVIORS, self.actor)
+
+    @property
+    def _habit(self) -> str:
+        return HABITS.get(self.name, "").format(self.name)
 
 
-class NotAnActor(Frozen):
-    """A behavior invoked on something that is no actor."""
+class NotAnActor(TemplateMessage):
+    """Invocation of a behavior of something other than an actor."""
 
-    span: Span
+    CODE = "E0402"
+    TEXT = "expected an actor before the behavior, found {found}"
+
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0402", self.span, f"behaviors belong to actors, this is {self.found}")
 
+class MethodInvoked(TemplateMessage):
+    """Invocation of a method."""
 
-class MethodInvoked(Frozen):
-    """A method where a behavior is invoked."""
+    CODE = "E0427"
+    TEXT = "`{name}` is a method; expected a scenario or an action"
+    HELP = "call a method with a result in an expression, any other method with `call`"
 
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "methods with a result are called in expressions, others by `call`"
-        return error("E0427", self.span, f"`{self.name}` is a method, not a scenario or an action", help=hint)
 
+class GlobalWithoutValue(TemplateMessage):
+    """A global parameter without a value."""
 
-class GlobalWithoutValue(Frozen):
-    """A global parameter that nothing gives a value."""
+    CODE = "E0428"
+    TEXT = "global parameter `{name}` has no value"
+    HELP = "give it a default"
 
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0428", self.span, f"global parameter `{self.name}` has no value: give it a default")
 
+class UnknownArgument(TemplateMessage):
+    """A named argument without a parameter of that name."""
 
-class UnknownArgument(Frozen):
-    """A named argument that the parameters do not have."""
+    CODE = "E0403"
+    TEXT = "`{owner}` has no parameter `{name}`"
+    HELP = ("{near}", "its parameters are {candidates:and}", "it has no parameters")
 
-    span: Span
     owner: str
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates)
-        if not hint:
-            hint = f"its parameters are {listing(self.candidates)}" if self.candidates else "it has no parameters"
-        return error("E0403", self.span, f"`{self.owner}` has no parameter `{self.name}`", help=hint)
 
-
-class TooManyArguments(Frozen):
+class TooManyArguments(TemplateMessage):
     """More positional arguments than parameters."""
 
-    span: Span
+    CODE = "E0404"
+    TEXT = "too many arguments: `{owner}` takes {_expected}"
+
     owner: str
     limit: int
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        takes = {0: "no arguments", 1: "one argument"}.get(self.limit, f"{self.limit} arguments")
-        return error("E0404", self.span, f"too many arguments: `{self.owner}` takes {takes}")
+    @property
+    def _expected(self) -> str:
+        return {0: "no arguments", 1: "one argument"}.get(self.limit, f"{self.limit} arguments")
 
 
-class ArgumentTwice(Frozen):
-    """A parameter that is given two values."""
+class DuplicateArgument(TemplateMessage):
+    """A second value for a parameter."""
 
-    span: Span
+    CODE = "E0405"
+    TEXT = "duplicate argument `{name}`"
+    OTHERS = (("first", "first given here"),)
+
     name: str
     first: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.first, "first given here")
-        return error("E0405", self.span, f"`{self.name}` is given twice", before)
 
+class MissingArgument(TemplateMessage):
+    """A parameter without an argument."""
 
-class MissingArgument(Frozen):
-    """A parameter that gets no value."""
+    CODE = "E0406"
+    TEXT = "missing argument `{name}` of `{owner}`"
+    HELP = "add `{name}: ...`"
 
-    span: Span
     owner: str
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.owner}` needs a value for `{self.name}`"
-        return error("E0406", self.span, text, help=f"add `{self.name}: ...`")
 
+class MissingValue(TemplateMessage):
+    """A parameter without a value."""
 
-class NoValue(Frozen):
-    """A parameter that nothing gives a value."""
+    CODE = "E0407"
+    TEXT = "'{name}' has no value: give it a default or an override"
 
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0407", self.span, f"'{self.name}' has no value: give it a default or an override")
 
-
-class SecondDo(Frozen):
+class DuplicateDo(TemplateMessage):
     """A second `do` (7.3.5.1.3)."""
 
-    span: Span
+    CODE = "E0413"
+    TEXT = "duplicate `do`: a scenario has only one"
+    HELP = "join both in one `do parallel:`"
+    OTHERS = (("first", ("{inherited:if}inherited from here", "the first `do`")),)
+
     first: Span
     inherited: bool
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.first, "inherited from here" if self.inherited else "the first one is here")
-        return error(
-            "E0413", self.span, "a scenario has only one `do`", before, help="join them by `parallel:` in one"
-        )
+
+class MissingScenario(TemplateMessage):
+    """A file without a scenario to run."""
+
+    CODE = "E0420"
+    TEXT = "missing scenario to run"
+    HELP = "declare a scenario in this file, or run another file"
 
 
-class NoScenario(Frozen):
-    """A file that has no scenario to run."""
+class AmbiguousEntry(TemplateMessage):
+    """Several scenarios, none of which was chosen."""
 
-    span: Span
+    CODE = "E0421"
+    TEXT = "this file declares several scenarios; choose one to run"
+    HELP = "choose {candidates:or} with `--scenario`, or name one of them `main`"
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0420", self.span, "this file declares no scenario", help="a scenario is needed to run it")
-
-
-class AmbiguousEntry(Frozen):
-    """Several scenarios, and nothing that says which one to run."""
-
-    span: Span
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"choose one of {listing(self.candidates, 'or')} by `--scenario`, or call one `main`"
-        return error("E0421", self.span, "which scenario is to run?", help=hint)
 
+class UnknownEntry(TemplateMessage):
+    """The chosen scenario is missing in the file."""
 
-class UnknownEntry(Frozen):
-    """The scenario that was asked for is not in the file."""
+    CODE = "E0422"
+    TEXT = "unknown scenario `{name}`"
+    HELP = ("{near}", "this file declares {candidates:and}")
 
-    span: Span
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates)
-        if not hint and self.candidates:
-            hint = f"it declares {listing(self.candidates)}"
-        return error("E0422", self.span, f"this file declares no scenario `{self.name}`", help=hint)
 
+class ActorEntry(TemplateMessage):
+    """The chosen scenario belongs to an actor, which a run does not have."""
 
-class ActorEntry(Frozen):
-    """The entry scenario belongs to an actor, which nobody gives it."""
+    CODE = "E0423"
+    TEXT = "`{name}` belongs to an actor and cannot run by itself"
+    HELP = "write a scenario with a field for the actor, and invoke `{name}` on it"
 
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "write a scenario that has an actor of its own and invokes it"
-        return error("E0423", self.span, f"`{self.name}` belongs to an actor and cannot run by itself", help=hint)
 
-
-class WrongOverride(Frozen):
+class InvalidOverride(TemplateMessage):
     """An override that does not fit the scenario."""
 
-    span: Span
+    CODE = "E0424"
+    TEXT = "cannot override `{path}`: {reason}"
+    HELP = "{help}"
+
     path: str
     reason: str
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0424", self.span, f"cannot override `{self.path}`: {self.reason}", help=self.help)
+
+class ContainsItself(TemplateMessage):
+    """A type whose values contain values of the same type, without end."""
+
+    CODE = "E0426"
+    TEXT = "a value would contain itself without end: {_path}"
+
+    types: tuple[str, ...]
+
+    @property
+    def _path(self) -> str:
+        return " -> ".join(self.types)
 
 
-class ContainsItself(Frozen):
-    """A value that would hold one of its own type, and so on."""
+class MissingFile(TemplateMessage):
+    """A literal with the name of a file that is missing on this machine."""
 
-    span: Span
-    path: tuple[str, ...]
+    CODE = FILE_NOT_FOUND
+    SEVERITY = Severity.WARNING
+    TEXT = "file not found: `{name}`"
+    HELP = (
+        "{is_uri:if}write `name://path` for a model on the model path, or `file:///path` for a file; ignore this "
+        "warning if the file is on the machine of the simulator",
+        "paths are relative to the folder of the scenario file",
+    )
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"a value would contain itself without end: {' -> '.join(self.path)}"
-        return error("E0426", self.span, text)
-
-
-class MissingFile(Frozen):
-    """A literal that names a file which does not exist on this machine."""
-
-    span: Span
     name: str
     is_uri: bool
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"file not found: `{self.name}`"
-        hint = "paths are relative to the folder of the scenario file"
-        if self.is_uri:
-            hint = (
-                "write `name://path` for a model on the model path, or `file:///path` for a file; ignore this "
-                "warning if the file is on the machine of the simulator"
-            )
-        return warning(FILE_NOT_FOUND, self.span, text, help=hint)
+
+def made_by_field(actor: str, parameters: Sequence[str]) -> str:
+    """Help for a constructor call of an actor.
+
+    Args:
+        actor: Name of the actor.
+        parameters: Names of the fields that get a value.
+    """
+    text = f"create an actor by a field: `<name>: {actor}`"
+    if not parameters:
+        return text
+    return f"{text}, with a block `with:` that has `keep(it.{parameters[0]} == <value>)`"

@@ -1,174 +1,140 @@
-"""Messages of libraries and external methods whose Python does not fit (E0601 to E0611)."""
+"""Messages of libraries and external methods whose Python does not match (E0601 to E0611)."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, error
-from seoro.lang.diagnostics import near
-from seoro.lang.frozen import Frozen
-from seoro.lang.source import Span
+from seoro.lang.diagnostics.template import TemplateMessage
 
 
-class BrokenModule(Frozen):
-    """A library whose Python module raises when it is imported."""
+class BrokenModule(TemplateMessage):
+    """The Python module of a library raises when it is imported."""
 
-    span: Span
+    CODE = "E0601"
+    TEXT = "cannot import the Python module `{module}` of `{library}`: {reason}"
+    HELP = "{hint}"
+
     library: str
     module: str
     reason: str
     hint: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"the Python module `{self.module}` of `{self.library}` cannot be imported: {self.reason}"
-        return error("E0601", self.span, text, help=self.hint)
 
+class NoImplementation(TemplateMessage):
+    """A library that declares actions or modifiers without a Python module."""
 
-class NoImplementation(Frozen):
-    """A library that declares actions or modifiers, without a Python module that could carry them out."""
+    CODE = "E0602"
+    TEXT = "`{library}` declares {declared}, but has no Python module that implements it"
+    HELP = "write the module `{expected}` beside the declarations"
 
-    span: Span
     library: str
     declared: str
     expected: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.library}` declares {self.declared}, and has no Python module to carry it out"
-        return error("E0602", self.span, text, help=f"write it as `{self.expected}`, beside the declarations")
 
+class Undeclared(TemplateMessage):
+    """A Python function that implements something its library does not declare."""
 
-class Undeclared(Frozen):
-    """A Python function that carries out what its library does not declare."""
+    CODE = "E0603"
+    TEXT = "`{function}` implements the {kind} `{name}`, which `{library}` does not declare"
+    HELP = ("{near}", "declare it in the `.osc` file, or remove `@{kind}`")
 
-    span: Span
     library: str
     function: str
     kind: str
     name: str
-    declared: tuple[str, ...]
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = (
-            f"`{self.function}` carries out the {self.kind} `{self.name}`, which `{self.library}` does not declare"
-        )
-        hint = near(self.name, self.declared) or f"declare it in the `.osc` file, or take `@{self.kind}` away"
-        return error("E0603", self.span, text, help=hint)
+    candidates: tuple[str, ...]
 
 
-class OtherParameters(Frozen):
-    """A Python function that does not fit the declaration of the action or modifier that it carries out."""
+class ImplementationMismatch(TemplateMessage):
+    """A Python function that does not match the declaration of its action or modifier."""
 
-    span: Span
+    CODE = "E0604"
+    TEXT = "`{function}` does not match the {kind} `{name}`: {reason}"
+    HELP = ("expected `{expected}`",)
+
     function: str
     kind: str
     name: str
     reason: str
     expected: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.function}` cannot carry out the {self.kind} `{self.name}`: {self.reason}"
-        hint = f"what fits is `{self.expected}`" if self.expected else ""
-        return error("E0604", self.span, text, help=hint)
 
+class SeveralImplementations(TemplateMessage):
+    """Several Python functions for one action or modifier."""
 
-class SeveralImplementations(Frozen):
-    """An action or a modifier that several Python functions carry out."""
+    CODE = "E0605"
+    TEXT = "both `{functions[0]}` and `{functions[1]}` implement the {kind} `{name}`"
+    HELP = "rename one of them, and declare the new name"
 
-    span: Span
     kind: str
     name: str
     functions: tuple[str, str]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        first, second = self.functions
-        text = f"both `{first}` and `{second}` carry out the {self.kind} `{self.name}`"
-        return error("E0605", self.span, text, help="one of them has to have another name, and a declaration")
 
+class MissingModule(TemplateMessage):
+    """An external method of a missing Python module."""
 
-class NoPythonModule(Frozen):
-    """An external method of a Python module that there is not."""
+    CODE = "E0606"
+    TEXT = "Python module `{module}` of `{path}` not found"
+    HELP = "install it, or put it beside this file or into the package of its library"
 
-    span: Span
     path: str
     module: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"there is no Python module `{self.module}` for `{self.path}`"
-        hint = "it has to be installed, or to lie beside this file or in the package of its library"
-        return error("E0606", self.span, text, help=hint)
 
+class MissingFunction(TemplateMessage):
+    """An external method of a Python module without the function."""
 
-class NoPythonFunction(Frozen):
-    """An external method whose Python module does not have the function."""
+    CODE = "E0607"
+    TEXT = "Python function `{path}` not found: `{holder}` has no `{name}`"
+    HELP = "{near}"
 
-    span: Span
     path: str
     holder: str
     name: str
-    known: tuple[str, ...]
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"there is no Python function `{self.path}`: `{self.holder}` has no `{self.name}`"
-        return error("E0607", self.span, text, help=near(self.name, self.known))
+    candidates: tuple[str, ...]
 
 
-class BrokenFunction(Frozen):
-    """An external method whose Python module raises when it is imported."""
+class BrokenFunction(TemplateMessage):
+    """The Python module of an external method raises when it is imported."""
 
-    span: Span
+    CODE = "E0608"
+    TEXT = "cannot import the Python module `{module}` of `{path}`: {reason}"
+    HELP = "{hint}"
+
     path: str
     module: str
     reason: str
     hint: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"the Python module `{self.module}` of `{self.path}` cannot be imported: {self.reason}"
-        return error("E0608", self.span, text, help=self.hint)
 
+class MethodSignatureMismatch(TemplateMessage):
+    """A Python function that does not match the external method it implements."""
 
-class OtherArguments(Frozen):
-    """A Python function that does not fit the external method that it implements."""
+    CODE = "E0609"
+    TEXT = "`{path}` does not match the method `{method}`: {reason}"
 
-    span: Span
     path: str
     method: str
     reason: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.path}` cannot be the method `{self.method}`: {self.reason}"
-        return error("E0609", self.span, text)
 
+class PlainFunction(TemplateMessage):
+    """A plain function without `thread=True` that implements an action."""
 
-class PlainFunction(Frozen):
-    """A plain function that carries out an action, and does not say that it runs in a thread."""
+    CODE = "E0610"
+    TEXT = "`{function}` implements the action `{name}`, but is not `async`"
+    HELP = 'make it `async def`, or run it in a thread: `@action("{name}", thread=True)`'
 
-    span: Span
     function: str
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.function}` carries out the action `{self.name}`, and is not `async`"
-        hint = f'make it `async def`, or say `@action("{self.name}", thread=True)`: then it is called in a thread'
-        return error("E0610", self.span, text, help=hint)
 
+class AsyncInThread(TemplateMessage):
+    """An `async` function with `thread=True` that implements an action."""
 
-class AsyncInThread(Frozen):
-    """An `async` function that carries out an action, and says that it runs in a thread."""
+    CODE = "E0611"
+    TEXT = "`{function}` implements the action `{name}` with `thread=True`, but is `async`"
+    HELP = "make it a plain `def`, or remove `thread=True`: an `async` function needs no thread"
 
-    span: Span
     function: str
     name: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.function}` carries out the action `{self.name}` with `thread=True`, and is `async`"
-        hint = "make it a plain `def`, or take `thread=True` away: an `async` function needs no thread"
-        return error("E0611", self.span, text, help=hint)

@@ -1,52 +1,50 @@
-"""Messages of constraints (E044); those about the values that meet them come from the run, as E0442 and on."""
+"""Messages of constraints (E0440 to E0444); unsatisfied constraints are reported by runs, from E0442."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
-from seoro.lang.frozen import Frozen
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.source import Span
 
 
-class ConstrainedVariable(Frozen):
-    """A constraint of nothing but variables."""
+class ConstrainedVariable(TemplateMessage):
+    """A constraint that contains only variables."""
 
-    span: Span
+    CODE = "E0440"
+    TEXT = "`{path}` is a variable, and variables cannot be constrained"
+    HELP = "constrain a parameter, or wait for the condition: `wait <condition>`"
+    OTHERS = (("declared", "the variable is declared here"),)
+
     path: str
     declared: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.path}` is a variable, and variables cannot be constrained"
-        hint = "constrain a parameter, or wait for the condition: `wait <condition>`"
-        return error("E0440", self.span, text, Label(self.declared, "the variable is declared here"), help=hint)
 
+class NotAParameter(TemplateMessage):
+    """`remove_default` of something other than a parameter."""
 
-class NoParameter(Frozen):
-    """`remove_default` of something that is no parameter."""
+    CODE = "E0441"
+    TEXT = (
+        "{declared:if}expected a parameter, found the variable `{path}`",
+        "expected the path of a parameter, found `{path}`",
+    )
+    HELP = "`remove_default` removes the default of a parameter"
+    OTHERS = (("declared", "declared here"),)
 
-    span: Span
     path: str
     declared: Span | None
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        others = (Label(self.declared, "it is declared here"),) if self.declared is not None else ()
-        kind = "a variable" if others else "no path to a parameter"
-        hint = "only the defaults of parameters can be removed"
-        return error("E0441", self.span, f"`{self.path}` is {kind}", *others, help=hint)
 
+class NotAVariable(TemplateMessage):
+    """Something other than the path of a variable."""
 
-class NoVariable(Frozen):
-    """Something else where the path of a variable is asked for."""
+    CODE = "E0444"
+    TEXT = ("{parameter:if}`{path}` is a parameter, which does not change", "expected the path of a variable")
+    LABEL = ("{_is_value:if}this is a value",)
+    HELP = ("{parameter:if}declare it as a variable: `var {parameter.text}: ...`",)
+    OTHERS = (("parameter", "declared here"),)
 
-    span: Span
     path: str
     parameter: Span | None
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        if self.parameter is None:
-            return error("E0444", self.span, "expected the path of a variable", label="this is a value")
-        other = Label(self.parameter, "it is declared here")
-        hint = f"declare it as a variable: `var {self.parameter.text}: ...`"
-        return error("E0444", self.span, f"`{self.path}` is a parameter, which does not change", other, help=hint)
+    @property
+    def _is_value(self) -> bool:
+        return self.parameter is None

@@ -2,313 +2,282 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
-from seoro.lang.diagnostics import a, listing, near
-from seoro.lang.frozen import Frozen
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.source import Span
 
 
-class MissingName(Frozen):
+class MissingName(TemplateMessage):
     """An item without a name."""
 
-    span: Span
+    CODE = "E0501"
+    TEXT = "missing name of this `{kind}`"
+    HELP = "the first argument is the name: `{kind}(speed_at_end, expression: ...)`"
+
     kind: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"the first argument is the name: `{self.kind}(speed_at_end, expression: ...)`"
-        return error("E0501", self.span, f"this `{self.kind}` has no name", help=hint)
 
+class InvalidName(TemplateMessage):
+    """An expression in the place of an item's name."""
 
-class NotAName(Frozen):
-    """Something else where the name of an item is needed."""
+    CODE = "E0502"
+    TEXT = "expected the name of the item, a single identifier"
+    HELP = "the sampled value follows the name: `{kind}(item, expression: {_value})`"
 
-    span: Span
     kind: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"what is to be sampled follows the name: `{self.kind}(item, expression: {self.span.text.strip()})`"
-        return error("E0502", self.span, "the name of an item is a single identifier", help=hint)
+    @property
+    def _value(self) -> str:
+        return self.span.text.strip()
 
 
-class SecondItem(Frozen):
+class DuplicateItem(TemplateMessage):
     """A second item of the same name."""
 
-    span: Span
+    CODE = "E0503"
+    TEXT = "duplicate item `{name}` of `{owner}`"
+    HELP = (
+        "{is_inherited:if}give it another name, and an `expression`",
+        "to change the first one: `{kind}(override: {name}, ...)`",
+    )
+    OTHERS = (("first", ("{is_inherited:if}inherited from here", "first declared here")),)
+
     kind: str
     name: str
     owner: str
     first: Span
     is_inherited: bool
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.first, "inherited from here" if self.is_inherited else "the first one is here")
-        change = f"to change the first one: `{self.kind}(override: {self.name}, ...)`"
-        hint = "give it another name, and an `expression`" if self.is_inherited else change
-        return error("E0503", self.span, f"`{self.owner}` has an item `{self.name}` already", before, help=hint)
 
+class UnknownItemArgument(TemplateMessage):
+    """An unknown argument of `cover` or `record`."""
 
-class UnknownItemArgument(Frozen):
-    """A named argument that `cover` and `record` do not have."""
+    CODE = "E0504"
+    TEXT = "`{kind}` has no argument `{name}`"
+    HELP = ("{near}", "its arguments are {candidates:and}")
 
-    span: Span
     kind: str
     name: str
-    known: tuple[str, ...]
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.known) or f"there are {listing(self.known)}"
-        return error("E0504", self.span, f"`{self.kind}` has no argument `{self.name}`", help=hint)
+    candidates: tuple[str, ...]
 
 
-class UnnamedArgument(Frozen):
+class UnnamedArgument(TemplateMessage):
     """A positional argument other than the name of the item."""
 
-    span: Span
+    CODE = "E0505"
+    TEXT = (
+        "{is_override:if}with `override`, every argument needs its name",
+        "only the name of an item can be a positional argument",
+    )
+    HELP = ("such as `{kind}(speed, unit: kph, range: [0..130], every: 10)`",)
+
     kind: str
     is_override: bool
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        what = "with `override`, every argument needs its name" if self.is_override else "only the name of an item"
-        text = what if self.is_override else f"{what} stands without the name of its argument"
-        hint = f"such as `{self.kind}(speed, unit: kph, range: [0..130], every: 10)`"
-        return error("E0505", self.span, text, help="" if self.is_override else hint)
 
+class NothingToSample(TemplateMessage):
+    """An item without an expression whose name is not that of a field."""
 
-class NothingToSample(Frozen):
-    """An item without an expression whose name is no field."""
+    CODE = "E0506"
+    TEXT = "`{owner}` has no field `{name}`, and the item has no `expression`"
+    HELP = ("{near}", "name a field, or add `expression: ...`")
 
-    span: Span
     name: str
     owner: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = (
-            near(self.name, self.candidates) or "name a field, or say what is to be sampled by `expression: ...`"
-        )
-        text = f"`{self.name}` is no field of `{self.owner}`, and the item has no `expression`"
-        return error("E0506", self.span, text, help=hint)
 
-
-class NotScalar(Frozen):
+class NotScalar(TemplateMessage):
     """An item whose value is a list, a range or a structure."""
 
-    span: Span
+    CODE = "E0507"
+    TEXT = "item `{name}` needs a single value"
+    HELP = "sample a number, a physical value, a boolean, an enumeration or a string, such as a field of it"
+    LABEL = "this is {found:a}"
+
     name: str
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "sample a number, a physical value, a boolean, an enumeration or a string, such as a field of it"
-        text = f"item `{self.name}` needs a single value"
-        return error("E0507", self.span, text, label=f"this is {a(self.found)}", help=hint)
 
-
-class MissingUnit(Frozen):
+class MissingUnit(TemplateMessage):
     """An item of a physical type without a unit."""
 
-    span: Span
+    CODE = "E0508"
+    TEXT = "item `{name}` is {found:a} and needs a `unit`"
+    HELP = ("add `unit: {_unit}` (or {_others:or})", "add `unit: {_unit}`")
+
     name: str
     found: str
     units: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"add `unit: {self.units[0]}`" if self.units else ""
-        others = listing(self.units[1:5], "or")
-        hint += f" (or {others})" if others else ""
-        text = f"item `{self.name}` is {a(self.found)} and needs a `unit`"
-        return error("E0508", self.span, text, help=hint)
+    @property
+    def _unit(self) -> str:
+        return self.units[0] if self.units else ""
+
+    @property
+    def _others(self) -> tuple[str, ...]:
+        return self.units[1:5]
 
 
-class WrongUnit(Frozen):
-    """A unit for a value that cannot be converted into it."""
+class InvalidUnit(TemplateMessage):
+    """A unit that the value cannot be converted to."""
 
-    span: Span
+    CODE = "E0509"
+    TEXT = "item `{name}` is {found:a} and cannot be given in `{unit}`"
+    HELP = ("its units are {_shown:and}", "omit the unit")
+
     unit: str
     name: str
     found: str
     units: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"its units are {listing(self.units[:8])}" if self.units else "leave the unit out"
-        text = f"item `{self.name}` is {a(self.found)} and cannot be given in `{self.unit}`"
-        return error("E0509", self.span, text, help=hint)
+    @property
+    def _shown(self) -> tuple[str, ...]:
+        return self.units[:8]
 
 
-class ExcludedArgument(Frozen):
+class ExcludedArgument(TemplateMessage):
     """An argument that another one excludes."""
 
-    span: Span
+    CODE = "E0510"
+    TEXT = "`{name}` {reason}"
+    OTHERS = (("other", "because of this"),)
+
     name: str
     reason: str
     other: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0510", self.span, f"`{self.name}` {self.reason}", Label(self.other, "because of this"))
 
+class InvalidArgumentValue(TemplateMessage):
+    """An invalid value of an argument."""
 
-class WrongArgumentValue(Frozen):
-    """A value of an argument that is not what it takes."""
+    CODE = "E0511"
+    TEXT = "`{argument}` takes {expected}"
+    HELP = "{help}"
 
-    span: Span
     argument: str
-    needed: str
+    expected: str
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0511", self.span, f"`{self.argument}` takes {self.needed}", help=self.help)
 
+class NoBuckets(TemplateMessage):
+    """`range`, `every` or `buckets` of an item that is not a number."""
 
-class NoBuckets(Frozen):
-    """`range`, `every` or `buckets` for values that are no numbers."""
+    CODE = "E0512"
+    TEXT = "`{argument}` is for numbers, but `{name}` is {found:a}"
+    HELP = "each of its values has its own bucket; `ignore` leaves values out"
 
-    span: Span
     argument: str
     name: str
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.argument}` is for numbers, and `{self.name}` is {a(self.found)}"
-        hint = "each of its values has a bucket of its own; `ignore` leaves values out"
-        return error("E0512", self.span, text, help=hint)
 
+class Descending(TemplateMessage):
+    """Boundaries of buckets that are not in ascending order."""
 
-class Descending(Frozen):
-    """Boundaries of buckets that are not in order."""
+    CODE = "E0513"
+    TEXT = "expected ascending boundaries, found {value} after {before}"
+    OTHERS = (("other", "this is greater"),)
 
-    span: Span
     value: str
     before: str
     other: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        label = Label(self.other, "this is greater")
-        return error("E0513", self.span, f"boundaries ascend, and {self.value} follows {self.before}", label)
 
+class TooManyBuckets(TemplateMessage):
+    """A range in more buckets than supported."""
 
-class TooManyBuckets(Frozen):
-    """A range in more buckets than anyone can look at."""
+    CODE = "E0514"
+    TEXT = "this makes more than {limit:,} buckets"
+    HELP = "use wider buckets, or a shorter range"
 
-    span: Span
     limit: int
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"this makes more than {self.limit:,} buckets"
-        return error("E0514", self.span, text, help="take wider slices, or a shorter range")
+
+class PathOfEvent(TemplateMessage):
+    """A path in the place of an event's name."""
+
+    CODE = "E0515"
+    TEXT = "`event` takes the name of an event of the same type"
+    HELP = "declare `event sampled is @{_path}` and write `event: sampled`"
+
+    @property
+    def _path(self) -> str:
+        return self.span.text.strip().lstrip("@")
 
 
-class PathOfEvent(Frozen):
-    """A path where the name of an event of the same type is needed."""
-
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        path = self.span.text.strip().lstrip("@")
-        hint = f"declare `event sampled is @{path}` and write `event: sampled`"
-        return error("E0515", self.span, "`event` takes the name of an event of the same type", help=hint)
-
-
-class NotConstant(Frozen):
+class NotConstant(TemplateMessage):
     """Something in `ignore` or `illegal` that is neither the item nor a constant."""
 
-    span: Span
+    CODE = "E0516"
+    TEXT = "`{argument}` may contain only `{name}`, the value of the item, and constants"
+
     argument: str
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.argument}` may contain only `{self.name}`, the value of the item, and constants"
-        return error("E0516", self.span, text)
 
-
-class TargetOfRecord(Frozen):
+class TargetOfRecord(TemplateMessage):
     """`target` of a record."""
 
-    span: Span
+    CODE = "E0517"
+    TEXT = "`{name}` is a record{reason}, which has no `target`"
+    HELP = ("{reason:if}omit it", "omit it, or use `cover`")
+
     name: str
     reason: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "leave it out, or use `cover`" if not self.reason else "leave it out"
-        return error(
-            "E0517", self.span, f"`{self.name}` is a record{self.reason}, which has no `target`", help=hint
-        )
 
+class UnknownItem(TemplateMessage):
+    """An unknown item, or one that is defined later."""
 
-class UnknownItem(Frozen):
-    """An item that is not there, or not yet."""
+    CODE = "E0518"
+    TEXT = ("{later:if}item `{name}` is not defined yet", "`{owner}` has no item `{name}`")
+    HELP = (
+        "{later:if}move this item below the definition",
+        "{near}",
+        "its items are {candidates:and}",
+        "it has no items before this one",
+    )
+    OTHERS = (("later", "it is defined here, too late"),)
 
-    span: Span
     name: str
     owner: str
     candidates: tuple[str, ...]
     later: Span | None
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        if self.later is not None:
-            label = Label(self.later, "it is defined here, too late")
-            return error("E0518", self.span, f"item `{self.name}` is not defined yet", label)
-        hint = near(self.name, self.candidates)
-        if not hint:
-            hint = f"it has {listing(self.candidates)}" if self.candidates else "it has no items before this one"
-        return error("E0518", self.span, f"`{self.owner}` has no item `{self.name}`", help=hint)
 
-
-class OtherEvent(Frozen):
+class DifferentEvent(TemplateMessage):
     """An item of a cross that is sampled at another event."""
 
-    span: Span
+    CODE = "E0519"
+    TEXT = "the cross is sampled at `{cross_event}`, but `{name}` at `{event}`"
+    HELP = "a cross combines items that are sampled at its own event"
+    OTHERS = (("item", "sampled at `{event}`"),)
+
     name: str
     event: str
     cross_event: str
     item: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        label = Label(self.item, f"sampled at `{self.event}`")
-        text = f"the cross is sampled at `{self.cross_event}`, and `{self.name}` is not"
-        hint = "only items with the same event as the cross can be combined"
-        return error("E0519", self.span, text, label, help=hint)
 
-
-class WrongItemOverride(Frozen):
+class InvalidItemOverride(TemplateMessage):
     """An override that the item does not allow (7.5.6)."""
 
-    span: Span
+    CODE = "E0520"
+    TEXT = "{reason}"
+    HELP = "{help}"
+    OTHERS = (("item", "the item is here"),)
+
     reason: str
     item: Span
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0520", self.span, self.reason, Label(self.item, "the item is here"), help=self.help)
 
+class MisplacedItem(TemplateMessage):
+    """An item of a global parameter, outside of a type."""
 
-class MisplacedItem(Frozen):
-    """An item of a global parameter, which is no member of a type."""
+    CODE = "E0521"
+    TEXT = "`{kind}` is a member of a struct, an actor or a scenario"
+    HELP = "write `{kind}(..., expression: {name})` in the scenario whose events sample it"
 
-    span: Span
     kind: str
     name: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.kind}` is a member of a struct, an actor or a scenario"
-        hint = f"write `{self.kind}(..., expression: {self.name})` in the scenario whose events sample it"
-        return error("E0521", self.span, text, help=hint)

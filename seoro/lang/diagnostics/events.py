@@ -2,174 +2,145 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
-from seoro.lang.diagnostics import a, listing, near
-from seoro.lang.frozen import Frozen
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.source import Span
 
 
-class UnknownEvent(Frozen):
-    """An event that is not declared.
+class UnknownEvent(TemplateMessage):
+    """An undeclared event.
 
     Args:
-        owner: What has no such event; empty for what is around.
-        is_phase: Whether it is one of those that scenarios have.
-        is_label: Whether it is a label.
+        owner: Owner that lacks the event; empty for the surrounding scope.
+        is_phase: Whether the name is that of an event of scenarios.
+        is_label: Whether the name is that of a label.
     """
 
-    span: Span
+    CODE = "E0408"
+    TEXT = ("`{owner}` has no event `{name}`", "unknown event `{name}`")
+    HELP = (
+        "{is_label:if}`{name}` is a label: write `@{name}.end` or `@{name}.start`",
+        "{is_phase:if}`start`, `end` and `fail` are events of scenarios, actions and labels",
+        "{near}",
+        "{owner:if}its events are {candidates:and}",
+        "{owner:if}it has no events",
+    )
+
     name: str
     candidates: tuple[str, ...]
     owner: str = ""
     is_phase: bool = False
     is_label: bool = False
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.owner}` has no event `{self.name}`" if self.owner else f"unknown event `{self.name}`"
-        hint = near(self.name, self.candidates)
-        if self.is_label:
-            hint = f"`{self.name}` is a label: write `@{self.name}.end` or `@{self.name}.start`"
-        elif self.is_phase:
-            hint = "`start`, `end` and `fail` are events of scenarios, actions and labels"
-        elif not hint and self.owner:
-            hint = f"it has {listing(self.candidates)}" if self.candidates else "it has no events"
-        return error("E0408", self.span, text, help=hint)
 
-
-class UnknownLabel(Frozen):
+class UnknownLabel(TemplateMessage):
     """A label that no behavior of the scenario has."""
 
-    span: Span
+    CODE = "E0409"
+    TEXT = "unknown label or field `{name}`"
+    HELP = "{near}"
+
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates)
-        return error("E0409", self.span, f"`{self.name}` is neither a label nor a field here", help=hint)
 
+class UnknownPhase(TemplateMessage):
+    """An unknown event of a label."""
 
-class UnknownPhase(Frozen):
-    """An event of a label that it does not have."""
+    CODE = "E0410"
+    TEXT = "`{label}` has no event `{name}`"
+    HELP = "a label has `start`, `end` and `fail`"
 
-    span: Span
     label: str
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "a label has `start`, `end` and `fail`"
-        return error("E0410", self.span, f"`{self.label}` has no event `{self.name}`", help=hint)
 
-
-class EmitStart(Frozen):
+class EmitStart(TemplateMessage):
     """`emit start`."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "`start` occurs by itself when a scenario starts; `emit end` and `emit fail` end it"
-        return error("E0411", self.span, "`start` cannot be emitted", help=hint)
+    CODE = "E0411"
+    TEXT = "`start` cannot be emitted"
+    HELP = "`start` occurs when a scenario starts; `emit end` and `emit fail` end it"
 
 
-class NoEvent(Frozen):
-    """An `@` before something that is no event."""
+class NotAnEvent(TemplateMessage):
+    """An `@` before something other than an event."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "events are `@event`, `@field.event`, and `start`, `end` or `fail` as in `@label.end`"
-        return error("E0412", self.span, "this is no event", help=hint)
+    CODE = "E0412"
+    TEXT = "expected an event after `@`"
+    HELP = "events are `@event`, `@field.event`, and `start`, `end` or `fail` as in `@label.end`"
 
 
-class NoEvents(Frozen):
-    """The event of a value that cannot have events."""
+class NoEvents(TemplateMessage):
+    """An event of a value that cannot have events."""
 
-    span: Span
+    CODE = "E0450"
+    TEXT = "`{span.text}` is {found:a}, which has no events"
+    HELP = "events belong to structs, actors and labelled behaviors"
+
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "structs, actors and what runs under a label have events"
-        return error("E0450", self.span, f"`{self.span.text}` is {a(self.found)}, which has no events", help=hint)
 
+class OccurrenceHidesField(TemplateMessage):
+    """An occurrence with the name of a field (7.3.10.4).
 
-class OccurrenceHidesField(Frozen):
-    """The name of an occurrence that a field has (7.3.10.4)."""
+    Args:
+        first: The field; None if it is implicit.
+    """
 
-    span: Span
+    CODE = "E0451"
+    TEXT = "`{name}` is already the name of a field"
+    HELP = "choose another name after `as`"
+    OTHERS = (("first", "the field is here"),)
+
     name: str
-    first: Span | None  # None if the field is implicit
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = (Label(self.first, "the field is here"),) if self.first is not None else ()
-        hint = "choose another name after `as`"
-        return error("E0451", self.span, f"`{self.name}` is the name of a field already", *before, help=hint)
+    first: Span | None
 
 
-class SpecificationWithParameters(Frozen):
-    """An event with parameters and a specification, which could not give them values (7.3.10.2)."""
+class SpecificationWithParameters(TemplateMessage):
+    """An event with parameters and a specification, which cannot give them values (7.3.10.2)."""
 
-    span: Span
-    name: str
+    CODE = "E0452"
+    TEXT = "`{name}` has parameters, so only `emit` can make it occur"
+    HELP = "remove the parameters, or the specification after `is`"
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.name}` has parameters, so nothing but `emit` can make it occur"
-        return error("E0452", self.span, text, help="leave out the parameters, or what stands behind `is`")
-
-
-class PredefinedEvent(Frozen):
-    """The declaration of an event that there is without it (7.3.10.3)."""
-
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"every scenario, action and modifier has the event `{self.name}` already"
-        return error("E0453", self.span, text, help="choose another name")
+
+class PredefinedEvent(TemplateMessage):
+    """The declaration of a predefined event (7.3.10.3)."""
+
+    CODE = "E0453"
+    TEXT = "every scenario, action and modifier already has the event `{name}`"
+    HELP = "choose another name"
+
+    name: str
 
 
-class MissingAt(Frozen):
+class MissingAt(TemplateMessage):
     """The path of an event in the place of a condition."""
 
-    span: Span
+    CODE = "E0455"
+    TEXT = "`{path}` is an event, not a condition"
+    HELP = "write `@{path}`"
+
     path: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error(
-            "E0455", self.span, f"`{self.path}` is an event, not a condition", help=f"write `@{self.path}`"
-        )
+
+class NotAMethod(TemplateMessage):
+    """The target of `call` is not a method."""
+
+    CODE = "E0456"
+    TEXT = "the target of `call` is not a method"
 
 
-class NotAMethod(Frozen):
-    """`call` of what is no method."""
+class EventMismatch(TemplateMessage):
+    """An event whose parameters differ from those of the event it overrides."""
 
-    span: Span
+    CODE = "E0457"
+    TEXT = "`{name}` differs from the event that it overrides in {difference}"
+    HELP = "only defaults and the specification after `is` may differ"
+    OTHERS = (("first", "the overridden event is here"),)
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0456", self.span, "`call` calls a method, and this is none")
-
-
-class OtherParameters(Frozen):
-    """An event with other parameters than the one of a base that it overrides."""
-
-    span: Span
     name: str
     difference: str
     first: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.first, "the overridden one is here")
-        text = f"`{self.name}` differs from the event that it overrides in {self.difference}"
-        return error(
-            "E0457", self.span, text, before, help="only defaults and what stands behind `is` may be others"
-        )

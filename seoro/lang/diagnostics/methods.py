@@ -1,114 +1,90 @@
-"""Messages of methods and of operators that look like them (E0340 to E0359)."""
+"""Messages of methods and of operators that look like them (E0340 to E0347)."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
-from seoro.lang.diagnostics import listing, near
-from seoro.lang.frozen import Frozen
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.source import Span
 
 
-class MissingOnly(Frozen):
-    """A method that overrides another without saying so (7.3.7.2)."""
+class MissingOnly(TemplateMessage):
+    """A method that overrides another without `only` (7.3.7.2)."""
 
-    span: Span
+    CODE = "E0340"
+    TEXT = "`{name}` overrides another method without `only`"
+    HELP = "write `is only ...` to override it"
+    OTHERS = (("first", "the other method is here"),)
+
     name: str
     first: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.first, "which is declared here")
-        hint = "say `is only ...` to override it"
-        return error("E0340", self.span, f"`{self.name}` overrides another method", before, help=hint)
 
+class MethodMismatch(TemplateMessage):
+    """A method whose signature differs from that of the method it overrides (7.3.7.2)."""
 
-class OtherSignature(Frozen):
-    """A method with another signature than the one that it overrides (7.3.7.2)."""
+    CODE = "E0341"
+    TEXT = "`{name}` differs from the method that it overrides in {difference}"
+    OTHERS = (("first", "the overridden method is here"),)
 
-    span: Span
     name: str
     difference: str
     first: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.first, "the overridden one is here")
-        text = f"`{self.name}` differs from the method that it overrides in {self.difference}"
-        return error("E0341", self.span, text, before)
 
+class UnknownMethod(TemplateMessage):
+    """A call of an unknown method."""
 
-class UnknownMethod(Frozen):
-    """A call of a method that there is not."""
+    CODE = "E0342"
+    TEXT = "{owner} has no method `{name}`"
+    HELP = ("{near}", "its methods are {candidates:and}")
 
-    span: Span
     owner: str
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates)
-        if not hint and self.candidates:
-            hint = f"it has {listing(self.candidates)}"
-        return error("E0342", self.span, f"{self.owner} has no method `{self.name}`", help=hint)
 
-
-class NoResult(Frozen):
+class NoResult(TemplateMessage):
     """A method without a result in an expression (7.4.2.1)."""
 
-    span: Span
+    CODE = "E0343"
+    TEXT = "method `{name}` has no result"
+    HELP = "invoke it by `call`, or declare a result: `def ... -> <type> is ...`"
+
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "only `call` can invoke it; a method with a result is declared as `def ... -> <type> is ...`"
-        return error("E0343", self.span, f"method `{self.name}` has no result", help=hint)
 
+class InvalidOperands(TemplateMessage):
+    """Invalid arguments of an operator like `size()`."""
 
-class WrongOperands(Frozen):
-    """An operator like `size()` with other arguments than it takes."""
+    CODE = "E0344"
+    TEXT = "`{name}` takes {expected}"
 
-    span: Span
     name: str
-    needed: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0344", self.span, f"`{self.name}` takes {self.needed}")
+    expected: str
 
 
-class NoIt(Frozen):
-    """`it` where it stands for nothing."""
+class UndefinedIt(TemplateMessage):
+    """`it` in a place without an instance or member."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = (
-            "it is the instance of a type in its members, and the member of a list in `filter(...)` and its like"
-        )
-        return error("E0345", self.span, "`it` stands for nothing here", help=hint)
+    CODE = "E0345"
+    TEXT = "`it` is not defined here"
+    HELP = "`it` is the instance of a type in its members, and the member of a list in `filter(...)` and the like"
 
 
-class ImpossibleCast(Frozen):
-    """`as` between types of which no value of one is ever of the other (7.4.2.6)."""
+class ImpossibleCast(TemplateMessage):
+    """`as` between types without a common value (7.4.2.6)."""
 
-    span: Span
+    CODE = "E0346"
+    TEXT = "{found} can never be converted to {target}"
+
     found: str
     target: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0346", self.span, f"{self.found} can never be converted to {self.target}")
 
+class InvalidFunctionPath(TemplateMessage):
+    """An external method whose name is not a dotted path to a function."""
 
-class NoPath(Frozen):
-    """An external method whose name is no dotted path to a function."""
+    CODE = "E0347"
+    TEXT = "expected the path of a Python function, found `{path}`"
+    HELP = "write `external package.module.function()`"
 
-    span: Span
     path: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "write the path of a Python function, such as `external package.module.function()`"
-        return error("E0347", self.span, f"`{self.path}` names no function of a module", help=hint)

@@ -2,170 +2,157 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
-from seoro.lang.diagnostics import a, listing, near
-from seoro.lang.frozen import Frozen
-from seoro.lang.provided import MODIFIERS, import_hint
+from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.import_hints import MODIFIERS, import_hint
 from seoro.lang.source import Span
 
 
-class ModifierInvoked(Frozen):
-    """A modifier where a scenario or an action is invoked."""
+class ModifierInvoked(TemplateMessage):
+    """Invocation of a modifier."""
 
-    span: Span
+    CODE = "E0460"
+    TEXT = "`{name}` is a modifier; expected a scenario or an action"
+    HELP = "apply it to a behavior: write `{name}(...)` into a `with:` block below it"
+
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"apply it to a behavior: write `{self.name}(...)` into a `with:` block below it"
-        return error("E0460", self.span, f"`{self.name}` is a modifier, not a scenario or an action", help=hint)
 
+class BehaviorApplied(TemplateMessage):
+    """A scenario, an action or a method that is applied like a modifier."""
 
-class BehaviorApplied(Frozen):
-    """A scenario, an action or a method where a modifier is applied."""
+    CODE = "E0461"
+    TEXT = "`{name}` is {_kind:a}; expected a modifier"
+    HELP = "invoke scenarios and actions below `do`, methods without a result by `call`"
 
-    span: Span
     name: str
     kind: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "scenarios and actions are invoked below `do`, methods without a result by `call`"
-        return error("E0461", self.span, f"`{self.name}` is {a(f'`{self.kind}`')}, not a modifier", help=hint)
+    @property
+    def _kind(self) -> str:
+        return f"`{self.kind}`"
 
 
-class UnknownModifier(Frozen):
-    """The application of what is no modifier."""
+class UnknownModifier(TemplateMessage):
+    """Application of an unknown modifier."""
 
-    span: Span
+    CODE = "E0462"
+    TEXT = ("actor `{actor}` has no modifier `{name}`", "unknown modifier `{name}`")
+    HELP = ("{help}", "{_imported}", "{near}")
+
     name: str
     actor: str | None
     candidates: tuple[str, ...]
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        what = f"actor `{self.actor}` has no modifier" if self.actor else "unknown modifier"
-        hint = self.help or import_hint(self.name, MODIFIERS, self.actor) or near(self.name, self.candidates)
-        return error("E0462", self.span, f"{what} `{self.name}`", help=hint)
+    @property
+    def _imported(self) -> str:
+        return import_hint(self.name, MODIFIERS, self.actor)
 
 
-class ModifierOfNoActor(Frozen):
-    """A modifier applied to something that is no actor."""
+class ModifierOfNoActor(TemplateMessage):
+    """A modifier of something other than an actor."""
 
-    span: Span
+    CODE = "E0463"
+    TEXT = "expected an actor before the modifier, found {found:a}"
+
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"what stands before a modifier is an actor, this is {a(self.found)}"
-        return error("E0463", self.span, text)
 
+class InvalidModified(TemplateMessage):
+    """A modifier of one scenario that is applied to something else (7.3.12.2)."""
 
-class WrongModified(Frozen):
-    """A modifier of one scenario, applied to something else (7.3.12.2)."""
+    CODE = "E0464"
+    TEXT = "`{name}` modifies `{expected}`, but this is {found}"
+    OTHERS = (("declared", "declared for `{expected}` here"),)
 
-    span: Span
     name: str
-    needed: str
+    expected: str
     found: str
     declared: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.declared, f"declared for `{self.needed}` here")
-        text = f"`{self.name}` modifies `{self.needed}`, and this is {self.found}"
-        return error("E0464", self.span, text, before)
+
+class OverrideArguments(TemplateMessage):
+    """Invalid arguments of `override` (7.3.12.1.1)."""
+
+    CODE = "E0465"
+    TEXT = "`override` takes two labels and an optional mode, without names"
+    HELP = "write `override(a, b)` to end the behavior labelled `a` when `b` starts"
 
 
-class OverrideArguments(Frozen):
-    """Arguments that `override` does not take (7.3.12.1.1)."""
+class UnknownLabel(TemplateMessage):
+    """An unknown label in `override`."""
 
-    span: Span
+    CODE = "E0466"
+    TEXT = "unknown label `{name}`"
+    HELP = ("{near}", "the labels are {candidates:and}")
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "write `override(a, b)` to end the behavior labelled `a` when `b` starts"
-        return error(
-            "E0465", self.span, "`override` takes two labels and perhaps a mode, without names", help=hint
-        )
+    candidates: tuple[str, ...]
 
-
-class NotALabel(Frozen):
-    """What should be a label of the scenario."""
-
-    span: Span
-    known: tuple[str, ...]
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = self.span.text
-        hint = near(text, self.known) or (f"the labels are {listing(self.known)}" if self.known else "")
-        return error("E0466", self.span, f"`{text}` is no label here", help=hint)
+    @property
+    def name(self) -> str:
+        """The label as written."""
+        return self.span.text
 
 
-class UnknownMode(Frozen):
-    """What is no mode of `override`."""
+class UnknownMode(TemplateMessage):
+    """An unknown mode of `override`."""
 
-    span: Span
-    modes: tuple[str, ...]
+    CODE = "E0467"
+    TEXT = "unknown mode `{name}` of `override`"
+    HELP = ("{near}", "the modes are {candidates:and}")
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text, hint = self.span.text, f"the modes are {listing(self.modes)}"
-        return error("E0467", self.span, f"`{text}` is no mode of `override`", help=near(text, self.modes) or hint)
+    candidates: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The mode as written."""
+        return self.span.text
 
 
-class OverrideOfItself(Frozen):
+class OverrideOfItself(TemplateMessage):
     """`override(a, a)`."""
 
-    span: Span
+    CODE = "E0468"
+    TEXT = "`{label}` cannot override itself"
+
     label: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0468", self.span, f"`{self.label}` cannot override itself")
 
-
-class OverrideDeclared(Frozen):
-    """A declaration of the modifier that is part of the language, which would always be meant instead."""
-
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error(
-            "E0470", self.span, "the modifier `override` is part of the language", help="choose another name"
-        )
-
-
-class MisplacedMember(Frozen):
+class MisplacedMember(TemplateMessage):
     """A member that only scenarios and actions have (7.2.2.2.6)."""
 
-    span: Span
+    CODE = "E0469"
+    TEXT = "`{word}` belongs to scenarios and actions, but `{name}` is {kind}"
+
     word: str
     name: str
     kind: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.word}` belongs to scenarios and actions, and `{self.name}` is {self.kind}"
-        return error("E0469", self.span, text)
+
+class OverrideDeclared(TemplateMessage):
+    """A modifier named `override`, which would be hidden by that of the language."""
+
+    CODE = "E0470"
+    TEXT = "the modifier `override` is part of the language"
+    HELP = "choose another name"
 
 
-class LacksParameter(Frozen):
-    """A modifier without `of`, applied to what lacks a parameter that the modifier uses (7.3.12.1.2)."""
+class LacksParameter(TemplateMessage):
+    """A modifier without `of` that uses a missing parameter of the modified behavior (7.3.12.1.2)."""
 
-    span: Span
+    CODE = "E0471"
+    TEXT = "`{name}` uses `it.{parameter}`, which {found} does not have"
+    HELP = (
+        "{_is_duration:if}compositions have it, and invocations of behaviors without a parameter of that name",
+        "`{parameter}` is a parameter of `parallel`",
+    )
+    OTHERS = (("used", "used here"),)
+
     name: str
     parameter: str
     found: str
     used: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.name}` uses `it.{self.parameter}`, which {self.found} does not have"
-        hint = f"`{self.parameter}` is a parameter of `parallel`"
-        if self.parameter == "duration":
-            hint = "compositions have it, and invocations of what declares no other parameter of that name"
-        return error("E0471", self.span, text, Label(self.used, "used here"), help=hint)
+    @property
+    def _is_duration(self) -> bool:
+        return self.parameter == "duration"

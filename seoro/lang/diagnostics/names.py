@@ -1,267 +1,245 @@
-"""Messages of declarations and names (E0210 to E0299)."""
+"""Messages of declarations and names (E0210 to E0298)."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error
-from seoro.lang.diagnostics import listing, near
-from seoro.lang.frozen import Frozen
+from seoro.lang.diagnostics import near
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.habits import METHODS, NAMES, TYPES, UNITS
-from seoro.lang.provided import TYPES as DATA
-from seoro.lang.provided import import_hint
+from seoro.lang.import_hints import TYPES as DATA
+from seoro.lang.import_hints import import_hint
 from seoro.lang.source import Span
 
 
-class Duplicate(Frozen):
-    """A name that is declared twice."""
+class Duplicate(TemplateMessage):
+    """A second declaration of a name."""
 
-    span: Span
+    CODE = "E0210"
+    TEXT = "duplicate {what} `{name}`"
+    LABEL = "again here"
+    HELP = "rename or remove one of them"
+    OTHERS = (("first", "first declared here"),)
+
     what: str
     name: str
     first: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        before = Label(self.first, "first declared here")
-        return error(
-            "E0210",
-            self.span,
-            f"{self.what} `{self.name}` is declared twice",
-            before,
-            label="again here",
-            help="rename or remove one of them",
-        )
 
+class UnknownType(TemplateMessage):
+    """An undeclared type."""
 
-class UnknownType(Frozen):
-    """A type that is not declared."""
+    CODE = "E0211"
+    TEXT = "unknown {what} `{name}`"
+    HELP = ("{help}", "{_habit}", "{_imported}", "{near}")
 
-    span: Span
     name: str
     candidates: tuple[str, ...]
     what: str = "type"
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        habits = METHODS if self.what == "method or struct" else TYPES
-        hint = self.help or habits.get(self.name, "") or import_hint(self.name, DATA)
-        return error(
-            "E0211", self.span, f"unknown {self.what} `{self.name}`", help=hint or near(self.name, self.candidates)
-        )
+    @property
+    def _habit(self) -> str:
+        return (METHODS if self.what == "method or struct" else TYPES).get(self.name, "")
+
+    @property
+    def _imported(self) -> str:
+        return import_hint(self.name, DATA)
 
 
-class WrongKind(Frozen):
+class WrongKind(TemplateMessage):
     """A name of one kind where another kind is needed."""
 
-    span: Span
+    CODE = "E0212"
+    TEXT = "expected {expected}, but `{name}` is {kind}"
+
     name: str
     kind: str
-    needed: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0212", self.span, f"`{self.name}` is {self.kind}, not {self.needed}")
+    expected: str
 
 
-class UnknownUnit(Frozen):
-    """A unit that is not declared."""
+class UnknownUnit(TemplateMessage):
+    """An undeclared unit."""
 
-    span: Span
+    CODE = "E0213"
+    TEXT = "unknown unit `{name}`"
+    HELP = "{_hint}"
+
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates)
-        if UNITS.get(self.name) in self.candidates:
-            hint = (
-                f"a unit is one name: `{UNITS[self.name]}`" if "/" in self.name else f"write `{UNITS[self.name]}`"
-            )
-        elif self.name.startswith("_") and self.name.replace("_", "").isdigit():
-            hint = "numbers have no separators"
+    @property
+    def _hint(self) -> str:
         if not self.candidates:
-            hint = "the units of the standard come with `import osc.types`"
-        return error("E0213", self.span, f"unknown unit `{self.name}`", help=hint)
+            return "the units of the standard come with `import osc.types`"
+        unit = UNITS.get(self.name)
+        if unit in self.candidates:
+            return f"a unit is one name: `{unit}`" if "/" in self.name else f"write `{unit}`"
+        if self.name.startswith("_") and self.name.replace("_", "").isdigit():
+            return "numbers have no separators"
+        return near(self.name, self.candidates)
 
 
-class UnknownBaseUnit(Frozen):
-    """An SI base unit that does not exist."""
+class UnknownBaseUnit(TemplateMessage):
+    """An unknown SI base unit."""
 
-    span: Span
+    CODE = "E0214"
+    TEXT = "unknown SI base unit `{name}`"
+    HELP = "the base units are {candidates:and}"
+
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error(
-            "E0214", self.span, f"`{self.name}` is no SI base unit", help=f"these are {listing(self.candidates)}"
-        )
 
+class UnknownField(TemplateMessage):
+    """An unknown member of a type."""
 
-class UnknownField(Frozen):
-    """A member that a type does not have."""
+    CODE = "E0215"
+    TEXT = "{owner} has no field `{name}`"
+    HELP = ("{near}", "{help}", "its fields are {candidates:and}")
 
-    span: Span
     owner: str
     name: str
     candidates: tuple[str, ...]
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates) or self.help
-        if not hint and self.candidates:
-            hint = f"it has {listing(self.candidates)}"
-        return error("E0215", self.span, f"{self.owner} has no field `{self.name}`", help=hint)
 
+class UnknownName(TemplateMessage):
+    """An unknown name in an expression."""
 
-class UnknownName(Frozen):
-    """A name in an expression that means nothing."""
+    CODE = "E0216"
+    TEXT = "unknown name `{name}`"
+    HELP = ("{_habit}", "{near}")
 
-    span: Span
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = NAMES.get(self.name) or near(self.name, self.candidates)
-        return error("E0216", self.span, f"unknown name `{self.name}`", help=hint)
+    @property
+    def _habit(self) -> str:
+        return NAMES.get(self.name, "")
 
 
-class UnknownMember(Frozen):
-    """A member that an enumeration does not have."""
+class UnknownMember(TemplateMessage):
+    """An unknown member of an enumeration, or a known one without the enumeration."""
 
-    span: Span
+    CODE = "E0217"
+    TEXT = ("{_is_bare:if}unknown name `{span.text}`", "`{enum}` has no member `{name}`")
+    HELP = (
+        "{_is_bare:if}write a member of an enumeration as `{enum}!{name}`",
+        "{near}",
+        "its members are {candidates:and}",
+    )
+
     enum: str
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        if self.name in self.candidates:
-            hint = f"a member of an enumeration is written `{self.enum}!{self.name}`"
-            return error("E0217", self.span, f"unknown name `{self.span.text}`", help=hint)
-        hint = near(self.name, self.candidates) or f"its members are {listing(self.candidates)}"
-        return error("E0217", self.span, f"`{self.enum}` has no member `{self.name}`", help=hint)
+    @property
+    def _is_bare(self) -> bool:
+        return self.name in self.candidates
 
 
-class AmbiguousMember(Frozen):
-    """A member's name that several enumerations have, where nothing decides between them."""
+class AmbiguousMember(TemplateMessage):
+    """A member of several enumerations, where the type is not known."""
 
-    span: Span
+    CODE = "E0218"
+    TEXT = "`{name}` is ambiguous: it is a member of {enums:and}"
+    HELP = "write {_qualified:or}"
+
     name: str
     enums: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"write {listing((f'{enum}!{self.name}' for enum in self.enums), 'or')}"
-        what = f"`{self.name}` is a member of {listing(self.enums)}, and nothing here decides which one is meant"
-        return error("E0218", self.span, what, help=hint)
+    @property
+    def _qualified(self) -> tuple[str, ...]:
+        return tuple(f"{enum}!{self.name}" for enum in self.enums)
 
 
-class CyclicReference(Frozen):
-    """Declarations that refer to each other in a circle."""
+class CyclicReference(TemplateMessage):
+    """Declarations that refer to each other in a cycle."""
 
-    span: Span
+    CODE = "E0219"
+    TEXT = "{what} form a cycle: {_path}"
+
     what: str
-    path: tuple[str, ...]
+    names: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0219", self.span, f"{self.what} form a cycle: {' -> '.join(self.path)}")
+    @property
+    def _path(self) -> str:
+        return " -> ".join(self.names)
 
 
-class TooManyBases(Frozen):
-    """A line of bases that is longer than what is taken."""
+class TooManyBases(TemplateMessage):
+    """A chain of bases that exceeds the limit."""
 
-    span: Span
+    CODE = "E0133"
+    TEXT = "inherits from a chain of more than {limit} types"
+    HELP = "inherit from a type further up"
+
     limit: int
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "let it inherit from a type further up"
-        return error(
-            "E0133", self.span, f"inherits from more than {self.limit} types, one from another", help=hint
-        )
 
+class InvalidBase(TemplateMessage):
+    """A scenario or action that inherits from one of an unrelated actor (7.3.8.1)."""
 
-class WrongBase(Frozen):
-    """A scenario or action inherits from one of an unrelated actor (7.3.8.1)."""
+    CODE = "E0220"
+    TEXT = "`{name}` cannot inherit from `{base}`"
+    HELP = "both belong to no actor, or the base belongs to the same actor or one that it inherits from"
 
-    span: Span
     name: str
     base: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "both belong to no actor, or the base belongs to the same actor or one that it inherits from"
-        return error("E0220", self.span, f"`{self.name}` cannot inherit from `{self.base}`", help=hint)
 
-
-class AmbiguousName(Frozen):
+class AmbiguousName(TemplateMessage):
     """A name that several namespaces in use export (7.7.4.2)."""
 
-    span: Span
+    CODE = "E0221"
+    TEXT = "`{name}` is ambiguous: several namespaces in use export it"
+    HELP = "write {_qualified:or}"
+
     name: str
     namespaces: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"write {listing((f'{namespace}::{self.name}' for namespace in self.namespaces), 'or')}"
-        return error("E0221", self.span, f"several namespaces in use export `{self.name}`", help=hint)
+    @property
+    def _qualified(self) -> tuple[str, ...]:
+        return tuple(f"{namespace}::{self.name}" for namespace in self.namespaces)
 
 
-class UnknownNamespace(Frozen):
-    """A namespace in which nothing is defined."""
+class UnknownNamespace(TemplateMessage):
+    """A namespace without definitions."""
 
-    span: Span
+    CODE = "E0222"
+    TEXT = "unknown namespace `{name}`"
+    HELP = "{near}"
+
     name: str
     candidates: tuple[str, ...]
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = near(self.name, self.candidates)
-        return error("E0222", self.span, f"nothing is defined in a namespace `{self.name}`", help=hint)
 
+class UnknownExport(TemplateMessage):
+    """An exported name without a declaration."""
 
-class UnknownExport(Frozen):
-    """An exported name that nothing has."""
+    CODE = "E0223"
+    TEXT = "cannot export unknown name `{name}`"
 
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0223", self.span, f"nothing is called `{self.name}`, so it cannot be exported")
 
-
-class UnconditionalBase(Frozen):
+class UnconditionalBase(TemplateMessage):
     """A type that inherits a conditional one without a condition (7.3.8.2.3)."""
 
-    span: Span
+    CODE = "E0224"
+    TEXT = "`{base}` depends on a condition, so `{name}` cannot inherit it without one"
+    HELP = "add a condition: `inherits {base}(<field> == <value>)`"
+
     name: str
     base: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"give it a condition as well: `inherits {self.base}(<field> == <value>)`"
-        text = f"`{self.base}` depends on a condition, so `{self.name}` cannot inherit it without one"
-        return error("E0224", self.span, text, help=hint)
 
-
-class VariableDeterminant(Frozen):
+class VariableDeterminant(TemplateMessage):
     """A conditional subtype that depends on a variable (7.3.8.2)."""
 
-    span: Span
+    CODE = "E0298"
+    TEXT = "the type of a value cannot depend on the variable `{name}`, which may change"
+    HELP = "declare it without `var`, as a parameter"
+    OTHERS = (("declared", "declared as a variable here"),)
+
     name: str
     declared: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error(
-            "E0298",
-            self.span,
-            f"the type of a value cannot depend on the variable `{self.name}`, which may change",
-            Label(self.declared, "declared as a variable here"),
-            help="declare it without `var`, as a parameter",
-        )

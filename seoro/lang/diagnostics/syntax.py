@@ -1,263 +1,239 @@
-"""Messages of reading and parsing (E01)."""
+"""Messages of reading and parsing (E0101 to E0140)."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error, warning
+from seoro.lang.diagnostic import Severity
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.escapes import ESCAPES
-from seoro.lang.frozen import Frozen
 from seoro.lang.habits import CHARACTERS
 from seoro.lang.source import Span
 
 
-class UnreadableFile(Frozen):
-    """A file cannot be read."""
+class UnreadableFile(TemplateMessage):
+    """An unreadable file."""
 
-    span: Span
+    CODE = "E0101"
+    TEXT = "cannot read `{name}`: {reason}"
+
     name: str
     reason: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0101", self.span, f"cannot read `{self.name}`: {self.reason}")
+
+class TooLong(TemplateMessage):
+    """A statement with more tokens than supported."""
+
+    CODE = "E0101"
+    TEXT = "cannot read `{span.file.name}`: a statement has more than {limit:,} words and signs"
+
+    limit: int
 
 
-class UnknownCharacter(Frozen):
+class UnknownCharacter(TemplateMessage):
     """A character that starts no token."""
 
-    span: Span
+    CODE = "E0110"
+    TEXT = "unexpected character {_shown}"
+    HELP = "{_habit}"
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
+    @property
+    def _shown(self) -> str:
         text = self.span.text
-        shown = f"`{text}`" if text.isprintable() else f"U+{ord(text[0]):04X}"
-        return error("E0110", self.span, f"unexpected character {shown}", help=CHARACTERS.get(text, ""))
+        return f"`{text}`" if text.isprintable() else f"U+{ord(text[0]):04X}"
+
+    @property
+    def _habit(self) -> str:
+        return CHARACTERS.get(self.span.text, "")
 
 
-class OtherLanguage(Frozen):
-    """A statement or a sign as another language has it."""
-
-    span: Span
-    text: str
-    help: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0138", self.span, self.text, help=self.help)
-
-
-class UnknownEscape(Frozen):
-    """An escape of a string that stands for nothing."""
-
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        escape = self.span.text
-        hint = f"write `\\{escape}` for a backslash; escapes are {ESCAPES}"
-        return warning(
-            "E0140", self.span, f"unknown escape `{escape}` in a string; the backslash is kept", help=hint
-        )
-
-
-class ForeignFile(Frozen):
-    """A file of another format."""
-
-    span: Span
-    kind: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "seoro runs OpenSCENARIO DSL 2.x (`.osc`): write the scenario in it, or choose another file"
-        return error("E0139", self.span, f"this is {self.kind}, not OpenSCENARIO DSL", help=hint)
-
-
-class UnclosedString(Frozen):
+class UnclosedString(TemplateMessage):
     """A string without its closing quotes."""
 
-    span: Span
+    CODE = "E0111"
+    TEXT = (
+        "{_is_long:if}this string is not closed by {quotes}",
+        "this string is not closed by {quotes} on its line",
+    )
+    HELP = ("{_is_long:if}", "write a string over several lines in three quotes")
+
     quotes: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        if len(self.quotes) == 3:
-            return error("E0111", self.span, f"this string is not closed by {self.quotes}")
-        hint = "a string over several lines is written in three quotes"
-        return error("E0111", self.span, f"this string is not closed by {self.quotes} on its line", help=hint)
+    @property
+    def _is_long(self) -> bool:
+        return len(self.quotes) == 3
 
 
-class UnclosedBracket(Frozen):
+class UnclosedBracket(TemplateMessage):
     """An opening bracket without its partner."""
 
-    span: Span
+    CODE = "E0112"
+    TEXT = "`{bracket}` is not closed"
+    LABEL = "opened here"
+    HELP = "add the missing `{_closing}`"
+
     bracket: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        closing = {"(": ")", "[": "]"}[self.bracket]
-        hint = f"add `{closing}` at the end of what it holds"
-        return error("E0112", self.span, f"`{self.bracket}` is not closed", label="opened here", help=hint)
+    @property
+    def _closing(self) -> str:
+        return {"(": ")", "[": "]"}[self.bracket]
 
 
-class UnknownIndentation(Frozen):
-    """A line goes back to an indentation that no enclosing block has."""
+class UnknownIndentation(TemplateMessage):
+    """A line whose indentation is not that of an enclosing block."""
 
-    span: Span
+    CODE = "E0113"
+    TEXT = "this indentation matches no enclosing block"
+    HELP = (
+        "{mixes_tabs:if}the enclosing blocks stand at {_known} columns; a tab goes to the next multiple of 8 "
+        "columns, so do not mix tabs and spaces",
+        "the enclosing blocks stand at {_known} columns",
+    )
+
     columns: tuple[int, ...]
     mixes_tabs: bool
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        known = ", ".join(str(column) for column in self.columns)
-        hint = f"the enclosing blocks stand at {known} columns"
-        if self.mixes_tabs:
-            hint += "; a tab goes to the next multiple of 8 columns, so do not mix tabs and spaces"
-        return error("E0113", self.span, "this indentation matches no enclosing block", help=hint)
+    @property
+    def _known(self) -> str:
+        return ", ".join(map(str, self.columns))
 
 
-class UnexpectedIndentation(Frozen):
-    """A line is indented although no block begins."""
+class UnexpectedIndentation(TemplateMessage):
+    """An indented line where no block begins."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "a block begins after a line that ends with `:`"
-        return error("E0114", self.span, "unexpected indentation", label="no block begins here", help=hint)
+    CODE = "E0114"
+    TEXT = "unexpected indentation"
+    LABEL = "no block begins here"
+    HELP = "a block begins after a line that ends with `:`"
 
 
-class MissingBlock(Frozen):
-    """A line ends with `:`, but no indented block follows."""
+class MissingBlock(TemplateMessage):
+    """A line that ends with `:` without an indented block below it."""
 
-    span: Span
+    CODE = "E0115"
+    TEXT = "expected an indented block"
+    HELP = "indent the lines of the block"
+    OTHERS = (("header", "the block of this line is missing"),)
+
     header: Span
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        opened = Label(self.header, "it would belong to this line")
-        return error(
-            "E0115", self.span, "expected an indented block", opened, help="indent the lines of the block"
-        )
 
+class UnexpectedToken(TemplateMessage):
+    """A token that the grammar does not allow in its place."""
 
-class UnexpectedToken(Frozen):
-    """Something that the grammar does not allow where it stands."""
+    CODE = "E0120"
+    TEXT = ("unexpected {found}, expected {_expected}", "unexpected {found}")
+    HELP = "{help}"
 
-    span: Span
     found: str
     expected: tuple[str, ...]
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        wanted = ""
-        if self.expected:
-            head = ", ".join(self.expected[:-1])
-            wanted = f", expected {head} or {self.expected[-1]}" if head else f", expected {self.expected[0]}"
-        return error("E0120", self.span, f"unexpected {self.found}{wanted}", help=self.help)
+    @property
+    def _expected(self) -> str:
+        head = ", ".join(self.expected[:-1])
+        return f"{head} or {self.expected[-1]}" if head else "".join(self.expected)
 
 
-class MisplacedStatement(Frozen):
-    """A statement that exists, but not in this place."""
+class MisplacedStatement(TemplateMessage):
+    """A known statement in the wrong place."""
 
-    span: Span
+    CODE = "E0121"
+    TEXT = "`{word}` cannot stand {place}"
+    HELP = "{help}"
+
     word: str
     place: str
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0121", self.span, f"`{self.word}` cannot stand {self.place}", help=self.help)
+
+class MissingColon(TemplateMessage):
+    """A line that opens a block without a colon."""
+
+    CODE = "E0122"
+    TEXT = "missing `:` before the block"
+    HELP = "end a line that opens a block with `:`"
 
 
-class MissingColon(Frozen):
-    """A line that opens a block lacks its colon."""
-
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error(
-            "E0122", self.span, "missing `:` before the block", help="a line that opens a block ends with `:`"
-        )
-
-
-class LateImport(Frozen):
+class LateImport(TemplateMessage):
     """An import after other statements (7.2.2.1.1)."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "imports come before all other statements of a file"
-        return error("E0123", self.span, "`import` after other statements", help=hint)
+    CODE = "E0123"
+    TEXT = "`import` after other statements"
+    HELP = "move the imports to the top of the file"
 
 
-class IntegerOutOfRange(Frozen):
-    """A number that neither int nor uint can hold."""
+class IntegerOutOfRange(TemplateMessage):
+    """An integer that exceeds both `int` and `uint`."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "int holds -9223372036854775808 to 9223372036854775807, uint holds 0 to 18446744073709551615"
-        return error("E0130", self.span, "this integer does not fit into 64 bits", help=hint)
+    CODE = "E0130"
+    TEXT = "this integer does not fit into 64 bits"
+    HELP = "int holds -9223372036854775808 to 9223372036854775807, uint holds 0 to 18446744073709551615"
 
 
-class FloatOutOfRange(Frozen):
-    """A number that float cannot hold."""
+class FloatOutOfRange(TemplateMessage):
+    """A number that exceeds `float`."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "the largest float is about 1.8e308; infinity is written `inf`"
-        return error("E0131", self.span, "this number is too large for float", help=hint)
+    CODE = "E0131"
+    TEXT = "this number is too large for float"
+    HELP = "the largest float is about 1.8e308; infinity is written `inf`"
 
 
-class MixedArguments(Frozen):
+class MixedArguments(TemplateMessage):
     """A positional argument after a named one."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "positional arguments come first, then those with a name"
-        return error("E0132", self.span, "positional argument after a named one", help=hint)
+    CODE = "E0132"
+    TEXT = "positional argument after a named one"
+    HELP = "positional arguments come first, then those with a name"
 
 
-class TooDeep(Frozen):
-    """Nesting beyond what is taken."""
+class TooDeep(TemplateMessage):
+    """Nesting beyond the limit."""
 
-    span: Span
+    CODE = "E0133"
+    TEXT = "nested more than {limit} levels deep"
+    HELP = "give a part of it a name"
+
     limit: int
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error(
-            "E0133", self.span, f"nested more than {self.limit} levels deep", help="give a part of it a name"
-        )
 
+class TooNested(TemplateMessage):
+    """Nesting so deep that parsing stops.
 
-class TooNested(Frozen):
-    """Nesting so deep that the file is not read any further."""
+    Args:
+        limit: About how many of the kind can be nested.
+    """
 
-    span: Span
-    limit: int  # about how many of the kind can stand within each other
+    CODE = "E0133"
+    TEXT = "nested too deeply (limit {limit})"
+    HELP = "at most {limit} of its kind can be nested; give a part of it a name"
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        start = Span(self.span.file, self.span.start, self.span.start + 1)
-        hint = f"no more than {self.limit} of its kind can stand within each other; give a part of it a name"
-        return error("E0133", start, f"nested too deeply (limit {self.limit})", help=hint)
-
-
-class TooLong(Frozen):
-    """A statement of more tokens than are taken."""
-
-    span: Span
     limit: int
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        reason = f"a statement has more than {self.limit:,} words and signs"
-        return error("E0101", self.span, f"cannot read `{self.span.file.name}`: {reason}")
+
+class ForeignSyntax(TemplateMessage):
+    """A statement or a sign of another language."""
+
+    CODE = "E0138"
+    TEXT = "{text}"
+    HELP = "{help}"
+
+    text: str
+    help: str
+
+
+class ForeignFile(TemplateMessage):
+    """A file of another format."""
+
+    CODE = "E0139"
+    TEXT = "expected OpenSCENARIO DSL, found {kind}"
+    HELP = "seoro runs OpenSCENARIO DSL 2.x (`.osc`): write the scenario in it, or choose another file"
+
+    kind: str
+
+
+class UnknownEscape(TemplateMessage):
+    """An unknown escape in a string."""
+
+    CODE = "E0140"
+    SEVERITY = Severity.WARNING
+    TEXT = "unknown escape `{span.text}` in a string; the backslash is kept"
+    HELP = f"write `\\{{span.text}}` for a backslash; escapes are {ESCAPES}"

@@ -1,370 +1,321 @@
-"""Messages of types and expressions (E03)."""
+"""Messages of types and expressions (E0301 to E0330, E0348, E0390 to E0395)."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, Label, error, warning
-from seoro.lang.diagnostics import a
-from seoro.lang.frozen import Frozen
+from seoro.lang.diagnostic import Severity
+from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.habits import mismatch_help
 from seoro.lang.source import Span
 
-_VERBS = {
-    "+": "added",
-    "-": "subtracted",
-    "*": "multiplied",
-    "/": "divided",
-    "%": "divided",
-}
 
-
-class Mismatch(Frozen):
+class Mismatch(TemplateMessage):
     """A value of the wrong type."""
 
-    span: Span
+    CODE = "E0301"
+    TEXT = ("expected {expected} for {context}, found {found}", "expected {expected}, found {found}")
+    LABEL = "this is {found:a}"
+    HELP = ("{help}", "{_habit}")
+
     expected: str
     found: str
     context: str = ""
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        where = f" for {self.context}" if self.context else ""
-        text = f"expected {self.expected}{where}, found {self.found}"
-        needed, found = self.expected.strip("`"), self.found.strip("`")
-        hint = self.help or mismatch_help(self.context, needed, found, self.span.text)
-        return error("E0301", self.span, text, label=f"this is {a(self.found)}", help=hint)
+    @property
+    def _habit(self) -> str:
+        expected, found = self.expected.strip("`"), self.found.strip("`")
+        return mismatch_help(self.context, expected, found, self.span.text)
 
 
-class UnlikeOperands(Frozen):
-    """Operands that an arithmetic operator cannot join."""
+class IncompatibleOperands(TemplateMessage):
+    """Operands that an arithmetic operator cannot combine."""
 
-    span: Span
-    left: Span
+    CODE = "E0312"
+    TEXT = "{left_type} and {right_type} cannot be {_verb}"
+    LABEL = "this is {left_type:a}"
+    HELP = "{help}"
+    OTHERS = (("right", "this is {right_type:a}"),)
+
     right: Span
     operator: str
     left_type: str
     right_type: str
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"{self.left_type} and {self.right_type} cannot be {_VERBS[self.operator]}"
-        other = Label(self.right, f"this is {a(self.right_type)}")
-        return error("E0312", self.left, text, other, label=f"this is {a(self.left_type)}", help=self.help)
+    @property
+    def _verb(self) -> str:
+        return {"+": "added", "-": "subtracted", "*": "multiplied"}.get(self.operator, "divided")
 
 
-class UnlikeComparison(Frozen):
+class IncomparableOperands(TemplateMessage):
     """Operands that cannot be compared."""
 
-    left: Span
+    CODE = "E0313"
+    TEXT = "{left_type} and {right_type} cannot be compared by `{operator}`"
+    LABEL = "this is {left_type:a}"
+    OTHERS = (("right", "this is {right_type:a}"),)
+
     right: Span
     operator: str
     left_type: str
     right_type: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"{self.left_type} and {self.right_type} cannot be compared by `{self.operator}`"
-        other = Label(self.right, f"this is {a(self.right_type)}")
-        return error("E0313", self.left, text, other, label=f"this is {a(self.left_type)}")
 
+class Unordered(TemplateMessage):
+    """An order of values that have none."""
 
-class NoOrder(Frozen):
-    """An order asked of values that have none."""
+    CODE = "E0314"
+    TEXT = "`{operator}` does not apply to {found}"
+    HELP = "only numbers have an order; others compare by `==`, `!=` and `in`"
 
-    span: Span
     operator: str
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "only numbers have an order; others compare by `==`, `!=` and `in`"
-        return error("E0314", self.span, f"`{self.operator}` does not apply to {self.found}", help=hint)
 
+class NotBool(TemplateMessage):
+    """An operand other than a boolean."""
 
-class NotBool(Frozen):
-    """A value where true or false is needed."""
+    CODE = "E0315"
+    TEXT = "`{operator}` needs bool, found {found}"
 
-    span: Span
     operator: str
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0315", self.span, f"`{self.operator}` needs bool, found {self.found}")
 
+class NotNumber(TemplateMessage):
+    """An operand other than a number."""
 
-class NotNumber(Frozen):
-    """A value where a number is needed."""
+    CODE = "E0316"
+    TEXT = "`{operator}` needs a number, found {found}"
 
-    span: Span
     operator: str
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0316", self.span, f"`{self.operator}` needs a number, found {self.found}")
 
+class NotAContainer(TemplateMessage):
+    """A right operand of `in` other than a list or a range."""
 
-class NoContainer(Frozen):
-    """`in` with something on its right that holds nothing."""
+    CODE = "E0317"
+    TEXT = "`in` needs a list or a range, found {found}"
 
-    span: Span
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0317", self.span, f"`in` needs a list or a range, found {self.found}")
 
+class NoCommonType(TemplateMessage):
+    """Values without a common type."""
 
-class NoCommonType(Frozen):
-    """Values that should be of one type and are not."""
+    CODE = "E0318"
+    TEXT = "{what} have no common type"
+    LABEL = "this is {right:a}"
+    OTHERS = (("other", "this is {left:a}"),)
 
-    span: Span
     other: Span
     what: str
     left: str
     right: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        first = Label(self.other, f"this is {a(self.left)}")
-        text = f"{self.what} have no common type"
-        return error("E0318", self.span, text, first, label=f"this is {a(self.right)}")
 
-
-class NoFields(Frozen):
+class NoFields(TemplateMessage):
     """A member access on a value without members."""
 
-    span: Span
+    CODE = "E0319"
+    TEXT = "{found} has no fields"
+
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0319", self.span, f"{self.found} has no fields")
 
+class NotAList(TemplateMessage):
+    """An index on a value other than a list."""
 
-class NoElements(Frozen):
-    """An index on a value that is no list."""
+    CODE = "E0320"
+    TEXT = "only lists have elements, found {found}"
 
-    span: Span
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0320", self.span, f"only lists have elements, this is {self.found}")
 
+class InvalidIndex(TemplateMessage):
+    """An index other than an integer."""
 
-class WrongIndex(Frozen):
-    """An index that is no integer."""
+    CODE = "E0321"
+    TEXT = "the index of a list is an integer, found {found}"
 
-    span: Span
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0321", self.span, f"the index of a list is an integer, found {self.found}")
 
+class NotNumericRange(TemplateMessage):
+    """A range of something other than numbers (7.3.5.2.2)."""
 
-class NotNumericRange(Frozen):
-    """A range of something that is no number (7.3.5.2.2)."""
+    CODE = "E0322"
+    TEXT = "a range consists of numbers, found {found}"
 
-    span: Span
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0322", self.span, f"a range is of numbers, not of {self.found}")
 
-
-class ListOfList(Frozen):
+class ListOfList(TemplateMessage):
     """A list of lists (7.3.5.2.1)."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0323", self.span, "a list cannot hold lists", help="put the inner list into a struct")
+    CODE = "E0323"
+    TEXT = "a list cannot contain lists"
+    HELP = "put the inner list into a struct"
 
 
-class WrongUnitDimension(Frozen):
+class WrongUnitDimension(TemplateMessage):
     """A unit with other exponents than its type (7.3.4)."""
 
-    span: Span
+    CODE = "E0324"
+    TEXT = "`{name}` is in {found}, but `{quantity}` is in {expected}"
+
     name: str
     quantity: str
-    needed: str
+    expected: str
     found: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.name}` is in {self.found}, but `{self.quantity}` is in {self.needed}"
-        return error("E0324", self.span, text)
 
+class NotAValue(TemplateMessage):
+    """A name in an expression that does not denote a value."""
 
-class NotAValue(Frozen):
-    """A name that is no value by itself."""
+    CODE = "E0325"
+    TEXT = "`{name}` is {kind}, not a value"
+    HELP = "{help}"
 
-    span: Span
     name: str
     kind: str
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0325", self.span, f"`{self.name}` is {self.kind}, not a value", help=self.help)
 
+class NotCallable(TemplateMessage):
+    """Arguments for something that takes none."""
 
-class LabelAsValue(Frozen):
-    """A label where a value is needed, or where it does not stand for what is invoked under it (7.6.2.2).
+    CODE = "E0326"
+    TEXT = "`{name}` takes no arguments"
+    HELP = "{help}"
 
-    Args:
-        is_invocation: Whether something is invoked under it.
-        is_early: Whether nothing runs yet when the expression is evaluated.
-    """
-
-    span: Span
-    name: str
-    is_invocation: bool
-    is_early: bool
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        if not self.is_invocation:
-            hint = "only the label of an invocation has fields: those of what is invoked"
-        elif self.is_early:
-            hint = "nothing runs yet when this is evaluated: use its fields below `do`, in `on`, or in `sample`"
-        else:
-            hint = f"write `{self.name}.<field>` for a field of what is invoked"
-        return error("E0348", self.span, f"`{self.name}` is a label, not a value", help=hint)
-
-
-class NotCallable(Frozen):
-    """Something applied to arguments that takes none."""
-
-    span: Span
     name: str
     help: str = ""
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0326", self.span, f"`{self.name}` cannot be applied to arguments", help=self.help)
 
-
-class NegativeUint(Frozen):
+class NegativeUint(TemplateMessage):
     """A negative number for `uint`."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0327", self.span, "`uint` holds no negative numbers", help="`int` does")
+    CODE = "E0327"
+    TEXT = "`uint` cannot hold negative numbers"
+    HELP = "use `int`"
 
 
-class IntTooLarge(Frozen):
-    """A number for `int` that only `uint` holds."""
+class IntTooLarge(TemplateMessage):
+    """A number that fits into `uint`, but not into `int`."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        return error("E0328", self.span, "this number is too large for `int`", help="`uint` holds it")
+    CODE = "E0328"
+    TEXT = "this number is too large for `int`"
+    HELP = "use `uint`"
 
 
-class WrongCondition(Frozen):
-    """A condition of inheritance whose value is not one of its field (7.3.8.2)."""
+class InvalidCondition(TemplateMessage):
+    """A condition of inheritance without a value of its field (7.3.8.2)."""
 
-    span: Span
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "a condition compares a `bool` or an enumeration with one of its values"
-        return error("E0329", self.span, "this value cannot decide about the field", help=hint)
+    CODE = "E0329"
+    TEXT = "invalid condition: expected a value of the field"
+    HELP = "a condition compares a `bool` or an enumeration with one of its values"
 
 
-class FixedByCondition(Frozen):
-    """A value for a field to which the condition of a conditional type gives another (7.3.8.2)."""
+class FixedByCondition(TemplateMessage):
+    """A value for a field that the condition of a conditional type fixes to another one (7.3.8.2)."""
 
-    span: Span
+    CODE = "E0330"
+    TEXT = "`{name}` of `{owner}` is always {value}"
+    HELP = "omit it, or use the type that `{owner}` inherits"
+
     owner: str
     name: str
     value: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.name}` of `{self.owner}` is always {self.value}"
-        return error("E0330", self.span, text, help="leave it out, or use the type that it inherits")
+
+class LabelAsValue(TemplateMessage):
+    """A label in an expression, where it is not a value or not one of an invocation (7.6.2.2).
+
+    Args:
+        is_invocation: Whether the label belongs to an invocation.
+        is_early: Whether the expression is evaluated before the scenario runs.
+    """
+
+    CODE = "E0348"
+    TEXT = "`{name}` is a label, not a value"
+    HELP = "{_hint}"
+
+    name: str
+    is_invocation: bool
+    is_early: bool
+
+    @property
+    def _hint(self) -> str:
+        if not self.is_invocation:
+            return "only the label of an invocation has fields: those of the invoked behavior"
+        if self.is_early:
+            return "nothing runs yet when this is evaluated: use its fields below `do`, in `on`, or in `sample`"
+        return f"write `{self.name}.<field>` for a field of the invoked behavior"
 
 
-class BareNumber(Frozen):
-    """A number without a unit for a physical parameter, which the standard does not have."""
+class BareNumber(TemplateMessage):
+    """A number without a unit for a physical parameter: an extension to the standard."""
 
-    span: Span
+    CODE = "E0390"
+    SEVERITY = Severity.WARNING
+    TEXT = "a number without a unit"
+    HELP = "it is read in {unit}; the standard requires a unit"
+
     unit: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = f"it is read in {self.unit}; the standard asks for a unit"
-        return warning("E0390", self.span, "a number without a unit", help=hint)
 
+class StructConstructor(TemplateMessage):
+    """Construction of a struct from arguments: an extension to the standard."""
 
-class StructConstructor(Frozen):
-    """A struct applied to arguments, which the standard does not have."""
+    CODE = "E0391"
+    SEVERITY = Severity.WARNING
+    TEXT = "`{name}(...)` is an extension to the standard"
+    HELP = "it constructs a value; other implementations may not support it"
 
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        hint = "it constructs a value; other implementations may not know it"
-        return warning("E0391", self.span, f"`{self.name}(...)` is an extension to the standard", help=hint)
 
+class LibraryImport(TemplateMessage):
+    """Import of a library that is not part of the standard."""
 
-class LibraryImport(Frozen):
-    """An import of a library that is not the standard's."""
+    CODE = "E0392"
+    SEVERITY = Severity.WARNING
+    TEXT = "`{name}` is not a module of the standard, which reserves `osc`"
+    HELP = "other implementations may not have it"
 
-    span: Span
     name: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.name}` is not a module of the standard, which reserves `osc`"
-        return warning("E0392", self.span, text, help="other implementations may not have it")
 
+class AnyArgument(TemplateMessage):
+    """An argument of another type than declared, for a parameter that accepts any."""
 
-class AnyArgument(Frozen):
-    """An argument of another type than declared, for a parameter that takes any."""
+    CODE = "E0393"
+    SEVERITY = Severity.WARNING
+    TEXT = "`{parameter}` is declared as {declared}, and accepts any type here"
 
-    span: Span
     parameter: str
     declared: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.parameter}` is declared as {self.declared}, and takes any type here"
-        return warning("E0393", self.span, text)
 
+class OrderOfRange(TemplateMessage):
+    """An order of a range and a number, which holds if it holds for the whole range: an extension."""
 
-class OrderOfRange(Frozen):
-    """An order of a range and a number, which holds if it holds for all of the range: an extension."""
+    CODE = "E0394"
+    SEVERITY = Severity.WARNING
+    TEXT = "`{operator}` of a range and a number is an extension to the standard"
+    HELP = "compare a bound: `.lower()` or `.upper()`"
 
-    span: Span
     operator: str
 
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"`{self.operator}` of a range and a number is an extension to the standard"
-        hint = "compare a bound: `.lower()` or `.upper()`"
-        return warning("E0394", self.span, text, help=hint)
 
+class ReservedNamespace(TemplateMessage):
+    """A namespace with a name that the standard reserves."""
 
-class ReservedNamespace(Frozen):
-    """A namespace with a name that the standard keeps for itself."""
+    CODE = "E0395"
+    SEVERITY = Severity.WARNING
+    TEXT = "the standard reserves `{name}`, as all namespaces that begin with `std`"
+    HELP = "use a name such as `com_example_robots`"
 
-    span: Span
     name: str
-
-    def diagnostic(self) -> Diagnostic:
-        """The message."""
-        text = f"the standard reserves `{self.name}`: names of namespaces that begin with `std` are its own"
-        return warning("E0395", self.span, text, help="take a name such as `com_example_robots`")

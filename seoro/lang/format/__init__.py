@@ -1,7 +1,6 @@
-"""The formatter, after the standard's coding style guide (9.2.2), and PEP 8 where that is silent (9.2.5).
+"""Formatter by the coding style guide of the standard (9.2.2), else by PEP 8 (9.2.5).
 
-It works on the tokens of a file, since the tree knows neither comments nor line breaks: `lines.py` reads logical
-lines with their comments, `roles.py` tells what each token is for, `elements.py` finds the brackets, `layout.py`
-breaks lines that are too long, `formatter.py` puts them together, and `verify.py` makes sure that nothing but the
-layout changed.
+It works on tokens, since the tree has neither comments nor line breaks. `lines.py` reads logical lines with their
+comments, `roles.py` classifies tokens, and `elements.py` groups them by brackets. `layout.py` breaks long lines,
+`formatter.py` joins all lines, and `verify.py` checks that only the layout has changed.
 """

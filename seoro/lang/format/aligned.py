@@ -1,4 +1,4 @@
-"""Comments behind statements: those that stood below each other still do, with the lines that continue them."""
+"""Alignment of comments after statements, with the comment lines that continue them."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from seoro.lang.format.lines import Comment, Gap
 
 
 class OutLine(NamedTuple):
-    """A line to be written: its text and the comment behind it; without text, the comment has it for itself."""
+    """An output line: its text, which may be empty, and the comment after it."""
 
     text: str
     comment: Comment | None = None
 
 
 def take_continuation(out: list[OutLine], gap: Gap, below: int) -> Gap:
-    """Move comments that stand right below one behind a statement to the lines; gives what is left of the gap.
+    """Move comments directly below a comment after a statement to the output; return the rest of the gap.
 
     Args:
         out: The lines before the gap.
-        gap: What stands between two statements.
+        gap: Comments and blank lines between two statements.
         below: The column of the statement below, to which comments at the same column belong.
     """
     taken = 0
@@ -35,7 +35,7 @@ def take_continuation(out: list[OutLine], gap: Gap, below: int) -> Gap:
 
 
 def align(lines: list[OutLine]) -> Iterator[str]:
-    """The lines with their comments: two blanks behind the longest statement of those that were aligned."""
+    """Yield the lines, with aligned comments two blanks after the longest statement among them."""
     for column, run in groupby(lines, key=lambda line: line.comment.column if line.comment else None):
         members = list(run)
         width = max(len(line.text.rsplit("\n", 1)[-1]) for line in members)

@@ -1,6 +1,6 @@
-"""The parts of a logical line: single tokens, and brackets with the items between their commas.
+"""Elements of a logical line: single tokens, and brackets with the items between their commas.
 
-Comments move to where a line can end: behind a comma or an operator, they go before it, to what they speak of.
+Comments move to places where a line can end. A comment after a comma or an operator moves before it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ class Atom(Value):
     """A token.
 
     Args:
-        text: As it is written.
-        role: What it is for.
-        above: Comments that stand on lines of their own before it.
-        behind: Comments that follow it on its line.
+        text: Source text.
+        role: Its role.
+        above: Comments on separate lines before it.
+        behind: Comments after it on its line.
     """
 
     text: str
@@ -35,10 +35,10 @@ class Group(Frozen):
 
     Args:
         opening: The opening bracket.
-        items: What stands between the commas.
+        items: Elements between the commas.
         closing: The closing bracket.
-        is_broken: Whether it has to stay on several lines, since a comment is in it, or since each of several
-            items was put on a line of its own.
+        is_broken: Whether it stays on several lines, because of a comment in it or of one line per item in the
+            source.
     """
 
     opening: Atom
@@ -47,30 +47,30 @@ class Group(Frozen):
     is_broken: bool
 
 
-MAX_BRACKETS = 100  # in each other: functions that call themselves walk over them
+MAX_BRACKETS = 100  # nested brackets, which are traversed recursively
 
 Element: TypeAlias = Atom | Group
 Elements: TypeAlias = tuple[Element, ...]
 
 
 def deepest(roles: Iterable[Role]) -> int:
-    """How many brackets stand in each other at most."""
+    """Return the depth of nested brackets."""
     steps = {Role.OPEN: 1, Role.CLOSE: -1}
     return max(accumulate(steps.get(role, 0) for role in roles))
 
 
 def first_of(element: Element) -> Atom:
-    """The first token of an element."""
+    """Return the first token of an element."""
     return element.opening if isinstance(element, Group) else element
 
 
 def last_of(element: Element) -> Atom:
-    """The last token of an element."""
+    """Return the last token of an element."""
     return element.closing if isinstance(element, Group) else element
 
 
 def flat(elements: Elements) -> str:
-    """Elements on one line, without comments."""
+    """Format elements on one line, without comments."""
     parts: list[str] = []
     for element, blank in zip(elements, blanks(elements), strict=True):
         match element:
@@ -82,7 +82,7 @@ def flat(elements: Elements) -> str:
 
 
 def blanks(elements: Elements) -> list[str]:
-    """The blank, if any, before each element."""
+    """Return the blank, if any, before each element."""
     wide = _has_wide_ranges(elements)
     found = [""] * len(elements)
     for index, (before, after) in enumerate(pairwise(elements), start=1):
@@ -93,7 +93,7 @@ def blanks(elements: Elements) -> list[str]:
 
 
 def _has_wide_ranges(elements: Elements) -> bool:
-    """Whether `..` needs blanks: beside operators, which would look as if they bound less, and before `.5`."""
+    """Return whether `..` needs blanks: beside operators, which bind more, and before `.5`."""
     if not any(isinstance(element, Atom) and element.role is Role.RANGE for element in elements):
         return False
     return any(
@@ -103,12 +103,12 @@ def _has_wide_ranges(elements: Elements) -> bool:
 
 
 def read_elements(texts: Sequence[str], roles: Sequence[Role], gaps: Sequence[Gap]) -> Elements:
-    """The elements of a logical line, without the comments behind it.
+    """Group the tokens of a logical line, without the comments after it.
 
     Args:
-        texts: Its tokens as they are written.
-        roles: What they are for.
-        gaps: What stands behind each of them.
+        texts: Source texts of the tokens.
+        roles: Roles of the tokens.
+        gaps: Gap after each token.
     """
     atoms = _atoms(texts, roles, gaps)
     stack: list[_Open] = [_Open(Atom("", Role.OPEN), False)]
@@ -129,16 +129,16 @@ def read_elements(texts: Sequence[str], roles: Sequence[Role], gaps: Sequence[Ga
 
 
 class _Open:
-    """A bracket whose end was not reached yet."""
+    """A bracket without its end so far."""
 
     def __init__(self, opening: Atom, starts_row: bool) -> None:
         self.opening = opening
-        self.rows = int(starts_row)  # items that begin a line
+        self.rows = int(starts_row)  # number of items that start a line
         self.items: list[Elements] = []
         self.current: list[Element] = []
 
     def close(self, closing: Atom) -> Group:
-        """The group that the closing bracket completes."""
+        """Create the group of the closing bracket."""
         items = (*self.items, tuple(self.current)) if self.current else tuple(self.items)
         has_comments = bool(closing.above) or any(_has_comments(element) for item in items for element in item)
         return Group(self.opening, items, closing, has_comments or 1 < len(items) == self.rows)
@@ -154,11 +154,11 @@ def _has_comments(element: Element) -> bool:
 
 
 def _atoms(texts: Sequence[str], roles: Sequence[Role], gaps: Sequence[Gap]) -> list[Atom]:
-    """The tokens with their comments, which go to places where a line can end: if need be, above their item."""
+    """Return the tokens with their comments, moved to places where a line can end, or above their item."""
     above: list[list[str]] = [[] for _ in texts]
     behind: list[list[str]] = [[] for _ in texts]
     splits = [role in OPERATORS and text in SPLITTING for text, role in zip(texts, roles, strict=True)]
-    starts = [0]  # of the items that were begun, one for each open bracket
+    starts = [0]  # start of the current item of each open bracket
     for index, gap in enumerate(gaps[:-1]):
         before, after = roles[index], roles[index + 1]
         if before is Role.OPEN:

@@ -1,4 +1,4 @@
-"""What the formatter raises where it will not format."""
+"""Error of the formatter."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from seoro.errors import SeoroError
 
 
 class LayoutFault(SeoroError):
-    """A text without errors that cannot be formatted: it is left as it is."""
+    """A valid text cannot be formatted and stays unchanged."""

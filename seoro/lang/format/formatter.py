@@ -1,4 +1,4 @@
-"""Formats a file: puts its logical lines, with their comments and blank lines, one below the other."""
+"""Formatting of a file: joins its formatted logical lines, comments and blank lines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from seoro.lang.source import SourceFile, Span
 
 
 def format_text(file: SourceFile) -> str:
-    """The text of a file, formatted by the standard's coding style guide (9.2.2).
+    """Format a file by the coding style guide of the standard (9.2.2).
 
     The result has the same tree, and formatting it again changes nothing.
 
@@ -29,7 +29,7 @@ def format_text(file: SourceFile) -> str:
 
     Raises:
         InvalidScenario: The text has syntax errors.
-        LayoutFault: Its brackets are nested too deeply, or the result would mean something else.
+        LayoutFault: Its brackets are nested too deeply, or formatting would change the meaning.
     """
     bag = Bag()
     tree = parse_file(file, bag)
@@ -37,12 +37,12 @@ def format_text(file: SourceFile) -> str:
         raise InvalidScenario(sorted(bag.diagnostics, key=lambda found: found.position))
     text = _write(file, read_lines(file, Lexer(file, bag).tokens()), find_names(tree))
     if not is_same(file, tree, SourceFile(file.name, text)):
-        raise LayoutFault(f"formatting `{file.name}` would change what it says; it is left as it is")
+        raise LayoutFault(f"formatting `{file.name}` would change its meaning; the file is unchanged")
     return text
 
 
 class _Kind(Enum):
-    """What blank lines between statements of the file itself depend on."""
+    """Kind of a top-level statement, which determines blank lines around it."""
 
     IMPORT = auto()
     LINE = auto()
@@ -50,10 +50,10 @@ class _Kind(Enum):
 
 
 def _write(file: SourceFile, found: FileLines, names: Collection[int]) -> str:
-    """The text of logical lines."""
+    """Write logical lines."""
     out: list[OutLine] = []
-    is_header = True  # what was written last begins a block, or is nothing yet
-    last: _Kind | None = None  # of the file's own statements
+    is_header = True  # at the start of the file or of a block
+    last: _Kind | None = None  # kind of the last top-level statement
     for line in found.lines:
         kind = _kind(line, names) if line.level == 0 else None
         above = take_continuation(out, line.before, line.column)
@@ -76,18 +76,18 @@ def _kind(line: LogicalLine, names: Collection[int]) -> _Kind:
 
 
 def _is_apart(before: _Kind | None, after: _Kind) -> bool:
-    """Whether a blank line belongs between two statements of a file: around blocks, and behind imports."""
+    """Return whether a blank line separates two statements: around blocks, and after imports."""
     return before is not None and (_Kind.BLOCK in {before, after} or before is not after)
 
 
 def _above(gap: Gap, columns: tuple[int, ...], level: int, is_apart: bool) -> Iterator[OutLine]:
-    """The comments and blank lines above a line; never more than one blank line.
+    """Yield the comments and blank lines above a line, at most one blank line in a row.
 
     Args:
-        gap: What was there.
-        columns: The columns of the blocks that were open.
-        level: Of the line below.
-        is_apart: Whether there has to be a blank line.
+        gap: The comments and blank lines in the source.
+        columns: Columns of the open blocks.
+        level: Level of the line below.
+        is_apart: Whether a blank line is necessary.
     """
     placed = list(_place(gap.comments, columns, level))
     missing = is_apart and not (
@@ -103,10 +103,10 @@ def _above(gap: Gap, columns: tuple[int, ...], level: int, is_apart: bool) -> It
 
 
 def _place(comments: tuple[Comment, ...], columns: tuple[int, ...], level: int) -> Iterator[tuple[Comment, int]]:
-    """Comments with the levels that they belong to.
+    """Yield comments with their levels.
 
-    Where blocks end, a comment belongs to the innermost one that it is indented for; once a comment has left a
-    block, none goes back into it.
+    At the end of blocks, the indentation of a comment determines its block. Later comments cannot return to
+    an inner block.
     """
     deepest = max(len(columns) - 1, level)
     for comment in comments:
@@ -116,15 +116,15 @@ def _place(comments: tuple[Comment, ...], columns: tuple[int, ...], level: int) 
 
 
 def _lay_out_line(file: SourceFile, line: LogicalLine, names: Collection[int]) -> list[OutLine]:
-    """The lines of a logical line.
+    """Format a logical line.
 
     Raises:
-        LayoutFault: More than `MAX_BRACKETS` brackets stand in each other.
+        LayoutFault: More than `MAX_BRACKETS` brackets are nested.
     """
     roles = find_roles(line.tokens, names)
     if deepest(roles) > MAX_BRACKETS:
         at = Span(file, line.tokens[0].start, line.tokens[0].end)
-        raise LayoutFault(f"{at}: brackets that are nested more than {MAX_BRACKETS} deep cannot be laid out")
+        raise LayoutFault(f"{at}: cannot format brackets nested more than {MAX_BRACKETS} deep")
     elements = read_elements([_written(file, token) for token in line.tokens], roles, line.gaps)
     hang = 2 * INDENT if line.opens_block else INDENT
     *lines, last = lay_out(elements, Place(INDENT * line.level, hang, continued=hang, in_brackets=False))
@@ -133,6 +133,6 @@ def _lay_out_line(file: SourceFile, line: LogicalLine, names: Collection[int]) -
 
 
 def _written(file: SourceFile, token: Token) -> str:
-    """A token as it is written, without the blanks that `namespace:: *` may have."""
+    """Return the source text of a token, without blanks in `namespace:: *`."""
     found = file.text[token.start : token.end]
     return found.replace(" ", "").replace("\t", "") if token.kind == "WILDCARD" else found

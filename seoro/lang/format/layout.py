@@ -1,8 +1,8 @@
-"""Breaks logical lines that are too long, or that hold comments.
+"""Breaking of logical lines that are too long, or that contain comments.
 
-What stands in brackets goes to lines of its own, four blanks further in, or eight where a block follows, so that
-the two are told apart (PEP 8). Expressions are taken apart before the operators that bind least. Outside of
-brackets, lines are joined by a backslash (9.2.2.5).
+Items in brackets move to separate lines, indented by four blanks; by eight before a block, which differs then
+(PEP 8). Expressions break before the operators that bind least. Outside of brackets, a backslash joins lines
+(9.2.2.5).
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from seoro.lang.format.elements import Atom, Elements, Group, blanks, first_of, 
 from seoro.lang.format.roles import ARITHMETIC, LOGICAL, OPERATORS, Level, Role
 from seoro.lang.frozen import Value
 
-LINE_LENGTH = 100  # characters; the guide has no number
-INDENT = 4  # blanks a block (9.2.2.1)
+LINE_LENGTH = 100  # characters; the guide has no limit
+INDENT = 4  # blanks per block (9.2.2.1)
 
 _JOINED = " \\"
 
 
 class Place(Value):
-    """Where elements are to be put.
+    """Position and surroundings of elements.
 
     Args:
-        column: Of the first of them, from 0.
-        hang: How much further in what is broken off in brackets goes.
-        continued: How much further in lines behind an operator begin.
+        column: Column of the first element, from 0.
+        hang: Indentation of items in broken brackets [characters].
+        continued: Indentation of lines that continue an expression [characters].
         in_brackets: Whether a line may end without a backslash.
-        suffix: What comes behind the last of them, before its comment.
-        reserve: How many more characters have to fit behind that.
+        suffix: Text after the last element, before its comment.
+        reserve: Number of further characters after the suffix.
     """
 
     column: int
@@ -41,17 +41,17 @@ class Place(Value):
     reserve: int = 0
 
     def holds(self, line: str, *, is_last: bool = True) -> bool:
-        """Whether a line, with its indentation, is not too long."""
+        """Return whether a line with its indentation fits."""
         behind = len(self.suffix) + self.reserve if is_last else 0
         return max(map(len, line.split("\n"))) + behind <= LINE_LENGTH
 
 
 def lay_out(elements: Elements, place: Place) -> list[str]:
-    """The lines of some elements, with the comments above and behind them.
+    """Format elements as lines, with the comments above and after them.
 
     Args:
-        elements: What stands there.
-        place: Where.
+        elements: The elements.
+        place: Their position.
     """
     line = " " * place.column + flat(elements)
     has_comments = any(element.behind for element in map(last_of, elements[:-1])) or any(
@@ -65,17 +65,17 @@ def lay_out(elements: Elements, place: Place) -> list[str]:
     if not is_short and (chunks := _split(elements, (*LOGICAL, *ARITHMETIC)) or _split_at_commas(elements)):
         return _join(chunks, place)
     above, behind = first_of(elements[0]).above, last_of(elements[-1]).behind
-    lines[-1] += place.suffix + "".join(f"  {comment}" for comment in behind[-1:])  # no more than one fits
+    lines[-1] += place.suffix + "".join(f"  {comment}" for comment in behind[-1:])  # the others move above
     return [*(" " * place.column + comment for comment in (*above, *behind[:-1])), *lines]
 
 
 def _is_worth_it(first: Elements, place: Place) -> bool:
-    """Whether to end a line behind these elements: a backslash has to spare breaking the brackets before it."""
+    """Return whether a line can end after these elements without breaking brackets in them."""
     return place.in_brackets or place.holds(" " * place.column + flat(first) + _JOINED, is_last=False)
 
 
 def _split(elements: Elements, levels: Iterable[Level]) -> list[Elements]:
-    """The elements before and from each operator of the first level that has any; none if there is no operator."""
+    """Split elements before the operators of the first level that occurs; empty without operators."""
     for level in levels:
         starts = [
             index
@@ -88,7 +88,7 @@ def _split(elements: Elements, levels: Iterable[Level]) -> list[Elements]:
 
 
 def _split_at_commas(elements: Elements) -> list[Elements]:
-    """The elements to each comma that is in no bracket."""
+    """Split elements after commas outside of brackets; empty without such commas."""
     starts = [
         index
         for index, element in enumerate(elements)
@@ -102,7 +102,7 @@ def _cut(elements: Elements, starts: list[int]) -> list[Elements]:
 
 
 def _join(chunks: list[Elements], place: Place) -> list[str]:
-    """The lines of parts of an expression, each on lines of its own."""
+    """Format the parts of an expression, each on its own lines."""
     lines: list[str] = []
     for number, chunk in enumerate(chunks):
         there = replace(place, column=place.column + (place.continued if number else 0))
@@ -113,7 +113,7 @@ def _join(chunks: list[Elements], place: Place) -> list[str]:
 
 
 def _break_groups(elements: Elements, place: Place) -> tuple[list[str], bool]:
-    """The lines of elements with no brackets broken but the longest, and whether none of the lines is too long."""
+    """Format elements with only the longest brackets broken; return the lines and whether all of them fit."""
     groups = {index: element for index, element in enumerate(elements) if isinstance(element, Group)}
     broken = {index for index, group in groups.items() if _stays_broken(group)}
     lines, is_short = _lay_out_groups(elements, broken, place)
@@ -130,7 +130,7 @@ def _stays_broken(group: Group) -> bool:
 
 
 def _lay_out_groups(elements: Elements, broken: Collection[int], place: Place) -> tuple[list[str], bool]:
-    """The lines of elements of which some are broken; whether those that are not of items fit."""
+    """Format elements of which some are broken; return the lines and whether lines without items fit."""
     lines: list[str] = []
     line = " " * place.column
     is_short = True
@@ -150,11 +150,11 @@ def _lay_out_groups(elements: Elements, broken: Collection[int], place: Place) -
 
 
 def _descend(group: Group, width: int) -> tuple[str, Group, str]:
-    """The brackets that are to be broken where some hold nothing but what ends in others, as in `f(g(...))`.
+    """Find the innermost brackets to break if brackets contain only a call, as in `f(g(...))`.
 
     Args:
         group: The outermost brackets.
-        width: How many characters there are for all the opening ones.
+        width: Limit of the text to the innermost opening bracket [characters].
 
     Returns:
         The text to the innermost opening bracket, the innermost brackets, and the brackets that close the others.
@@ -171,7 +171,7 @@ def _descend(group: Group, width: int) -> tuple[str, Group, str]:
 
 
 def _hugged(group: Group) -> Elements | None:
-    """The only item of brackets if it ends in brackets and may stay on the line of these."""
+    """Return the only item of brackets if it ends in brackets and can stay on their line, else None."""
     if len(group.items) != 1 or group.closing.above:
         return None
     *before, last = group.items[0]
@@ -185,15 +185,15 @@ def _hugged(group: Group) -> Elements | None:
 
 @lru_cache(maxsize=1024)
 def _lay_out_items(group: Group, place: Place, reserve: int) -> tuple[str, ...]:
-    """The lines behind an opening bracket, to the closing one.
+    """Format the lines after an opening bracket, including the closing one.
 
-    They are kept for a while: an expression is tried with its brackets broken before it is taken apart at its
-    operators, and then they are wanted again. Without that, each bracket in another doubles the time.
+    Results are cached: an expression is formatted with broken brackets before it is split at operators, which
+    formats them again. Without the cache, each nested bracket doubles the time.
 
     Args:
         group: The brackets.
-        place: Where they stand.
-        reserve: How many characters have to fit behind the closing bracket.
+        place: Their position.
+        reserve: Number of characters after the closing bracket.
     """
     lines: list[str] = []
     column = place.column + place.hang
@@ -215,7 +215,7 @@ def _lay_out_items(group: Group, place: Place, reserve: int) -> tuple[str, ...]:
 
 
 def _is_filled(group: Group) -> bool:
-    """Whether items share lines: those of lists of plain values, where nothing speaks against it."""
+    """Return whether items share lines: in unbroken lists of plain values."""
     return (
         group.opening.text == "["
         and not group.is_broken
@@ -224,7 +224,7 @@ def _is_filled(group: Group) -> bool:
 
 
 def _fill(items: list[str], column: int, reserve: int) -> list[str]:
-    """Items on as few lines as they need, each line as long as may be."""
+    """Fill lines with items."""
     lines: list[str] = []
     line = " " * column + items[0]
     for index, item in enumerate(items[1:], start=1):

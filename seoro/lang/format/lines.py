@@ -1,4 +1,4 @@
-"""Reads a file as logical lines with all that its tokens leave out: comments, blank lines, and line breaks."""
+"""Reader of logical lines with comments, blank lines and line breaks, which tokens lack."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seoro.lang.lexer import TAB_STOP, Token
 from seoro.lang.source import SourceFile
 
 _GAP: Final = re.compile(r"(?P<comment>#[^\r\n]*)|(?P<joined>\\(?:\r\n|\r|\n))|(?P<end>\r\n|\r|\n)")
-_UNTOUCHED: Final = re.compile(r"#(?:[ #!:]|$)")  # comments that get no blank behind the `#`
+_UNTOUCHED: Final = re.compile(r"#(?:[ #!:]|$)")  # comments that get no blank after the `#`
 
 
 class Comment(NamedTuple):
@@ -18,7 +18,7 @@ class Comment(NamedTuple):
 
     Args:
         text: With its `#`, and a blank behind that.
-        column: Where it stood, from 0; tabs go to multiples of eight, as for the lexer.
+        column: Column in the source, from 0; tabs advance to multiples of eight, as in the lexer.
         is_alone: Whether nothing else stood before it on its line.
         after_blank: Whether a blank line came before it.
     """
@@ -30,7 +30,7 @@ class Comment(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """What stands between two tokens.
+    """Comments and line breaks between two tokens.
 
     Args:
         comments: The comments.
@@ -44,15 +44,15 @@ class Gap(NamedTuple):
 
 
 class LogicalLine(NamedTuple):
-    """A statement, or the part of it that opens a block.
+    """A statement, or its first line if it opens a block.
 
     Args:
-        before: What stands above it.
-        level: How many blocks it is in.
-        column: Where it begins, from 0.
+        before: Comments and blank lines above it.
+        level: Number of enclosing blocks.
+        column: Column of its start, from 0.
         columns: The columns of the blocks that were open above it, the outermost first.
         tokens: Its tokens.
-        gaps: What stands behind each of them; the last gap ends at the end of the line.
+        gaps: Gap after each token; the last one ends with the line.
         opens_block: Whether an indented block follows.
     """
 
@@ -66,7 +66,7 @@ class LogicalLine(NamedTuple):
 
 
 class FileLines(NamedTuple):
-    """All logical lines of a file; `rest` is what stands behind the last one, whose blocks had `columns`."""
+    """All logical lines of a file; `rest` follows the last one, whose blocks have these `columns`."""
 
     lines: tuple[LogicalLine, ...]
     columns: tuple[int, ...]
@@ -78,10 +78,10 @@ def read_lines(file: SourceFile, tokens: Sequence[Token]) -> FileLines:
 
     Args:
         file: The file.
-        tokens: What the lexer made of it.
+        tokens: Its tokens.
     """
     lines: list[LogicalLine] = []
-    end = 0  # of the line before
+    end = 0  # end of the previous line
     columns: tuple[int, ...] = (0,)
     above = columns
     current: list[Token] = []
@@ -108,9 +108,9 @@ def read_lines(file: SourceFile, tokens: Sequence[Token]) -> FileLines:
 
 
 def read_gap(file: SourceFile, start: int, end: int) -> Gap:
-    """What stands in a stretch of text without tokens."""
+    """Read a section of text without tokens."""
     comments: list[Comment] = []
-    ends = 0  # of lines, since the last comment
+    ends = 0  # line ends since the last comment
     has_end = False
     at_start = start == 0
     for found in _GAP.finditer(file.text, start, end):
@@ -127,12 +127,12 @@ def read_gap(file: SourceFile, start: int, end: int) -> Gap:
 
 
 def _column(file: SourceFile, offset: int) -> int:
-    """The column of an offset, from 0."""
+    """Return the column of an offset, from 0."""
     start = offset - file.position(offset)[1] + 1
     return len(file.text[start:offset].replace("\f", "").expandtabs(TAB_STOP))
 
 
 def _tidy(comment: str) -> str:
-    """The text of a comment without blanks at its end and with one behind its `#` (9.2.2.4)."""
+    """Return a comment without blanks at its end, and with one after its `#` (9.2.2.4)."""
     comment = comment.rstrip()
     return comment if _UNTOUCHED.match(comment) else f"# {comment[1:]}"

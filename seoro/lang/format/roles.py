@@ -1,4 +1,4 @@
-"""What the tokens of a line are for, as far as blanks between them depend on it (9.2.2.3)."""
+"""Roles of the tokens of a line, which determine blanks between them (9.2.2.3)."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _WORDS = _NUMBERS | {"STRING_LITERAL", "NAME", "PREFIXED", "WILDCARD"}
 
 
 class Role(Enum):
-    """What a token is for."""
+    """Role of a token."""
 
-    OPERAND = auto()  # names, literals, and keywords that an opening bracket follows closely
-    KEYWORD = auto()  # keywords behind which an expression begins
+    OPERAND = auto()  # names, literals, and keywords directly before an opening bracket
+    KEYWORD = auto()  # keywords before an expression
     BINARY = auto()  # an operator between two operands
     SIGN = auto()
-    LONE_SIGN = auto()  # apart from the number behind it, to which it does not belong then
+    LONE_SIGN = auto()  # a sign that is separate from the number after it
     RANGE = auto()  # the `..` of a range
     OPEN = auto()
     CLOSE = auto()
@@ -32,7 +32,7 @@ class Role(Enum):
 
 Level = frozenset[str]
 OPERATORS = frozenset({Role.BINARY, Role.KEYWORD})
-# Where expressions can be taken apart, by the words of operators: those that bind least come first.
+# Operators at which expressions can be split; operators that bind least come first.
 LOGICAL: tuple[Level, ...] = tuple(map(frozenset, (("is",), ("if",), ("?", ":"), ("=>",), ("or",), ("and",))))
 ARITHMETIC: tuple[Level, ...] = tuple(
     map(frozenset, (("==", "!=", "<", "<=", ">", ">=", "in"), ("+", "-"), ("*", "/", "%")))
@@ -63,7 +63,7 @@ _BEFORE_OPERANDS = frozenset(
 
 
 def find_names(tree: ast.OscFile) -> frozenset[int]:
-    """The offsets at which names stand, so that words which are also keywords can be told apart."""
+    """Return the offsets of names, to distinguish them from equal keywords."""
     starts: set[int] = set()
     pending: list[object] = [tree]
     while pending:
@@ -79,15 +79,15 @@ def find_names(tree: ast.OscFile) -> frozenset[int]:
 
 
 def find_roles(tokens: Sequence[Token], names: Collection[int]) -> list[Role]:
-    """The roles of the tokens of one logical line.
+    """Return the roles of the tokens of one logical line.
 
     Args:
         tokens: The tokens, without those of the layout.
-        names: What `find_names` gave for the file.
+        names: Result of `find_names` for the file.
     """
     roles: list[Role] = []
-    end = 0  # of the token before
-    questions = [0]  # that wait for the colon of their ternary, for each open bracket
+    end = 0  # end of the previous token
+    questions = [0]  # open `?` of ternaries, for each open bracket
     is_export = bool(tokens) and tokens[0].value == "export" and tokens[0].start not in names
     for token in tokens:
         before = roles[-1] if roles else Role.KEYWORD
@@ -113,7 +113,7 @@ def find_roles(tokens: Sequence[Token], names: Collection[int]) -> list[Role]:
 
 
 def _role(token: Token, before: Role, names: Collection[int]) -> Role:
-    """The role of a token, as far as it depends on nothing but the one before it."""
+    """Return the role of a token that depends only on the previous one."""
     if token.kind == "NAME":
         is_keyword = token.value in _KEYWORDS and token.start not in names and before is not Role.DOT
         return Role.KEYWORD if is_keyword else Role.OPERAND
@@ -125,7 +125,7 @@ def _role(token: Token, before: Role, names: Collection[int]) -> Role:
 
 
 def is_spaced(before: Role, after: Role) -> bool:
-    """Whether a blank stands between two tokens."""
+    """Return whether a blank separates two tokens."""
     if after in {Role.CLOSE, Role.COMMA, Role.COLON, Role.DOT, Role.BANG, Role.RANGE}:
         return False
     if before in {Role.OPEN, Role.DOT, Role.AT, Role.BANG, Role.SIGN, Role.RANGE}:

@@ -1,4 +1,4 @@
-"""Makes sure that formatting changed nothing but the layout: against faults of the formatter itself."""
+"""Check that formatting changes only the layout, against defects of the formatter."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
 
 
 def is_same(before: SourceFile, tree: ast.OscFile, after: SourceFile) -> bool:
-    """Whether another text has the same tree, but for the places in it, and the same comments.
+    """Return whether another text has the same tree, except for spans, and the same comments.
 
     Args:
         before: The one text.
@@ -26,7 +26,7 @@ def is_same(before: SourceFile, tree: ast.OscFile, after: SourceFile) -> bool:
 
 
 def _are_equal(one: ast.OscFile, other: ast.OscFile) -> bool:
-    """Whether two trees are equal but for their spans; not by recursion, since trees may be deep."""
+    """Return whether two trees are equal except for spans; without recursion, since trees may be deep."""
     pending: list[tuple[object, object]] = [(one, other)]
     while pending:
         left, right = pending.pop()
@@ -39,13 +39,13 @@ def _are_equal(one: ast.OscFile, other: ast.OscFile) -> bool:
             if len(left) != len(right):
                 return False
             pending += zip(left, right, strict=True)
-        elif repr(left) != repr(right):  # which tells 0.0 from -0.0, and not nan from nan
+        elif repr(left) != repr(right):  # unlike `==`, 0.0 and -0.0 differ, and nan is equal to nan
             return False
     return True
 
 
 def _comments(file: SourceFile) -> list[str]:
-    """The texts of all comments, sorted: where brackets are broken anew, they may change places."""
+    """Return the texts of all comments, sorted, since breaking brackets may reorder them."""
     tokens = [token for token in Lexer(file, Bag()).tokens() if token.kind not in _LAYOUT]
     starts = [*(token.start for token in tokens), len(file.text)]
     ends = [0, *(token.end for token in tokens)]

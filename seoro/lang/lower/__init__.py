@@ -1,1 +1,1 @@
-"""From what was checked to the plan of one scenario: its entry, its overrides, and all that it reaches."""
+"""Lowering: creates the plan of one scenario, with overrides and reached behaviors."""

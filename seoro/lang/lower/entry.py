@@ -1,4 +1,4 @@
-"""Which scenario runs (7.7.2): the one asked for, the only one, or the one named `main`, of the entry file."""
+"""Choice of the scenario to run (7.7.2): the requested one, the only one, or `main` of the entry file."""
 
 from __future__ import annotations
 
@@ -13,21 +13,25 @@ DEFAULT = "main"
 
 
 def find_entry(checked: Checked, name: str | None) -> TypeSymbol:
-    """The scenario to run; `InvalidScenario` if it cannot be told."""
+    """Return the scenario to run.
+
+    Raises:
+        InvalidScenario: The scenario is missing or ambiguous.
+    """
     file = checked.sources.entry.file
     top = Span(file, 0, 0)
     candidates = checked.scenarios
     if name is not None:
-        named = _called(name, candidates)
+        named = _named(name, candidates)
         if len(named) != 1:
             missing = messages.UnknownEntry(top, name, candidates)
             raise _invalid(messages.AmbiguousEntry(top, named) if named else missing)
         chosen = named[0]
     elif not candidates:
-        raise _invalid(messages.NoScenario(top))
+        raise _invalid(messages.MissingScenario(top))
     elif len(candidates) == 1:
         chosen = candidates[0]
-    elif len(named := _called(DEFAULT, candidates)) == 1:
+    elif len(named := _named(DEFAULT, candidates)) == 1:
         chosen = named[0]
     else:
         raise _invalid(messages.AmbiguousEntry(top, candidates))
@@ -41,8 +45,8 @@ def find_entry(checked: Checked, name: str | None) -> TypeSymbol:
     return symbol
 
 
-def _called(name: str, candidates: tuple[str, ...]) -> tuple[str, ...]:
-    """The scenarios that a name means: the one with exactly this name, else those of any namespace."""
+def _named(name: str, candidates: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the scenario with exactly this name, else those with it in any namespace."""
     if name in candidates:
         return (name,)
     return tuple(candidate for candidate in candidates if candidate.endswith(f"::{name}"))

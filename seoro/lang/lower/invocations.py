@@ -1,4 +1,4 @@
-"""Invocations of the entry scenario by name, so that what is given from outside can reach their parameters."""
+"""Invocations of the entry scenario by name, for overrides of their parameters."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ Invocation = plan.InvokeAction | plan.InvokeScenario
 
 
 def named_invocations(body: plan.Behavior | None) -> Mapping[str, Invocation]:
-    """The invocations of a scenario's `do`, in the order of the text, by their names.
+    """Return the invocations in the `do` of a scenario by name, in source order.
 
-    That is the label, else the name of what is invoked, without its actor; where several have none but this, the
-    first is `name[0]`, the second `name[1]`.
+    The name is the label, else the name of the invoked behavior, without its actor. Equal names get a number:
+    `name[0]`, `name[1]`.
     """
     found = list(reach.invocations(body))
-    names = [each.label or _called(each) for each in found]
+    names = [each.label or _bare_name(each) for each in found]
     total, seen = Counter(names), Counter[str]()
     named: dict[str, Invocation] = {}
     for name, each in zip(names, found, strict=True):
@@ -28,21 +28,21 @@ def named_invocations(body: plan.Behavior | None) -> Mapping[str, Invocation]:
     return named
 
 
-def called(invocation: Invocation) -> str:
-    """The name of what is invoked, in the plan."""
+def invoked_name(invocation: Invocation) -> str:
+    """Return the name of the invoked behavior in the plan."""
     return invocation.action if isinstance(invocation, plan.InvokeAction) else invocation.scenario
 
 
-def _called(invocation: Invocation) -> str:
-    return called(invocation).rpartition(".")[2].rpartition("::")[2]
+def _bare_name(invocation: Invocation) -> str:
+    return invoked_name(invocation).rpartition(".")[2].rpartition("::")[2]
 
 
 def constrained(behavior: plan.Behavior, added: Mapping[Invocation, Sequence[plan.Constraint]]) -> plan.Behavior:
-    """A behavior with more constraints on some of its invocations."""
+    """Copy a behavior with additional constraints on some of its invocations."""
     match behavior:
-        case plan.Serial() | plan.Parallel() | plan.OneOf():
+        case plan.Composition():
             return replace(behavior, members=tuple(constrained(each, added) for each in behavior.members))
-        case plan.InvokeAction() | plan.InvokeScenario() if behavior in added:
+        case plan.Invocation() if behavior in added:
             return replace(behavior, constraints=(*behavior.constraints, *added[behavior]))
         case _:
             return behavior

@@ -1,27 +1,43 @@
-"""Makes the plan of a scenario: its parameters with their values, and every scenario and action that it
-reaches."""
+"""Creation of the plan of a scenario: its parameters with their values, and all reached scenarios and actions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import Final
 
 from seoro.errors import InvalidScenario
 from seoro.lang import ast, plan
 from seoro.lang.check.checker import Checked
 from seoro.lang.check.expressions import Expressions
+from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.lower import reach
 from seoro.lang.lower.entry import find_entry
-from seoro.lang.lower.invocations import called, constrained, named_invocations
+from seoro.lang.lower.invocations import constrained, invoked_name, named_invocations
 from seoro.lang.lower.overrides import Overrides
-from seoro.lang.symbols import TypeSymbol, all_events, all_fields, do_directive, lineage, may_lack_values
+from seoro.lang.source import Span
+from seoro.lang.symbols import TypeSymbol, lineage, may_lack_values
+
+_NO_OVERRIDES: Final[Mapping[str, str]] = {}
 
 
-def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[str, str]) -> plan.Plan:
-    """The plan of a scenario; `InvalidScenario` if it has errors, has no entry, or lacks a value."""
+def lower(
+    checked: Checked, scenario: str | None = None, overrides: Mapping[str, str] = _NO_OVERRIDES
+) -> plan.Plan:
+    """Create the plan of a scenario.
+
+    Args:
+        checked: The result of `check`.
+        scenario: The scenario to run; by default the only one of the file, or the one named `main`.
+        overrides: Values for parameters of the scenario, or for fields of them (`robot.namespace`), as
+            expressions of the language.
+
+    Raises:
+        InvalidScenario: The sources have errors, no scenario to run, or a parameter without a value.
+    """
     if checked.errors:
         raise InvalidScenario(checked.errors)
     entry = find_entry(checked, scenario)
@@ -44,8 +60,6 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
                 pending.append(scenarios[invocation.scenario])
     objects = lowering.objects()
     modifiers = lowering.modifiers(scenarios.values(), actions.values(), objects.values())
-    structures = checked.program.structures
-    structures.modify(modifiers, {name: type_.modifiers for name, type_ in objects.items()})
     return plan.Plan(
         entry=first.name,
         overrides=given,
@@ -54,14 +68,15 @@ def lower_scenario(checked: Checked, scenario: str | None, overrides: Mapping[st
         modifiers=modifiers,
         objects=objects,
         globals=global_parameters,
-        structures=structures,
+        structures=checked.program.structures,
+        methods=checked.program.methods,
         file=checked.sources.entry.file.name,
         coverage=checked.coverage,
     )
 
 
 class _Lowering:
-    """Makes the parts of one plan."""
+    """Creates the parts of one plan."""
 
     def __init__(self, checked: Checked) -> None:
         self.bag = Bag()
@@ -71,38 +86,42 @@ class _Lowering:
         self._symbols = {symbol.plan_name: symbol for symbol in checked.program.behaviors.values()}
 
     def scenario(self, symbol: TypeSymbol) -> plan.Scenario:
-        """A scenario with everything that it inherits."""
-        reactions, declared = self._checked.reactions, do_directive(symbol)
+        """Create a scenario with all inherited members."""
+        declared = symbol.do
         return plan.Scenario(
-            name=symbol.plan_name,
+            *self._common(symbol),
             bases=_bases(symbol),
-            structure=self._program.structures.of(symbol.plan_type),
-            events=self._events(symbol),
-            on=reactions.on(symbol),
-            samples=reactions.samples(symbol),
-            modifiers=reactions.modifiers(symbol),
             body=self._checked.behaviors[declared.owner] if declared is not None else None,
-            span=symbol.span,
         )
 
+    def _common(
+        self, symbol: TypeSymbol
+    ) -> tuple[
+        str,
+        plan.Structure,
+        tuple[plan.Event, ...],
+        tuple[plan.On, ...],
+        tuple[plan.Sample, ...],
+        tuple[plan.AppliedModifier, ...],
+        Span,
+    ]:
+        """Return the fields of `plan.Declaration`."""
+        structure, reactions = self._program.structures.of(symbol.plan_type), self._checked.reactions
+        own = reactions.on(symbol), reactions.samples(symbol), reactions.modifiers(symbol)
+        return symbol.plan_name, structure, self._events(symbol), *own, symbol.span
+
     def invoked(self, name: str) -> plan.Scenario:
-        """A scenario by its name."""
+        """Create a scenario by its name."""
         return self.scenario(self._symbols[name])
 
     def action(self, name: str) -> plan.Action:
-        """The declaration of an action."""
-        symbol, reactions = self._symbols[name], self._checked.reactions
+        """Create the declaration of an action."""
+        symbol = self._symbols[name]
         return plan.Action(
-            name=name,
+            *self._common(symbol),
             bases=_bases(symbol),
             actor=_actor(symbol),
-            structure=self._program.structures.of(symbol.plan_type),
-            events=self._events(symbol),
-            on=reactions.on(symbol),
-            samples=reactions.samples(symbol),
-            modifiers=reactions.modifiers(symbol),
             library=symbol.home.library,
-            span=symbol.span,
         )
 
     def modifiers(
@@ -111,7 +130,7 @@ class _Lowering:
         actions: Iterable[plan.Action],
         objects: Iterable[plan.ObjectType],
     ) -> dict[str, plan.Modifier]:
-        """All modifiers that are applied in a plan."""
+        """Create all modifiers that are applied in a plan."""
         symbols = {symbol.plan_name: symbol for symbol in self._program.modifiers.values()}
         pending = [name for scenario in scenarios for name in reach.modifiers(scenario.body)]
         pending += [name for scenario in scenarios for name in reach.applied(scenario)]
@@ -126,22 +145,15 @@ class _Lowering:
         return found
 
     def _modifier(self, symbol: TypeSymbol) -> plan.Modifier:
-        reactions = self._checked.reactions
         return plan.Modifier(
-            name=symbol.plan_name,
+            *self._common(symbol),
             actor=_actor(symbol),
             of=symbol.of.plan_name if symbol.of is not None else None,
-            structure=self._program.structures.of(symbol.plan_type),
-            events=self._events(symbol),
-            on=reactions.on(symbol),
-            samples=reactions.samples(symbol),
-            modifiers=reactions.modifiers(symbol),
             library=symbol.home.library if _is_atomic(symbol) else None,
-            span=symbol.span,
         )
 
     def objects(self) -> dict[str, plan.ObjectType]:
-        """The structs and actors that have events, sampled variables or modifiers."""
+        """Create the structs and actors with events, sampled variables or modifiers."""
         found: dict[str, plan.ObjectType] = {}
         for symbol in self._program.types.values():
             if isinstance(symbol, TypeSymbol):
@@ -154,12 +166,18 @@ class _Lowering:
     def _events(self, symbol: TypeSymbol) -> tuple[plan.Event, ...]:
         reactions = self._checked.reactions
         return tuple(
-            plan.Event(event.name, reactions.parameters(event), reactions.specification(event), event.span)
-            for event in all_events(symbol).values()
+            plan.Event(
+                event.name,
+                reactions.parameters(event),
+                tuple(plan_type(each.type, self._program) for each in event.parameters.values()),
+                reactions.specification(event),
+                event.span,
+            )
+            for event in symbol.inventory.events.values()
         )
 
     def globals(self, entry: TypeSymbol, overrides: Mapping[str, str]) -> plan.Structure:
-        """The global parameters; those that nothing can give a value are reported."""
+        """Create the global parameters; report parameters without a value."""
         for declaration, home in self._program.global_declarations:
             may_be_constrained = declaration.constraints or may_lack_values(entry)
             for name in declaration.names if not may_be_constrained else ():
@@ -172,10 +190,10 @@ class _Lowering:
     def entry(
         self, symbol: TypeSymbol, overrides: Mapping[str, str]
     ) -> tuple[plan.Scenario, tuple[plan.Constraint, ...]]:
-        """The entry scenario, and what is set from outside for its parameters and for global ones."""
+        """Create the entry scenario, and the overrides of its parameters and of global ones."""
         scenario = self.scenario(symbol)
         named = named_invocations(scenario.body)
-        invoked = {name: self._symbols[called(each)] for name, each in named.items()}
+        invoked = {name: self._symbols[invoked_name(each)] for name, each in named.items()}
         given = Overrides(self._expressions, scope_of(symbol, symbol.home), self.bag, invoked).constraints(
             overrides
         )
@@ -185,31 +203,31 @@ class _Lowering:
         return scenario, given.own
 
     def check_values(self, symbol: TypeSymbol, overrides: Mapping[str, str]) -> None:
-        """Report fields of the entry scenario that nothing gives a value."""
+        """Report fields of the entry scenario without a value."""
         values = self._expressions.values
-        fields = all_fields(symbol)
+        fields = symbol.inventory.fields
         for path in values.lacking_of(symbol, {}):
             if not _is_set(path, overrides):
-                self.bag.add(messages.NoValue(fields[path.partition(".")[0]].span, path))
+                self.bag.add(messages.MissingValue(fields[path.partition(".")[0]].span, path))
 
 
 def _is_set(path: str, overrides: Mapping[str, str]) -> bool:
-    """Whether a field, or what holds it, is set from outside."""
+    """Return whether a field or a value that contains it is overridden."""
     return any(path == given or path.startswith(f"{given}.") for given in overrides)
 
 
 def _bases(symbol: TypeSymbol) -> tuple[str, ...]:
-    """The names of what a type inherits, nearest first."""
+    """Return the names of the bases of a type, nearest first."""
     return tuple(base.plan_name for base in lineage(symbol))[1:]
 
 
 def _actor(symbol: TypeSymbol) -> plan.ActorType | None:
-    """The type of actor that something belongs to."""
+    """Return the actor type of a scenario, an action or a modifier."""
     actor = symbol.actor.plan_type if symbol.actor is not None else None
     assert actor is None or isinstance(actor, plan.ActorType)
     return actor
 
 
 def _is_atomic(symbol: TypeSymbol) -> bool:
-    """Whether a modifier says no more than its parameters: in a library, its implementation is then elsewhere."""
+    """Return whether a modifier declares only parameters, so that a library implements it in Python."""
     return all(isinstance(member, ast.ParameterDeclaration) for part in symbol.parts for member in part.members)

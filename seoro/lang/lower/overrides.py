@@ -1,5 +1,7 @@
-"""Values from outside for parameters of the entry scenario, `goal` or `goal.position.x`, and of what it invokes,
-`drive.goal`, as expressions (section 6 of the semantics: they are placed last and replace defaults)."""
+"""Overrides of parameters of the entry scenario (`goal`, `goal.position.x`) and of its invocations (`drive.goal`).
+
+Values are expressions. They become the last constraints, which replace defaults.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +17,14 @@ from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.diagnostics import near
 from seoro.lang.parser import parse_expression
 from seoro.lang.source import SourceFile, Span
-from seoro.lang.symbols import FieldSymbol, TypeSymbol, all_fields
-from seoro.lang.types import STRING, Structured, Type
+from seoro.lang.symbols import FieldSymbol, Structured, Type, TypeSymbol
+from seoro.lang.types import STRING
 
 ORIGIN = "<override>"
 
 
 class Given(NamedTuple):
-    """Constraints from outside: on parameters of the scenario, and on those of its invocations, by their names."""
+    """Constraints of overrides: on the scenario, and on its invocations by name."""
 
     own: tuple[plan.Constraint, ...]
     of_invocations: Mapping[str, Sequence[plan.Constraint]]
@@ -32,10 +34,10 @@ class Overrides:
     """Applies overrides to the parameters of a scenario.
 
     Args:
-        expressions: For their values.
+        expressions: Checker of the values.
         scope: The scope of the scenario.
-        bag: Where messages go.
-        invoked: What the scenario invokes, by the names of the invocations.
+        bag: Bag for messages.
+        invoked: Invoked scenarios and actions, by the names of the invocations.
     """
 
     def __init__(
@@ -47,7 +49,7 @@ class Overrides:
         self._invoked = invoked
 
     def constraints(self, overrides: Mapping[str, str]) -> Given:
-        """The constraints that they stand for; whole values first, then parts of them."""
+        """Convert overrides to constraints; whole values first, then their parts."""
         own: list[plan.Constraint] = []
         of_invocations: dict[str, list[plan.Constraint]] = {}
         for path, text in sorted(overrides.items(), key=lambda item: item[0].count(".")):
@@ -64,16 +66,16 @@ class Overrides:
                 found = self._of_invocation(path, file, self._invoked[first], rest)
                 of_invocations.setdefault(first, []).extend([found] if found is not None else [])
             else:
-                self._unknown(path, first, [*self._scope.fields, *self._invoked], file)
+                self._unknown(path, first, self._scope.fields, file, self._invoked)
         return Given(tuple(own), of_invocations)
 
     def _of_invocation(
         self, path: str, file: SourceFile, invoked: TypeSymbol, names: Sequence[str]
     ) -> plan.Constraint | None:
-        fields = all_fields(invoked)
+        fields = invoked.inventory.fields
         if not names:
             self._refuse(
-                path, file, "it is an invocation", f"name one of its parameters, as in `{path}.{_any(fields)}`"
+                path, file, "it is an invocation", f"override one of its parameters, as in `{path}.{_any(fields)}`"
             )
             return None
         first, *rest = names
@@ -104,11 +106,11 @@ class Overrides:
         return plan.Constraint(plan.Compare("==", left, value, whole), False, whole)
 
     def _is_bare_word(self, text: str) -> bool:
-        """Whether a text looks like a name and means nothing: a string whose quotes a shell has removed."""
+        """Return whether a text is an unknown name: a string whose quotes a shell has removed."""
         return text.isidentifier() and text not in self._scope.fields and self._root(text) is None
 
     def _root(self, name: str) -> tuple[FieldSymbol, plan.Field | plan.Global] | None:
-        """The field of the scenario that a path begins with, or the global parameter."""
+        """Find the field or the global parameter at the start of a path."""
         nowhere = self._expressions.program.nowhere
         for field in self._scope.fields.values():
             if name in {field.name, field.text}:
@@ -119,23 +121,27 @@ class Overrides:
         return None
 
     def _field(self, type_: Type, name: str, path: str, file: SourceFile) -> FieldSymbol | None:
-        """The field of a value that a part of a path means; None if there is none, which is reported."""
+        """Find a field of a value; report an unknown one and return None."""
         if not isinstance(type_, Structured):
             self._refuse(path, file, f"{self._expressions.converter.describe(type_)} has no field `{name}`")
             return None
-        fields = all_fields(type_.symbol)
+        fields = type_.symbol.inventory.fields
         if name not in fields:
             self._unknown(path, name, fields, file)
             return None
         return fields[name]
 
-    def _unknown(self, path: str, name: str, fields: Collection[str], file: SourceFile) -> None:
+    def _unknown(
+        self, path: str, name: str, fields: Collection[str], file: SourceFile, invoked: Collection[str] = ()
+    ) -> None:
         known = ", ".join(f"`{field}`" for field in fields)
-        hint = near(name, fields) or (f"there are {known}" if known else "there are no parameters")
-        self._refuse(path, file, f"there is no `{name}`", hint)
+        hint = f"its parameters are {known}" if known else "it has no parameters"
+        if invoked:
+            hint += f"; those of an invocation are written as in `{_any(invoked)}.PARAMETER`"
+        self._refuse(path, file, f"unknown parameter `{name}`", near(name, [*fields, *invoked]) or hint)
 
     def _refuse(self, path: str, file: SourceFile, reason: str, hint: str = "") -> None:
-        self._bag.add(messages.WrongOverride(Span(file, 0, len(path)), path, reason, hint))
+        self._bag.add(messages.InvalidOverride(Span(file, 0, len(path)), path, reason, hint))
 
 
 def _any(names: Collection[str]) -> str:
@@ -144,4 +150,6 @@ def _any(names: Collection[str]) -> str:
 
 def _quoted(path: str, word: str) -> str:
     """Show how to write a string, whose own quotes a shell and Python would remove."""
-    return f"""a string has its own quotes: `--set '{path}="{word}"'`, in Python {{'{path}': '"{word}"'}}"""
+    return (
+        f"""quote a string within the expression: `--set '{path}="{word}"'`, in Python {{'{path}': '"{word}"'}}"""
+    )

@@ -1,4 +1,4 @@
-"""What a behavior of the plan reaches: what it invokes, and the modifiers that it applies."""
+"""Traversal of behaviors of the plan: their invocations, and the applied modifiers."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from seoro.lang import plan
 
 
 def invocations(body: plan.Behavior | None) -> Iterator[plan.InvokeAction | plan.InvokeScenario]:
-    """All invocations in a behavior, in the order of the text."""
-    for behavior in _all(body):
+    """Yield all invocations in a behavior, in source order."""
+    for behavior in walk(body):
         if isinstance(behavior, plan.InvokeAction | plan.InvokeScenario):
             yield behavior
 
 
 def modifiers(body: plan.Behavior | None) -> Iterator[str]:
-    """The names of all modifiers that are applied in a behavior."""
-    for behavior in _all(body):
+    """Yield the names of all modifiers that are applied in a behavior."""
+    for behavior in walk(body):
         match behavior:
             case plan.Wait() | plan.Emit() | plan.CallMethod():
                 pass
@@ -26,7 +26,7 @@ def modifiers(body: plan.Behavior | None) -> Iterator[str]:
 
 
 def applied(holder: plan.Scenario | plan.Action | plan.Modifier | plan.ObjectType) -> Iterator[str]:
-    """The names of the modifiers that are members of a declaration."""
+    """Yield the names of the modifiers among the members of a declaration."""
     yield from _names(holder.modifiers)
 
 
@@ -36,16 +36,16 @@ def _names(modifications: Iterable[plan.Modification]) -> Iterator[str]:
             yield modification.modifier
 
 
-def _all(body: plan.Behavior | None) -> Iterator[plan.Behavior]:
-    """A behavior and all in it, in the order of the text."""
+def walk(body: plan.Behavior | None) -> Iterator[plan.Behavior]:
+    """Yield a behavior and its descendants in source order."""
     stack = [body] if body is not None else []
     while stack:
         behavior = stack.pop()
         yield behavior
         match behavior:
-            case plan.Serial() | plan.Parallel() | plan.OneOf():
+            case plan.Composition():
                 stack += reversed(behavior.members)
-            case plan.InvokeAction() | plan.InvokeScenario() | plan.Wait() | plan.Emit() | plan.CallMethod():
+            case plan.Invocation() | plan.Wait() | plan.Emit() | plan.CallMethod():
                 pass
             case _:
                 assert_never(behavior)

@@ -1,12 +1,11 @@
-"""Behaviors of the plan: what a scenario does (7.3.13, 7.2.2.4.7).
+"""Behaviors of the plan (7.3.13, 7.2.2.4.7).
 
-`modifications` are what stands in the `with:` block of a behavior and does something to it as a whole, in the
-order of the text: the one written last is closest to the behavior. A `duration` is a range in seconds for the time
-from the start of the behavior to its end.
+`modifications` are the entries of the `with:` block that change a behavior as a whole, in source order: the last
+one is the innermost. A `duration` is a range in seconds for the time from the start of the behavior to its end.
 
-In the `constraints` of a composition, the fields of the binding `it` are its parameters: `duration`, a range; of
+In the `constraints` of a composition, the fields of the binding `it` are its parameters: `duration`, a range; for
 `parallel` also `overlap`, an enumeration, and `start_to_start` and `end_to_end`, times. In those of an invocation,
-`it` has `duration` besides the fields of what is invoked, unless one of these has that name.
+`it` has the fields of the invoked behavior, and an implicit `duration`.
 """
 
 from __future__ import annotations
@@ -23,8 +22,17 @@ from seoro.lang.plan.types import ValueType
 from seoro.lang.source import Span
 
 
-class Serial(Value):
-    """Members one after another (7.3.13.1)."""
+class Composition(Value):
+    """Members with a common duration.
+
+    Args:
+        label: Its label.
+        members: Its members, in source order.
+        duration: Range of the time from the first start to the last end [s].
+        constraints: Constraints on its parameters.
+        modifications: Modifications of the whole composition.
+        span: Its span.
+    """
 
     label: str | None
     members: tuple[Behavior, ...]
@@ -34,8 +42,16 @@ class Serial(Value):
     span: Span
 
 
+class Serial(Composition):
+    """Members one after another (7.3.13.1)."""
+
+
+class OneOf(Composition):
+    """Exactly one of the members (7.3.13.3)."""
+
+
 class Overlap(Enum):
-    """How the secondary members of `parallel` lie to the first one (7.3.13.2)."""
+    """Relation of the secondary members of `parallel` to the first one (7.3.13.2)."""
 
     EQUAL = "equal"
     START = "start"
@@ -47,42 +63,20 @@ class Overlap(Enum):
     ANY = "any"
 
 
-class Parallel(Value):
-    """Members that overlap (7.3.13.2).
+class Parallel(Composition):
+    """Members that overlap (7.3.13.2); the first is the primary one.
 
     Args:
-        label: Its label.
-        members: The first is the primary one.
-        duration: From the first start to the last end.
-        overlap: How the others lie to the primary one.
-        is_overlap_given: Whether an argument says so.
-        start_to_start: How long after the primary one the others start: a range in seconds.
-        end_to_end: How long after the primary one the others end: a range in seconds.
-        constraints: What else holds for its parameters.
-        modifications: Of all of it.
+        overlap: Relation of the others to the primary one.
+        is_overlap_given: Whether the overlap is an argument.
+        start_to_start: Range of the delay from the start of the primary one to those of the others [s].
+        end_to_end: Range of the delay from the end of the primary one to those of the others [s].
     """
 
-    label: str | None
-    members: tuple[Behavior, ...]
-    duration: Expression | None
     overlap: Overlap
     is_overlap_given: bool
     start_to_start: Expression | None
     end_to_end: Expression | None
-    constraints: tuple[ConstraintMember, ...]
-    modifications: tuple[Modification, ...]
-    span: Span
-
-
-class OneOf(Value):
-    """Exactly one of the members (7.3.13.3)."""
-
-    label: str | None
-    members: tuple[Behavior, ...]
-    duration: Expression | None
-    constraints: tuple[ConstraintMember, ...]
-    modifications: tuple[Modification, ...]
-    span: Span
 
 
 class Wait(Value):
@@ -94,9 +88,10 @@ class Wait(Value):
 
 
 class Emit(Value):
-    """`emit <event>(...)`; of the enclosing scenario's `end` and `fail`, this ends it; in a modifier, of what it
-    modifies. All other arguments are defaults of the event that the instance has, which its type may have
-    declared again.
+    """`emit <event>(...)`.
+
+    Emitting `end` or `fail` ends the enclosing scenario, or in a modifier the modified behavior. Missing arguments
+    are defaults of the instance's event, which its type may have redeclared.
     """
 
     label: str | None
@@ -106,50 +101,51 @@ class Emit(Value):
 
 
 class CallMethod(Value):
-    """`call <method>(...)`: the result, if there is one, is dropped."""
+    """`call <method>(...)`; the result is ignored."""
 
     label: str | None
     call: Call
     span: Span
 
 
-class InvokeAction(Value):
-    """An action, carried out by Python.
+class Invocation(Value):
+    """An invocation of an action or a scenario.
 
     Args:
         label: Its label.
-        action: Its name in `Plan.actions`, qualified by its actor type: `differential_drive_robot.nav_to_pose`.
-        actor: Who carries it out, if it belongs to an actor.
-        arguments: Values of parameters, evaluated where the invocation stands.
-        constraints: What else holds for the parameters, during this invocation.
-        duration: How long it takes.
-        modifications: What is done to it as a whole.
-        span: Its place in the text.
-        types: Static types of the arguments that may be of any type.
+        actor: Its actor, if any.
+        arguments: Values of parameters, evaluated in the scope of the invocation.
+        constraints: Constraints on the parameters during this invocation.
+        duration: Range of its duration [s].
+        modifications: Modifications of the whole invocation.
+        span: Its span.
     """
 
     label: str | None
-    action: str
     actor: Expression | None
     arguments: tuple[tuple[str, Expression], ...]
     constraints: tuple[ConstraintMember, ...]
     duration: Expression | None
     modifications: tuple[Modification, ...]
     span: Span
+
+
+class InvokeAction(Invocation):
+    """An invocation of an action, which Python implements.
+
+    Args:
+        action: Its name in `Plan.actions`, qualified by its actor type: `differential_drive_robot.nav_to_pose`.
+        types: Static types of the arguments that may be of any type.
+    """
+
+    action: str
     types: tuple[tuple[str, ValueType], ...] = ()
 
 
-class InvokeScenario(Value):
-    """Another scenario, by its name in `Plan.scenarios`; the rest as for actions."""
+class InvokeScenario(Invocation):
+    """An invocation of a scenario, by its name in `Plan.scenarios`."""
 
-    label: str | None
     scenario: str
-    actor: Expression | None
-    arguments: tuple[tuple[str, Expression], ...]
-    constraints: tuple[ConstraintMember, ...]
-    duration: Expression | None
-    modifications: tuple[Modification, ...]
-    span: Span
 
 
 class Sample(Value):
@@ -165,9 +161,9 @@ Behavior: TypeAlias = Serial | Parallel | OneOf | Wait | Emit | CallMethod | Inv
 
 
 class On(Value):
-    """`on <event specification>:`: for each occurrence, its members in their order, at once (7.6.2.5.5).
+    """`on <event specification>:`: run the members, in order, in the instant of each occurrence (7.6.2.5.5).
 
-    Its event context starts with the instance that has it; the name of an `as` clause is bound in the members.
+    Its event context starts with its instance; the name of an `as` clause is bound in the members.
     """
 
     event: EventSpecification

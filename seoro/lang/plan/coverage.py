@@ -1,4 +1,4 @@
-"""Coverage items of the plan (7.5): what is sampled at which event, and into which buckets it is counted."""
+"""Coverage items of the plan (7.5): sampled values, their events, and their buckets."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from seoro.lang.source import Span
 
 
 class CoverageKind(Enum):
-    """What an item is for: goals of a verification have a grade, records have none."""
+    """Purpose of an item: goals of a verification have a grade, records have none."""
 
     COVER = "cover"
     RECORD = "record"
 
 
 class EachValue(Value):
-    """A bucket for each value of a type that has few: booleans, enumerations, short ranges of whole numbers."""
+    """A bucket per value of a type with few values: booleans, enumerations, short ranges of integers."""
 
     values: tuple[bool | int | EnumValue, ...]
 
@@ -33,20 +33,20 @@ class Edges(Value):
 
 
 class Slices(Value):
-    """Buckets of one width, from zero in both directions, as many as are needed."""
+    """Buckets of equal width, from zero in both directions, as many as needed."""
 
     width: float  # in the item's unit
 
 
 class Levels(Value):
-    """Buckets for the least and the greatest value, and three of one size between them: low, medium, high."""
+    """Buckets for the minimum and the maximum, and three of equal size between them: low, medium, high."""
 
     low: float  # in the item's unit
     high: float
 
 
 class Distinct(Value):
-    """A bucket for each value that occurs, of a type without end: strings."""
+    """A bucket per occurring value, for types with unlimited values: strings."""
 
 
 Buckets: TypeAlias = EachValue | Edges | Slices | Levels | Distinct
@@ -64,20 +64,20 @@ class CoverageItem(Value):
     """`cover` or `record` of a value.
 
     Args:
-        name: Its name, unique in the type and what that inherits.
+        name: Its name, unique in the type and its bases.
         owner: The type that declares it.
-        kind: Which of the two.
+        kind: `cover` or `record`.
         expression: The value, in the scope of the instance.
-        it: The field for which `it` stands in the expression; None where it stands for the instance.
-        unit: Of what is counted and recorded; None if the type is not physical.
-        event: When it is sampled: an event of the type that declares it; in a struct or an actor, a phase is that
-            of the scenario or action that holds the value; in a modifier, of what it modifies.
-        buckets: How values are counted.
-        ignore: Which values are left out; the binding of the item's name is the value, in SI units.
-        illegal: Which values show a malfunction, likewise.
-        target: How many samples a bucket needs.
-        text: What it is about, for people.
-        span: Where it is declared.
+        it: The field that `it` denotes in the expression; None if `it` is the instance.
+        unit: Unit of counted and recorded values; None if the type is not physical.
+        event: The sampling event, of the declaring type. A phase in a struct or an actor is that of the scenario
+            or action that holds the value; in a modifier, that of the modified behavior.
+        buckets: Buckets of the values.
+        ignore: Condition of ignored values; the binding of the item's name is the value, in SI units.
+        illegal: Condition of values that indicate a malfunction, with the same binding.
+        target: Number of samples that a bucket needs.
+        text: Description for people.
+        span: Its declaration.
     """
 
     name: str
@@ -96,9 +96,9 @@ class CoverageItem(Value):
 
 
 class CrossItem(Value):
-    """`cover` or `record` of the combinations of the values of other items, which have the same event (7.5.4).
+    """`cover` or `record` of combined values of other items with the same event (7.5.4).
 
-    `items` are the names of those, none of which is a cross item itself; the rest is as for `CoverageItem`.
+    `items` are their names; none of them is a cross item. Other fields are as in `CoverageItem`.
     """
 
     name: str
@@ -113,5 +113,5 @@ class CrossItem(Value):
 
 AnyCoverageItem: TypeAlias = CoverageItem | CrossItem
 Coverage: TypeAlias = Mapping[str, tuple[AnyCoverageItem, ...]]
-"""The items of types by the names of these; of scenarios and actions, by `behavior_type`; of modifiers, by
-`modifier_type`. Inherited ones are with the base."""
+"""Items by the name of the declaring type; of scenarios and actions, by `behavior_type`; of modifiers, by
+`modifier_type`."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan.behaviors import Behavior, On, Sample
 from seoro.lang.plan.coverage import Coverage
 from seoro.lang.plan.events import EventSpecification
 from seoro.lang.plan.expressions import Expression
+from seoro.lang.plan.methods import Methods
 from seoro.lang.plan.modifications import AppliedModifier
 from seoro.lang.plan.structures import Constraint, Structure, Structures
-from seoro.lang.plan.types import ActorType
+from seoro.lang.plan.types import ActorType, ValueType
 from seoro.lang.source import Span
 
 
@@ -22,23 +23,25 @@ class Event(Value):
         name: Its name.
         parameters: The names of its parameters, with their defaults, evaluated by each emission that does not give
             a value (7.3.10.2).
-        specification: What makes it occur besides being emitted, in the scope of the instance that has the event;
-            its event context starts where the event is used (7.3.10.4).
+        types: The types of its parameters, in the same order.
+        specification: Specification that makes it occur without `emit`, in the scope of its instance; its event
+            context starts at each use of the event (7.3.10.4).
     """
 
     name: str
     parameters: tuple[tuple[str, Expression | None], ...]
+    types: tuple[ValueType, ...]
     specification: EventSpecification | None
     span: Span
 
     def all_arguments(self, given: tuple[tuple[str, Expression], ...]) -> dict[str, Expression]:
-        """An expression for each parameter, when some are given."""
+        """Return an expression for each parameter, from given values and defaults."""
         arguments = {name: default for name, default in self.parameters if default is not None}
         return {**arguments, **dict(given)}
 
 
 class ObjectType(Value):
-    """A struct or an actor, for what its values have besides their structure; with everything it inherits."""
+    """Reactions of a struct or an actor, including inherited ones."""
 
     name: str
     events: tuple[Event, ...]
@@ -47,85 +50,75 @@ class ObjectType(Value):
     span: Span
 
 
-class Scenario(Value):
-    """A scenario with everything it inherits; `bases` are the names of what it inherits, nearest first.
-
-    `modifiers` apply to each of its invocations.
-    """
-
-    name: str
-    bases: tuple[str, ...]
-    structure: Structure
-    events: tuple[Event, ...]
-    on: tuple[On, ...]
-    samples: tuple[Sample, ...]
-    modifiers: tuple[AppliedModifier, ...]
-    body: Behavior | None
-    span: Span
-
-
-class Action(Value):
-    """The declaration of an action; `library` is what was imported to get it, such as `osc.nav2`, `bases` are the
-    names of what it inherits, nearest first."""
-
-    name: str
-    bases: tuple[str, ...]
-    actor: ActorType | None
-    structure: Structure
-    events: tuple[Event, ...]
-    on: tuple[On, ...]
-    samples: tuple[Sample, ...]
-    modifiers: tuple[AppliedModifier, ...]
-    library: str | None
-    span: Span
-
-
-class Modifier(Value):
-    """The declaration of a modifier (7.3.12).
-
-    In its expressions and constraints, the binding `actor` is the actor that it is applied to, and `it` what it
-    modifies.
+class Declaration(Value):
+    """Common members of scenarios, actions and modifiers, including inherited ones.
 
     Args:
         name: Its name.
-        actor: The type of actor that it belongs to.
-        of: The scenario or action whose invocations it modifies; None for any behavior.
-        structure: Its parameters, and the constraints on them and on what it modifies.
+        structure: Its parameters and the constraints on them.
         events: Its events.
-        on: What it does on events, while what it modifies runs.
-        samples: Its variables that are sampled.
-        modifiers: The modifiers that it applies to what it modifies.
-        library: What was imported to get it, if it is atomic: its implementation is not written in the language.
-            None for a compound one.
+        on: Its reactions to events, while it runs.
+        samples: Its sampled variables.
+        modifiers: The modifiers that it applies to each invocation, or to the modified behavior.
         span: Its name in the text.
     """
 
     name: str
-    actor: ActorType | None
-    of: str | None
     structure: Structure
     events: tuple[Event, ...]
     on: tuple[On, ...]
     samples: tuple[Sample, ...]
     modifiers: tuple[AppliedModifier, ...]
-    library: str | None
     span: Span
 
 
+class Scenario(Declaration):
+    """A scenario; `bases` are the names of its bases, nearest first."""
+
+    bases: tuple[str, ...]
+    body: Behavior | None
+
+
+class Action(Declaration):
+    """An action; `bases` are the names of its bases, nearest first, and `library` is its imported library."""
+
+    bases: tuple[str, ...]
+    actor: ActorType | None
+    library: str | None
+
+
+class Modifier(Declaration):
+    """A modifier (7.3.12).
+
+    In its expressions and constraints, the binding `actor` is the actor that it is applied to, and `it` the
+    modified behavior.
+
+    Args:
+        actor: The type of actor that it belongs to.
+        of: The scenario or action whose invocations it modifies; None for any behavior.
+        library: Its imported library if it is atomic, which means implemented in Python; None for a compound one.
+    """
+
+    actor: ActorType | None
+    of: str | None
+    library: str | None
+
+
 class Plan(Value):
-    """A scenario with all it reaches, ready to run.
+    """A scenario with everything it can invoke, ready to run.
 
     Args:
         entry: The scenario to run, a key of `scenarios`.
-        overrides: What was set from outside for its fields, and for global parameters; applied last.
+        overrides: Overrides of its fields and of global parameters; applied last.
         scenarios: The entry scenario and every scenario that can be invoked from it.
         actions: Every action that can be invoked.
         modifiers: Every modifier that is applied.
         objects: The structs and actors that have events, sampled variables or modifiers, by their names.
         globals: The global parameters (7.3.14), whose values are chosen with those of the entry scenario.
         structures: The structures of all structs and actors.
+        methods: The methods of all types.
         file: The entry file, as the user named it.
-        coverage: What is sampled, by the type that declares it (7.5).
+        coverage: Sampled items, by the declaring type (7.5).
     """
 
     entry: str
@@ -136,5 +129,10 @@ class Plan(Value):
     objects: Mapping[str, ObjectType]
     globals: Structure
     structures: Structures
+    methods: Methods
     file: str
     coverage: Coverage
+
+    def object_type(self, types: Iterable[str]) -> ObjectType | None:
+        """Return the reactions of a value with these types, nearest first; the nearest type has all of them."""
+        return next((self.objects[name] for name in types if name in self.objects), None)

@@ -1,4 +1,4 @@
-"""Events of the plan: what is referred to, and what is waited for (7.3.10)."""
+"""Events of the plan: references, and specifications (7.3.10)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from seoro.lang.source import Span
 
 
 class DeclaredEvent(Value):
-    """An event of the instance in whose scope the reference stands."""
+    """An event of the instance of the scope."""
 
     name: str
     span: Span
@@ -26,8 +26,10 @@ class Phase(Enum):
 
 
 class PhaseEvent(Value):
-    """`start`, `end` or `fail`: of a labelled member, or without a label of the scenario in whose scope the
-    reference stands; in a modifier, of the behavior that it modifies."""
+    """`start`, `end` or `fail` of a labelled member.
+
+    Without a label, it is an event of the scenario of the scope, or in a modifier of the modified behavior.
+    """
 
     label: str | None
     phase: Phase
@@ -42,7 +44,7 @@ class MemberEvent(Value):
 
     Args:
         base: The object.
-        event: Its event, as the object itself would refer to it.
+        event: Its event, in the scope of the object.
     """
 
     base: Expression
@@ -54,8 +56,8 @@ class LabelEvent(Value):
     """An event of the scenario or action that was invoked last under a label.
 
     Args:
-        label: The label, in the scenario in whose scope the reference stands.
-        event: The event, as what was invoked would refer to it.
+        label: The label, in the scenario of the scope.
+        event: The event, in the scope of the invoked behavior.
     """
 
     label: str
@@ -67,7 +69,7 @@ EventReference: TypeAlias = OwnEvent | MemberEvent | LabelEvent
 
 
 class Holds(Value):
-    """An expression that is true or false, as a condition."""
+    """A boolean expression as a condition."""
 
     condition: Expression
     span: Span

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from enum import Enum
-from typing import TYPE_CHECKING, Final, TypeAlias, get_args
+from collections.abc import Iterable, Iterator
+from typing import Final, TypeAlias, get_args
 
 from seoro.lang.frozen import Value
+from seoro.lang.plan.operators import Bulk, Number, Side, StringMethod
 from seoro.lang.plan.types import EnumValue, StructType, ValueType
 from seoro.lang.source import Span
-
-if TYPE_CHECKING:
-    from seoro.lang.plan.methods import Methods
-    from seoro.lang.plan.structures import Structures
-
-
-class Number(Enum):
-    """In which arithmetic an operator works (7.4.2.3.1); physical values are floats."""
-
-    INT = "int"
-    UINT = "uint"
-    FLOAT = "float"
 
 
 class Reference(Value):
     """A variable itself, for an action that changes it.
 
     Args:
-        path: The `Field` or `Member` that it is.
-        type: What it holds.
-        span: Its place in the text.
+        path: Its `Field` or `Member`.
+        type: Type of its values.
+        span: Its span.
     """
 
     path: Expression
@@ -45,15 +33,18 @@ class Literal(Value):
 
 
 class Field(Value):
-    """A field of the instance in whose scope the expression stands (scenario, action, struct)."""
+    """A field of the instance of the scope (scenario, action, struct)."""
 
     name: str
     span: Span
 
 
 class Binding(Value):
-    """A name bound where the expression stands: `actor`, the event object of an `as` clause, a parameter of a
-    method, or `it` in an operator on lists and in a method of a primitive type."""
+    """A bound name.
+
+    It is `actor`, the event object of an `as` clause, a parameter of a method, or `it` in an operator on lists and
+    in a method of a primitive type.
+    """
 
     name: str
     span: Span
@@ -68,12 +59,11 @@ class Member(Value):
 
 
 class Labelled(Value):
-    """What was invoked last under a label, for its fields and methods: labels hold instances (7.6.2.2).
+    """The last invoked instance of a label, for its fields and methods (7.6.2.2).
 
     Args:
-        path: A label of the scenario or action in whose scope the expression stands, then one of what is invoked
-            under it, and so on.
-        span: Its place in the text.
+        path: A label of the scenario or action of the scope, then one of the invoked behavior, and so on.
+        span: Its span.
     """
 
     path: tuple[str, ...]
@@ -81,7 +71,7 @@ class Labelled(Value):
 
 
 class Self(Value):
-    """`it`, where it is the instance in whose scope the expression stands."""
+    """`it` as the instance of the scope."""
 
     span: Span
 
@@ -175,16 +165,6 @@ class Join(Value):
     span: Span
 
 
-class Bulk(Enum):
-    """Operators that evaluate an expression for each member of a list (7.4.2.7.3)."""
-
-    FILTER = "filter"
-    FIRST_INDEX = "first_index"
-    COUNT = "count"
-    HAS = "has"
-    MAP = "map"
-
-
 class ForEach(Value):
     """`<items>.<operator>(<body>)`; in the body, the binding `it` is the member."""
 
@@ -201,31 +181,12 @@ class Size(Value):
     span: Span
 
 
-class Side(Enum):
-    """The bounds of a range."""
-
-    LOWER = "lower"
-    UPPER = "upper"
-
-
 class Bound(Value):
     """`<range>.lower()` or `<range>.upper()`."""
 
     side: Side
     range: Expression
     span: Span
-
-
-class StringMethod(Enum):
-    """The methods of strings (8.13)."""
-
-    LENGTH = "length"
-    CONTAINS = "contains"
-    SUBSTRING = "substring"
-    SPLIT = "split"
-    JOIN = "join"
-    REPLACE = "replace"
-    TRIM = "trim"
 
 
 class StringCall(Value):
@@ -238,7 +199,7 @@ class StringCall(Value):
 
 
 class RangeOf(Value):
-    """`[low..high]` or `range(low, high)`; the lower bound is the smaller one, whichever comes first."""
+    """`[low..high]` or `range(low, high)`; the bounds may stand in either order."""
 
     low: Expression
     high: Expression
@@ -254,7 +215,7 @@ class Index(Value):
 
 
 class Convert(Value):
-    """A number as one of another numeric type, where the language converts implicitly (7.4.2.3.1, 7.4.2.6).
+    """An implicit conversion to another numeric type (7.4.2.3.1, 7.4.2.6).
 
     Integers wrap. Of a list or a range, each element is converted.
     """
@@ -265,7 +226,7 @@ class Convert(Value):
 
 
 class TypeTest(Value):
-    """`<operand>.is(<type>)`, where the value has to tell."""
+    """`<operand>.is(<type>)`, if the result depends on the value."""
 
     operand: Expression
     type: ValueType
@@ -273,7 +234,7 @@ class TypeTest(Value):
 
 
 class Cast(Value):
-    """`<operand>.as(<type>)`, where the value has to tell whether it can be done (7.4.2.6)."""
+    """`<operand>.as(<type>)`, if its success depends on the value (7.4.2.6)."""
 
     operand: Expression
     type: ValueType
@@ -281,17 +242,15 @@ class Cast(Value):
 
 
 class Construct(Value):
-    """A struct value that is made where the expression stands.
+    """A newly constructed struct value.
 
     Args:
-        type: What it is a value of.
-        arguments: Values for fields, evaluated in the scope around; the others have what their structure says.
-        structures: The structures of all types.
+        type: Its type.
+        arguments: Values for fields, evaluated in the enclosing scope; other fields follow their structure.
     """
 
     type: StructType
     arguments: tuple[tuple[str, Expression], ...]
-    structures: Structures
     span: Span
 
 
@@ -299,16 +258,14 @@ class Call(Value):
     """A method applied to arguments (7.4.2.1), chosen by the type of the value.
 
     Args:
-        receiver: Whose method it is; None for the instance in whose scope the expression stands.
-        method: Its name in `methods`.
-        arguments: What is given, in the order in which it is evaluated.
-        methods: All methods of the program.
+        receiver: The receiver; None for the instance of the scope.
+        method: Its name in `Plan.methods`.
+        arguments: The arguments, in the order of evaluation.
     """
 
     receiver: Expression | None
     method: str
     arguments: tuple[tuple[str, Expression], ...]
-    methods: Methods
     span: Span
 
 
@@ -349,7 +306,7 @@ _EXPRESSIONS: Final = frozenset(get_args(Expression))
 
 
 def parts(expression: Expression) -> Iterable[Expression]:
-    """The expressions of which an expression consists, those in bodies of methods apart."""
+    """Yield the parts of an expression, except bodies of methods."""
     for name in expression.__match_args__:
         value = getattr(expression, name)
         if type(value) in _EXPRESSIONS:
@@ -359,3 +316,12 @@ def parts(expression: Expression) -> Iterable[Expression]:
                 inner = item[1] if isinstance(item, tuple) and len(item) == 2 else item
                 if type(inner) in _EXPRESSIONS:
                     yield inner
+
+
+def walk(expression: Expression) -> Iterator[Expression]:
+    """Yield an expression and all of its parts, except bodies of methods."""
+    pending = [expression]
+    while pending:
+        part = pending.pop()
+        yield part
+        pending += parts(part)

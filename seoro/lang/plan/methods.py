@@ -1,12 +1,13 @@
-"""What methods are implemented by: expressions, Python functions, or nothing."""
+"""Implementations of methods: expressions, Python functions, or none."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, TypeAlias
 
 from seoro.lang.frozen import Value
+from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import ValueType
 from seoro.lang.source import Span
@@ -24,9 +25,9 @@ class External(Value):
 
     Args:
         path: Its dotted path.
-        positional: What it is given first.
-        named: What it is given by name, some of it in the place of parameters.
-        parameters: The method's own parameters, which it is given too, with their types.
+        positional: Its positional arguments.
+        named: Its named arguments, some of which replace parameters.
+        parameters: The method's own parameters, which are also passed, with their types.
     """
 
     path: str
@@ -46,10 +47,10 @@ class Method(Value):
     """An implementation of a method.
 
     Args:
-        name: What people call it.
-        parameters: Their names, with the defaults of those that have one, in the scope of the method.
-        result: The type of its result; None if it has none.
-        body: What it does; parameters are bindings in it.
+        name: Its name for people.
+        parameters: Its parameters with their defaults, in the scope of the method.
+        result: The type of its result, or None.
+        body: Its body; parameters are bindings in it.
     """
 
     name: str
@@ -60,54 +61,56 @@ class Method(Value):
 
 
 ExternalFunction: TypeAlias = Callable[[Any, Sequence[Any], Mapping[str, Any]], Any]
-"""What carries an external method out: given the run, the values of the positional arguments, and all others by
-their names, it returns the value of the method's result."""
+"""Function of an external method: takes the run, positional and named arguments, and returns the result."""
 
 
-@dataclass(eq=False, slots=True)
+@lazy_dataclass
 class Methods:
-    """The implementations of all methods, by the type that has them and the method's name.
+    """Implementations of all methods, by type and name of the method.
 
-    Calls refer to it instead of holding what they call, since methods call each other. Types are known by
-    their names here, scenarios and actions by `behavior_type`. External methods are given their Python functions
-    when a scenario is loaded.
+    Calls refer to methods by name, since methods call each other. Types are identified by their names, scenarios
+    and actions by `behavior_type`. Loading a scenario binds external methods to their Python functions.
     """
 
     _found: dict[tuple[str, str], Method] = field(default_factory=dict, repr=False)
     _functions: dict[Span, ExternalFunction] = field(default_factory=dict, repr=False)
 
     def add(self, type_name: str, method: str, implementation: Method) -> None:
-        """Give a type an implementation; for checking."""
+        """Add an implementation of a type; for the checker."""
         self._found[type_name, method] = implementation
 
     def find(self, types: Iterable[str], method: str) -> Method | None:
-        """The implementation that a value has whose types these are, nearest first."""
+        """Find the implementation for a value with these types, nearest first."""
         return next((found for name in types if (found := self._found.get((name, method))) is not None), None)
 
     def named(self, method: str) -> Iterator[Method]:
-        """All implementations of a method, whatever type has them."""
+        """Yield all implementations of a method, of any type."""
         return (found for (_, name), found in self._found.items() if name == method)
 
+    def items(self) -> Iterator[tuple[tuple[str, str], Method]]:
+        """Return all implementations, by type and name of the method."""
+        return iter(self._found.items())
+
     def externals(self) -> Iterator[tuple[Method, External]]:
-        """All external methods."""
+        """Yield all external methods."""
         for method in self._found.values():
             if isinstance(method.body, External):
                 yield method, method.body
 
     def bind(self, external: External, function: ExternalFunction) -> None:
-        """Give an external method its Python function; for loading."""
+        """Bind an external method to its Python function."""
         self._functions[external.span] = function
 
     def function(self, external: External) -> ExternalFunction | None:
-        """The Python function of an external method; None if it was not given one."""
+        """Return the Python function of an external method; None if it is not bound."""
         return self._functions.get(external.span)
 
 
 def behavior_type(name: str) -> str:
-    """What `Methods` calls a scenario or an action, whose names are apart from those of types."""
+    """Return the key of a scenario or an action in `Methods`, which differs from those of types."""
     return f"{name}()"
 
 
 def modifier_type(name: str) -> str:
-    """What `Methods` calls a modifier, whose names are apart from those of scenarios and actions."""
+    """Return the key of a modifier in `Methods`, which differs from those of scenarios and actions."""
     return f"modifier {name}"

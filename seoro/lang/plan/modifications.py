@@ -1,4 +1,4 @@
-"""What is done to a behavior as a whole: `until`, and modifiers (7.2.2.4.7, 7.3.12)."""
+"""Modifications of a behavior as a whole: `until`, and modifiers (7.2.2.4.7, 7.3.12)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from seoro.lang.source import Span
 class Until(Value):
     """`until <event specification>`: the behavior ends when the event occurs, and not before (7.6.2.5.4).
 
-    In the `with:` block of an invocation, the binding `it` is what is invoked.
+    In the `with:` block of an invocation, the binding `it` is the invoked instance.
     """
 
     event: EventSpecification
@@ -26,11 +26,11 @@ class ModifierApplication(Value):
 
     Args:
         modifier: Its name in `Plan.modifiers`.
-        actor: The actor that it is applied to, of a modifier that belongs to one.
-        arguments: What is given; the other parameters have the values of the modifier. In the `with:` block of an
-            invocation, the binding `it` is what is invoked.
-        ranges: Ranges for parameters that hold one number, which has to be in them (7.3.12.4.1).
-        span: Its place in the text.
+        actor: The actor that it is applied to, if the modifier belongs to one.
+        arguments: Arguments; other parameters have the values of the modifier. In the `with:` block of an
+            invocation, the binding `it` is the invoked instance.
+        ranges: Ranges for parameters that hold one number (7.3.12.4.1).
+        span: Its span.
     """
 
     modifier: str
@@ -41,20 +41,20 @@ class ModifierApplication(Value):
 
 
 class OverrideMode(Enum):
-    """When one behavior overrides another (7.3.12.1.1)."""
+    """Mode of `override` (7.3.12.1.1)."""
 
     ON_START = "on_start"
     WHEN_ACTIVE = "when_active"
 
 
-LabelPath: TypeAlias = tuple[str, ...]  # a label, then one of what is invoked under it, and so on
+LabelPath: TypeAlias = tuple[str, ...]  # a label, then one of the invoked behavior, and so on
 
 
 class Override(Value):
     """`override(<overridden>, <by>[, <mode>])` (7.3.12.1.1): the first ends when the second starts.
 
-    Labels are those of the scenario in which it stands. When active, the first does not even start while the
-    second runs.
+    Labels belong to the enclosing scenario. With `when_active`, the first also does not start while the second
+    runs.
     """
 
     overridden: LabelPath

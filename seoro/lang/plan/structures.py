@@ -1,23 +1,20 @@
-"""What instances of types are made of: fields, and the constraints on their values (7.3.6, 7.3.11).
+"""Structures of types: fields, and the constraints on their values (7.3.6, 7.3.11).
 
-Members stand in the order in which they are applied: those of bases, then those of the declaration and of its
-extensions in the order of the text. A default constraint is overridden by what comes after it (7.3.11.3.2).
+Members are in the order of application: those of bases, then those of the declaration and its extensions in source
+order. Later constraints override a default constraint (7.3.11.3.2).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Mapping
+from dataclasses import field
+from typing import TypeAlias
 
 from seoro.lang.frozen import Frozen, Value
+from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import ActorType, EnumValue, StructType, ValueType
 from seoro.lang.source import Span
-
-if TYPE_CHECKING:
-    from seoro.lang.plan.declarations import Modifier
-    from seoro.lang.plan.modifications import AppliedModifier
 
 
 class FieldDeclaration(Value):
@@ -26,7 +23,7 @@ class FieldDeclaration(Value):
     Args:
         name: Its name, unique in the type.
         type: The type of its values.
-        default: Its default value, in the scope of the instance; None if it has none.
+        default: Its default value, in the scope of the instance, or None.
         is_variable: Whether it changes over time (7.3.6.1.2); variables are not constrained.
         span: Its name in the text.
     """
@@ -39,13 +36,13 @@ class FieldDeclaration(Value):
 
 
 class Constraint(Value):
-    """`keep(<condition>)`, or what an argument or a condition of inheritance stands for.
+    """`keep(<condition>)`, or the equivalent of an argument or a condition of inheritance.
 
     Args:
-        condition: What has to be true, in the scope of the instance; in the `with` block of a behavior, in the
-            scope around it, with the binding `it` for the instance that is invoked, or for the composition.
+        condition: The condition, in the scope of the instance. In the `with:` block of a behavior, it is in the
+            enclosing scope, and the binding `it` is the invoked instance or the composition.
         is_default: Whether later constraints override it (7.3.11.3.2).
-        span: Its place in the text.
+        span: Its span.
     """
 
     condition: Expression
@@ -54,7 +51,7 @@ class Constraint(Value):
 
 
 class RemoveDefault(Value):
-    """`remove_default(<parameter>)`: default constraints before it that concern the parameter are void."""
+    """`remove_default(<parameter>)`: removes preceding default constraints on the parameter."""
 
     parameter: Expression
     span: Span
@@ -65,14 +62,14 @@ StructureMember: TypeAlias = FieldDeclaration | Constraint | RemoveDefault
 
 
 class Latent(Value):
-    """A conditional subtype that an instance may turn out to be of (7.3.8.2.5).
+    """A conditional subtype that an instance may have (7.3.8.2.5).
 
     Args:
         type: Its name.
-        base: The name of what it inherits.
-        field: The field that decides.
-        value: What it has to be.
-        members: What the subtype adds.
+        base: The name of its base.
+        field: The deciding field.
+        value: The required value of the field.
+        members: Members that the subtype adds.
         span: Its name in the text.
     """
 
@@ -85,16 +82,16 @@ class Latent(Value):
 
 
 class Structure(Frozen):
-    """What instances of a type are made of.
+    """Structure of a type's instances.
 
     Args:
         type: The type.
         fields: The fields among the members, by name.
-        members: Fields and constraints, those of bases included.
-        latents: The conditional subtypes that an instance may be of, each after its base.
-        open_fields: Names of the fields whose values have to be chosen if they are not given.
+        members: Fields and constraints, including those of bases.
+        latents: The conditional subtypes that an instance may have, each after its base.
+        open_fields: Names of the fields whose values are chosen unless they are given.
         span: Its name in the text.
-        is_modified: Whether modifiers are members of a struct or an actor, which may constrain it.
+        is_modified: Whether a struct or an actor has modifiers, which may constrain it.
     """
 
     type: StructType | ActorType
@@ -107,46 +104,28 @@ class Structure(Frozen):
 
     @property
     def is_plain(self) -> bool:
-        """Whether nothing but given values and defaults decides about the fields."""
+        """Whether only given values and defaults determine the fields."""
         return len(self.members) == len(self.fields) and not self.latents and not self.is_modified
 
 
-@dataclass(eq=False, slots=True)
+@lazy_dataclass
 class Structures:
-    """The structures of all structs and actors, by the name of the type, and the modifiers that are their members.
+    """The structures of all structs and actors, by the name of the type."""
 
-    Expressions refer to it instead of holding what they construct, since types contain each other.
-
-    Args:
-        modifiers: All modifiers that are applied, by their names.
-    """
-
-    modifiers: Mapping[str, Modifier] = field(default_factory=dict, repr=False)
     _found: dict[str, Structure] = field(default_factory=dict, repr=False)
-    _applied: Mapping[str, tuple[AppliedModifier, ...]] = field(default_factory=dict, repr=False)
 
     def add(self, structure: Structure) -> None:
-        """Add a structure; for checking."""
+        """Add a structure; for the checker."""
         self._found[structure.type.name] = structure
 
-    def modify(
-        self, modifiers: Mapping[str, Modifier], applied: Mapping[str, tuple[AppliedModifier, ...]]
-    ) -> None:
-        """Say which modifiers there are, and which are members of which types; for lowering."""
-        self.modifiers, self._applied = modifiers, applied
-
-    def applied_to(self, types: Iterable[str]) -> tuple[AppliedModifier, ...]:
-        """The modifiers of a value whose types these are, nearest first; the nearest has those of all."""
-        return next((self._applied[name] for name in types if name in self._applied), ())
-
     def all(self) -> tuple[Structure, ...]:
-        """All structures, in the order in which they were added."""
+        """Return all structures, in the order of addition."""
         return tuple(self._found.values())
 
     def find(self, type_: StructType | ActorType) -> Structure | None:
-        """The structure of a type; None before it is known."""
+        """Return the structure of a type; None if it is not known yet."""
         return self._found.get(type_.name)
 
     def of(self, type_: StructType | ActorType) -> Structure:
-        """The structure of a type."""
+        """Return the structure of a type."""
         return self._found[type_.name]

@@ -1,4 +1,4 @@
-"""Types and values of enumerations, as the plan has them."""
+"""Types of the plan, and values of enumerations."""
 
 from __future__ import annotations
 

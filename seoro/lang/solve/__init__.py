@@ -1,27 +1,25 @@
-"""Choosing parameter values (7.3.6, 7.3.11): cells with domains, constraints as terms over them, values for cells.
+"""Choice of parameter values (7.3.6, 7.3.11): finds values of cells such that all constraints on them hold.
 
-This room knows neither the tree nor the plan nor the runtime; it is pure, and the same problem and seed give the
-same values on any machine. `solve` is all there is to call.
+The package knows neither trees nor plans nor the runtime. It is pure: equal problems and seeds result in equal
+values on any machine. The entry point is `solve`.
 
-How values are chosen:
+Values are chosen in four steps:
 
-1. What equalities say is computed. Most problems end here.
-2. Propagation narrows what each cell can be: ranges through arithmetic and comparisons, finite choices one by one,
-   truth values through logic.
-3. What is left is drawn from the seed, uniformly over the solutions where drawing and throwing away finds one: all
-   cells that constraints tie together are drawn at once from what propagation left them, and again until they fit.
-   A cell that an equality fixes follows from the others and is not drawn. Where no draw fits, cells are chosen one
-   after the other, uniformly from what the earlier choices leave, with backtracking. Each cell draws from a stream
-   of its own, named by the seed and the cell: a cell that has nothing to do with another does not change what the
-   other is given.
-4. What a bounded search does not decide is left to z3, if it is installed (`seoro[solver]`).
+1. Cells that equalities determine are computed. Most problems end here.
+2. Propagation narrows the domains: ranges through arithmetic and comparisons, finite choices one by one, truth
+   values through logic.
+3. The seed determines the other values. All cells that share constraints are drawn together from their narrowed
+   domains until the constraints hold, so that values are uniform over the solutions. A cell that an equality
+   determines follows from the others. If no draw fits, cells are chosen one after the other, each uniformly from
+   the values that earlier choices leave, with backtracking. Each cell has its own random stream, named by the seed
+   and the cell, so that unrelated cells do not change its value.
+4. If a bounded search does not decide, z3 does, if it is installed (`seoro[solver]`).
 
-A number that is not bounded on both sides, and a string or a reference that nothing is equal to, is never made up:
-`Unbounded` says which.
+Numbers without bounds, and strings and references without an equality, are not chosen: `Unbounded` names the cell.
 
-Equal reals are equal to the bit where they are given, drawn or computed. Where a cell had to be solved for, as `x`
-in `3 * x == y`, the equality may be off by a relative 1e-9 (`evaluation.TOLERANCE`): often no float satisfies it
-exactly. Integers are sought that do not leave their 64 bits; only if there are none may they wrap.
+Equal reals are identical if they are given, drawn or computed. Where a cell was solved for, as `x` in
+`3 * x == y`, the sides may differ by a relative 1e-9 (`evaluation.TOLERANCE`), since often no float satisfies the
+equality exactly. Integers stay within 64 bits; only without such a solution may they wrap.
 """
 
 from __future__ import annotations

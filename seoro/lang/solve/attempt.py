@@ -1,4 +1,4 @@
-"""One attempt at a problem: propagation, then group by group search and, where that gives up, z3."""
+"""One attempt at a problem: propagation, then search per group of cells, then z3."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ Engine: TypeAlias = Literal["auto", "search", "z3"]
 
 
 class Contradiction(Exception):
-    """There is no solution.
+    """The constraints have no solution.
 
     Args:
-        constraints: Numbers of constraints that cannot all hold; there may be more than needed.
-        reason: Why one of them has no value, if that is what was found; may be empty.
-        by_z3: Whether it took z3 to find that.
+        constraints: Numbers of contradicting constraints, possibly more than necessary.
+        reason: Reason why one of them cannot be evaluated; may be empty.
+        by_z3: Whether z3 found the contradiction.
     """
 
     def __init__(self, constraints: frozenset[int], reason: str, by_z3: bool) -> None:
@@ -38,21 +38,21 @@ class Contradiction(Exception):
 def attempt(
     problem: Problem, seed: int, engine: Engine, *, wrapping: bool, relaxed: frozenset[Cell] = frozenset()
 ) -> dict[Cell, Value]:
-    """Values for all cells of a problem.
+    """Return values of all cells of a problem.
 
     Args:
         problem: The problem.
-        seed: What free choices are drawn from.
-        engine: Who chooses what propagation leaves open; see `solve`.
-        wrapping: Whether integers may leave their 64 bits and wrap.
-        relaxed: Cells whose domains do not count.
+        seed: Seed of free choices.
+        engine: Engine for cells that stay open after propagation; see `solve`.
+        wrapping: Whether integers may exceed 64 bits and wrap.
+        relaxed: Cells whose domains are ignored.
 
     Raises:
-        Contradiction: There are none.
-        Unbounded, NeedsSolver, Undecided: As `solve` has them.
+        Contradiction: The constraints have no solution.
+        Unbounded, NeedsSolver, Undecided: See `solve`.
     """
     store = store_of(problem, wrapping, relaxed)
-    together: frozenset[int] = frozenset()  # parts that were solved as equations
+    together: frozenset[int] = frozenset()  # parts of the equations
     try:
         store.propagate(range(len(store.parts)))
         store.settle()
@@ -72,7 +72,7 @@ def attempt(
 
 
 def has_whole_arithmetic(problem: Problem) -> bool:
-    """Whether a problem computes with whole numbers, so that results may leave their 64 bits."""
+    """Return whether a problem has arithmetic of integers, whose results may exceed 64 bits."""
     return any(
         isinstance(term, Arithmetic | Negate | ToWhole) and term.number is not Number.FLOAT
         for constraint in problem.constraints
@@ -81,7 +81,7 @@ def has_whole_arithmetic(problem: Problem) -> bool:
 
 
 def store_of(problem: Problem, wrapping: bool, relaxed: frozenset[Cell] = frozenset()) -> Store:
-    """The store of a problem, before anything is propagated; see `attempt`."""
+    """Create the store of a problem, before propagation; see `attempt`."""
     numbers = {cell: number for number, cell in enumerate(problem.cells)}
     if len({cell.name for cell in problem.cells}) < len(problem.cells):
         names = [cell.name for cell in problem.cells]
@@ -96,7 +96,7 @@ def _contradiction(store: Store, parts: frozenset[int], by_z3: bool = False) -> 
 
 
 def _decide(store: Store, group: list[int], streams: Streams, engine: Engine) -> None:
-    """Give the cells of a group values."""
+    """Choose values for the cells of a group."""
     cells = tuple(store.cells[cell] for cell in group)
     try:
         if engine != "z3":

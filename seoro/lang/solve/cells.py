@@ -11,8 +11,8 @@ from seoro.lang.integers import INT_LIMITS
 if TYPE_CHECKING:
     from seoro.lang.source import Span
 
-# A bool, an int, a float, a string, or a token: any other object, of which only equality matters, such as a
-# member of an enumeration or a reference to an actor.
+# A bool, an int, a float, a string, or a token. Tokens are other objects that can only be compared for equality,
+# such as members of enumerations or references to actors.
 Value: TypeAlias = Hashable
 
 
@@ -21,13 +21,13 @@ class Boolean(frozen.Value):
 
 
 class Choice(frozen.Value):
-    """One of a few values, such as the members of an enumeration; at least one, no two equal."""
+    """One of a few different values, such as the members of an enumeration; at least one."""
 
     values: tuple[Value, ...]
 
 
 class Integer(frozen.Value):
-    """A whole number, bounds included. The full limits of a type count as no bounds at all."""
+    """An integer, bounds included. The limits of its type do not count as bounds."""
 
     low: int = INT_LIMITS[0]
     high: int = INT_LIMITS[1]
@@ -41,7 +41,7 @@ class Real(frozen.Value):
 
 
 class Free(frozen.Value):
-    """Anything that only equality can fix: a string, a reference."""
+    """A value that only an equality can determine: a string, a reference."""
 
 
 Domain: TypeAlias = Boolean | Choice | Integer | Real | Free
@@ -51,9 +51,9 @@ class Cell(frozen.Frozen):
     """One unknown; a cell equals only itself.
 
     Args:
-        name: Its path, as people see it: `robot.goal.x`. Unique in a problem: its random stream is named by it.
-        span: Where it is declared.
-        domain: What its type allows.
+        name: Its path for people, such as `robot.goal.x`; unique in a problem, and the name of its random stream.
+        span: Its declaration.
+        domain: Values of its type.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""From constraints that clash to the fewest that do, which is what people can act upon."""
+"""Reduction of a conflict to the smallest set of contradicting constraints, for people."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from seoro.lang.solve.cells import Cell
 from seoro.lang.solve.problem import Conflict, Constraint, Problem, Unsolved
 from seoro.lang.solve.terms import cells_of
 
-# How many constraints may be looked at, counted each time, to make a conflict smaller.
+# Limit of the effort to reduce a conflict [examined constraints].
 EFFORT: Final = 5_000
-# To ask z3 takes as long as to look at so many, however few they are.
+# Effort of a check by z3 [examined constraints].
 Z3_EFFORT: Final = 60
-# How many sets of one size are tried one by one.
+# Limit of sets of one size that are tried.
 SETS: Final = 400
 
 
 class _Spent(Exception):
-    """The effort is used up."""
+    """The effort has reached its limit."""
 
 
 class _Refutation:
-    """Proves that constraints clash, and counts the effort."""
+    """Finds contradictions among constraints, and counts the effort."""
 
     def __init__(self, problem: Problem, engine: Engine, wrapping: bool) -> None:
         self._problem = problem
@@ -34,7 +34,7 @@ class _Refutation:
         self._effort = 0
 
     def pairs(self, numbers: frozenset[int]) -> Iterator[tuple[int, int]]:
-        """Pairs of constraints that share a cell, of which one is among some numbers; not too many."""
+        """Yield pairs of constraints that share a cell, at least one of them among `numbers`; at most `SETS`."""
         users: dict[Cell, list[int]] = {}
         for number, constraint in enumerate(self._problem.constraints):
             for cell in cells_of(constraint.term):
@@ -49,7 +49,7 @@ class _Refutation:
         return islice(dict.fromkeys(found), SETS)
 
     def of(self, numbers: tuple[int, ...]) -> Contradiction | None:
-        """Why these constraints clash, in numbers of the problem; None if they do not, or that is not known."""
+        """Find the contradiction among constraints of the problem; None if none is found."""
         self._effort += len(numbers) + (Z3_EFFORT if self._engine == "z3" else 0)
         if self._effort > EFFORT:
             raise _Spent
@@ -61,16 +61,14 @@ class _Refutation:
 
 
 def smallest_conflict(problem: Problem, found: Contradiction, wrapping: bool) -> Conflict:
-    """The conflict to report: as small as bounded effort finds it, and never with a constraint to spare.
+    """Return the conflict to report, reduced as far as the limit of the effort allows.
 
     Args:
         problem: The problem.
-        found: Why it has no solution.
+        found: A contradiction in it.
         wrapping: Whether integers may wrap.
     """
-    engine: Engine = (
-        "z3" if found.by_z3 else "search"
-    )  # what search could not prove of all, it need not try of some
+    engine: Engine = "z3" if found.by_z3 else "search"  # search cannot refute subsets if it cannot refute all
     refute = _Refutation(problem, engine, wrapping)
     best = found
     try:
@@ -84,7 +82,7 @@ def smallest_conflict(problem: Problem, found: Contradiction, wrapping: bool) ->
 
 
 def _limits(constraints: tuple[Constraint, ...], engine: Engine) -> tuple[Cell, ...]:
-    """The cells whose domains are part of a conflict: without any one of them it is none."""
+    """Return the cells whose domains are necessary for a conflict."""
     cells = _cells(constraints)
     if refutation(constraints, engine, False, frozenset(cells)) is not None:
         return ()
@@ -98,7 +96,7 @@ def _cells(constraints: tuple[Constraint, ...]) -> tuple[Cell, ...]:
 def refutation(
     constraints: tuple[Constraint, ...], engine: Engine, wrapping: bool, relaxed: frozenset[Cell] = frozenset()
 ) -> Contradiction | None:
-    """Why constraints clash, the domains of some cells aside; None if they do not, or nobody could tell."""
+    """Find a contradiction among constraints, with some domains ignored; None if none is found."""
     try:
         attempt(Problem(_cells(constraints), constraints), 0, engine, wrapping=wrapping, relaxed=relaxed)
     except Contradiction as found:
@@ -109,7 +107,7 @@ def refutation(
 
 
 def _shrink(found: Contradiction, refute: _Refutation) -> Iterator[Contradiction]:
-    """Ever smaller conflicts: what the proof used, then the smallest sets, then one constraint less at a time."""
+    """Yield smaller and smaller conflicts: from the proof, the smallest sets, then by single constraints."""
     while (again := refute.of(tuple(sorted(found.constraints)))) and len(again.constraints) < len(
         found.constraints
     ):
@@ -128,7 +126,7 @@ def _shrink(found: Contradiction, refute: _Refutation) -> Iterator[Contradiction
                 yield smallest
                 return
     else:
-        return  # all smaller sets can hold
+        return  # all smaller sets have solutions
     for number in numbers:
         if number in found.constraints:
             smaller = refute.of(tuple(sorted(found.constraints - {number})))

@@ -1,8 +1,7 @@
-"""Arithmetic of ranges: what the result of an operation can be, and what its operands can have been.
+"""Interval arithmetic: ranges of results, and ranges of operands with given results.
 
-Bounds of reals are rounded outward, so that no float that the runtime would compute is lost. Whole numbers are
-exact; where a result leaves the 64 bits of its type, it is taken to be out of the question, or, with `wrapping`,
-to wrap.
+Bounds of reals are rounded outward, so that they include all floats of the runtime. Integers are exact; results
+outside of 64 bits are impossible, or wrap with `wrapping`.
 """
 
 from __future__ import annotations
@@ -19,19 +18,19 @@ _LIMITS: Final = {Number.INT: Range(*INT_LIMITS), Number.UINT: Range(*UINT_LIMIT
 
 
 def combine(operation: Operation, left: Range, right: Range, number: Number, wrapping: bool) -> Range:
-    """What an operation on two ranges can give; of two single numbers, exactly what the runtime computes."""
+    """Return the range of results; for two single numbers, exactly the result of the runtime."""
     if left.low == left.high and right.low == right.high:
         try:
             exact = calculate(operation, left.low, right.low, number)
         except Unevaluable:
-            return _LIMITS[number]  # the evaluation in the end will say so
+            return _LIMITS[number]  # the final evaluation reports it
         return REALS if math.isnan(exact) else Range(exact, exact)
     low, high = _bounds(operation, left, right, number)
     return _fitted(low, high, number, wrapping)
 
 
 def negate(operand: Range, number: Number, wrapping: bool) -> Range:
-    """What minus a range can be; it is its own inverse."""
+    """Return a negated range; the function is its own inverse."""
     if operand.low == operand.high:
         exact = wrap(-operand.low, number)
         return Range(exact, exact)
@@ -39,7 +38,7 @@ def negate(operand: Range, number: Number, wrapping: bool) -> Range:
 
 
 def converted(operand: Range, number: Number, wrapping: bool) -> Range:
-    """What whole numbers of the other kind are as `number`; it is its own inverse."""
+    """Convert a range between the integer types; the function is its own inverse."""
     if operand.low == operand.high:
         exact = wrap(operand.low, number)
         return Range(exact, exact)
@@ -49,10 +48,10 @@ def converted(operand: Range, number: Number, wrapping: bool) -> Range:
 def split(
     operation: Operation, result: Range, left: Range, right: Range, number: Number, wrapping: bool
 ) -> tuple[Range, Range]:
-    """What the operands can have been, given what the result can be: ranges that may be larger than before.
+    """Return the ranges of operands with a given range of results; they may be larger than before.
 
     Raises:
-        Empty: There are no such operands.
+        Empty: No operands have such results.
     """
     out = _rounded(result) if number is Number.FLOAT else result
     if operation == "+":
@@ -75,7 +74,7 @@ def split(
 
 
 def _is_exact(operation: Operation, left: Range, right: Range, number: Number, wrapping: bool) -> bool:
-    """Whether the result cannot have wrapped, or is taken not to have."""
+    """Return whether the result cannot wrap, or may not."""
     if number is Number.FLOAT or not wrapping:
         return True
     low, high = _bounds(operation, left, right, number)
@@ -83,12 +82,12 @@ def _is_exact(operation: Operation, left: Range, right: Range, number: Number, w
 
 
 def _inverse(bounds: tuple[float, float], number: Number, wrapping: bool) -> Range:
-    """An operand of a sum or difference: these can be undone modulo 2**64, too."""
+    """Return an operand of a sum or difference, which have inverses modulo 2**64, too."""
     return _fitted(*bounds, number, wrapping)
 
 
 def _fitted(low: float, high: float, number: Number, wrapping: bool) -> Range:
-    """A result as its type holds it."""
+    """Fit the bounds of a result to its type."""
     limits = _LIMITS[number]
     if number is Number.FLOAT or (low >= limits.low and high <= limits.high):
         return Range(low, high)
@@ -101,7 +100,7 @@ def _fitted(low: float, high: float, number: Number, wrapping: bool) -> Range:
 
 
 def _bounds(operation: Operation, left: Range, right: Range, number: Number) -> tuple[float, float]:
-    """Bounds of a result before it is held by its type; `left` and `right` may be results themselves."""
+    """Return the bounds of a result before it is fitted to its type."""
     match operation:
         case "+":
             low, high = left.low + right.low, left.high + right.high
@@ -123,7 +122,7 @@ def _product(left: Range, right: Range, number: Number) -> tuple[float, float]:
 
 
 def _times(one: float, other: float) -> float:
-    """A product of bounds; an infinite bound is as large as one likes, but no number: times zero it is zero."""
+    """Return a product of bounds; an infinite bound times zero is zero, as all finite numbers are."""
     return 0 if one == 0 or other == 0 else one * other
 
 
@@ -141,7 +140,7 @@ def _quotient(left: Range, right: Range, number: Number) -> tuple[float, float]:
 
 
 def _ratio(one: float, other: float) -> float:
-    """A quotient of bounds; of two infinite ones anything from zero up, whose other end another corner has."""
+    """Return a quotient of bounds; two infinite ones result in zero, and another corner in the other end."""
     return 0.0 if math.isinf(one) and math.isinf(other) else one / other
 
 
@@ -151,9 +150,9 @@ def _truncated(one: int, other: int) -> int:
 
 
 def _remainder(left: Range, right: Range, number: Number) -> tuple[float, float]:
-    """A remainder has the sign of the dividend, is smaller than the divisor and no larger than the dividend."""
+    """Return the bounds of a remainder: with the sign of the dividend, below the divisor, at most the dividend."""
     if number is Number.FLOAT and (right.low <= 0 <= right.high or math.isinf(left.low) or math.isinf(left.high)):
-        return REALS  # it may be no number
+        return REALS  # the result may be nan
     most, zero = max(abs(right.low), abs(right.high)), wrap(0, number)
     if number is not Number.FLOAT:
         most = max(most - 1, 0)
@@ -161,7 +160,7 @@ def _remainder(left: Range, right: Range, number: Number) -> tuple[float, float]
 
 
 def _factor(out: Range, factor: Range, other: Range, number: Number) -> Range:
-    """What a factor can have been, given the product and the other factor."""
+    """Return the range of a factor, given the product and the other factor."""
     if other.low <= 0 <= other.high:
         return factor
     if number is Number.FLOAT:
@@ -171,17 +170,17 @@ def _factor(out: Range, factor: Range, other: Range, number: Number) -> Range:
 
 
 def _whole_factor(low: int, high: int, first: int, last: int) -> Range:
-    """Whole numbers whose product with one from `first` to `last`, all on one side of zero, is in range."""
+    """Return the integers whose product with `first` to `last`, on one side of zero, is in `low` to `high`."""
     if last < 0:
         low, high, first, last = -high, -low, -last, -first
-    # f * o >= low has its smallest f with the largest o where low is positive, with the smallest one where not.
+    # The smallest f with f * o >= low belongs to the largest o if low is positive, else to the smallest o.
     smallest = -(-low // (last if low > 0 else first))
     largest = high // (first if high > 0 else last)
     return between(smallest, largest)
 
 
 def _dividend(out: Range, divisor: Range) -> Range:
-    """What was divided by a whole number, given the truncated quotient."""
+    """Return the range of an integer dividend, given the truncated quotient."""
     most = cast(int, max(abs(divisor.low), abs(divisor.high)))
     low, high = cast(tuple[int, int], out)
     if divisor.low < 0:
@@ -195,26 +194,26 @@ def _dividend(out: Range, divisor: Range) -> Range:
 
 
 def _real_dividend(out: Range, dividend: Range, divisor: Range) -> Range:
-    """What a real was divided by another, given the quotient; by zero, an infinite one says nothing."""
+    """Return the range of a real dividend, given the quotient; unchanged if it may be infinite."""
     if divisor.low <= 0 <= divisor.high and (math.isinf(out.low) or math.isinf(out.high)):
         return dividend
     return Range(*_product(out, divisor, Number.FLOAT))
 
 
 def _divisor(out: Range, dividend: Range, divisor: Range) -> Range:
-    """What a real was divided by, given the quotient; nothing is said where the quotient may be zero."""
+    """Return the range of a real divisor, given the quotient; unchanged if that may be zero."""
     if out.low <= 0 <= out.high or dividend.low <= 0 <= dividend.high:
         return divisor
     return Range(*_quotient(dividend, out, Number.FLOAT))
 
 
 def _rounded(result: Range) -> Range:
-    """All reals that may have been rounded to a result."""
+    """Return all reals that may be rounded to a result."""
     return Range(*_outward(result.low, result.high))
 
 
 def _outward(low: float, high: float) -> tuple[float, float]:
-    """Bounds of reals, one float further apart on each side; what is no number bounds nothing."""
+    """Extend bounds of reals by one float on each side; nan becomes infinite."""
     return (
         -math.inf if math.isnan(low) else math.nextafter(low, -math.inf),
         math.inf if math.isnan(high) else math.nextafter(high, math.inf),
@@ -222,7 +221,7 @@ def _outward(low: float, high: float) -> tuple[float, float]:
 
 
 def square_root(result: Range, root: Range, number: Number) -> Range:
-    """What was multiplied by itself, given the square: a hull of both signs, or the one that `root` can have."""
+    """Return the range of square roots: of both signs, or of the sign of `root`."""
     if result.high < 0:
         raise Empty
     if number is Number.FLOAT:

@@ -1,7 +1,7 @@
-"""Numbers that equalities determine together: `a + b == 10` and `a - b == 4` (Gauss, in fractions).
+"""Solution of systems of equalities such as `a + b == 10` and `a - b == 4` (Gaussian elimination, in fractions).
 
-Propagation looks at one constraint at a time, and finds no bounds in such a system. It is solved where a number
-would be unbounded otherwise.
+Propagation examines one constraint at a time, and finds no bounds in such a system. A system is solved only if a
+number would be unbounded otherwise.
 """
 
 from __future__ import annotations
@@ -12,43 +12,32 @@ from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from typing import Final
 
+from seoro.lang.solve import terms
 from seoro.lang.solve.cells import Integer, Real
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.propagate import Store
 from seoro.lang.solve.search import Exhausted
 from seoro.lang.solve.sets import MISSING, Empty, Range, hull, is_bounded, meet, only
-from seoro.lang.solve.terms import (
-    Arithmetic,
-    CellRef,
-    Compare,
-    Negate,
-    Number,
-    Term,
-    ToReal,
-    ToWhole,
-    Unevaluable,
-    cells_of,
-)
 
-# How far a real that was solved for may be from where it should be, relative to it: less than `sets.NARROW`.
+# Relative tolerance of a real that was solved for; less than `sets.NARROW`.
 BAND: Final = 2e-13
-# Systems that take more steps than this are left to the search: a step is one factor that changes. Chains take a
-# few for each equation; where all numbers depend on all others, steps grow with the third power.
+# Limit of steps, which are changes of one factor; larger systems are left to the search. Chains take a few steps
+# per equation; in dense systems, steps grow with the third power.
 MOST_STEPS: Final = 5_000_000
-CONSTANT: Final = -1  # the column of what does not depend on cells
+CONSTANT: Final = -1  # column of the constant
 
-Row = dict[int, Fraction]  # factors by numbers of cells; their sum with the constant is zero
+Row = dict[int, Fraction]  # factors by cell; the sum with the constant is zero
 
 
 def solve_equations(store: Store) -> frozenset[int]:
     """Narrow numbers without bounds by the equalities that determine them together.
 
     Returns:
-        Numbers of the parts that this took; empty if no number was narrowed.
+        Numbers of the used parts; empty if no number was narrowed.
 
     Raises:
         Exhausted: The equalities contradict each other.
-        Clash: What follows from them contradicts another part.
+        Clash: The result contradicts another part.
     """
     if all(is_bounded(values) for values in store.sets if isinstance(values, Range)):
         return frozenset()
@@ -74,22 +63,22 @@ def solve_equations(store: Store) -> frozenset[int]:
 
 
 class TooManySteps(Exception):
-    """A system takes more steps than are made."""
+    """A system takes more than `MOST_STEPS` steps."""
 
 
 class _Elimination:
-    """Solves each row for one cell, if possible for one without bounds, which no other row mentions then.
+    """Solves each row for one cell, preferably without bounds, and eliminates the cell from the other rows.
 
     Args:
-        store: What the cells can be.
-        used: Numbers of the parts that the rows stand for.
+        store: The domains of the cells.
+        used: Numbers of the parts of the rows.
     """
 
     def __init__(self, store: Store, used: frozenset[int]) -> None:
         self._store = store
         self._used = used
         self._solved: list[tuple[int, Row]] = []
-        self._places: dict[int, int] = {}  # of cells that rows are solved for, in this list
+        self._places: dict[int, int] = {}  # index in `_solved` of each pivot
         self.steps = 0
 
     def reduce(self, rows: Iterable[Row]) -> list[tuple[int, Row]]:
@@ -100,18 +89,18 @@ class _Elimination:
 
         Raises:
             Exhausted: A row has no solution.
-            TooManySteps: It takes too many.
+            TooManySteps: The limit is exceeded.
         """
         for row in rows:
             self._add(row)
         for place in range(len(self._solved) - 1, -1, -1):
             pivot, row = self._solved[place]
             for cell in [cell for cell in row if cell != pivot and cell in self._places]:
-                self._eliminate(row, cell)  # whose row mentions no other such cell any more
+                self._eliminate(row, cell)  # the row of that cell has no other pivots any more
         return self._solved
 
     def _add(self, row: Row) -> None:
-        """Replace the cells that earlier rows are solved for, then solve the row for another cell."""
+        """Eliminate the pivots of earlier rows, then solve the row for another cell."""
         waiting = [self._places[cell] for cell in row if cell in self._places]
         heapify(waiting)
         while waiting:
@@ -132,7 +121,7 @@ class _Elimination:
         self._solved.append((pivot, {cell: value / factor for cell, value in row.items()}))
 
     def _eliminate(self, row: Row, pivot: int) -> None:
-        """Take a cell out of a row by the row that is solved for it, in which its factor is one."""
+        """Eliminate a cell from a row by the row that is solved for it, in which its factor is one."""
         _, other = self._solved[self._places[pivot]]
         factor = row[pivot]
         self.steps += len(other)
@@ -150,7 +139,7 @@ def _values(store: Store, pivot: int, row: Row) -> Range:
     """Return the domain of a cell by the row that is solved for it.
 
     Raises:
-        Empty: No whole number.
+        Empty: It contains no integer.
     """
     low = high = -row.get(CONSTANT, Fraction(0))
     for cell, factor in row.items():
@@ -170,9 +159,9 @@ def _values(store: Store, pivot: int, row: Row) -> Range:
 
 
 def _row(store: Store, number: int) -> Row | None:
-    """A part as a row, if it is an equality of sums of numbers; cells with values are part of the constant."""
+    """Convert an equality of sums to a row; None for other parts. Known cells become constants."""
     term = store.parts[number].term
-    if not isinstance(term, Compare) or term.operator != "==" or number in store.entailed:
+    if not isinstance(term, terms.Compare) or term.operator != "==" or number in store.entailed:
         return None
     row: Row = {}
     pending = [(term.left, Fraction(1)), (term.right, Fraction(-1))]
@@ -183,50 +172,52 @@ def _row(store: Store, number: int) -> Row | None:
             if more is None:
                 return None
             pending += more
-    except (Unevaluable, OverflowError, ValueError):  # a constant that is not a number
+    except (terms.Unevaluable, OverflowError, ValueError):  # invalid constant
         return None
     row = {cell: value for cell, value in row.items() if value}
     return row if any(cell != CONSTANT for cell in row) else None
 
 
-def _summands(store: Store, term: Term, factor: Fraction, row: Row) -> list[tuple[Term, Fraction]] | None:
+def _summands(
+    store: Store, term: terms.Term, factor: Fraction, row: Row
+) -> list[tuple[terms.Term, Fraction]] | None:
     """Add a term times a factor to a row, or return its summands; None if it is not a sum."""
     constant = _constant(store, term)
     if constant is not None:
         row[CONSTANT] = row.get(CONSTANT, Fraction(0)) + factor * constant
         return []
     match term:
-        case CellRef(cell) if isinstance(cell.domain, Integer | Real):
+        case terms.CellRef(cell) if isinstance(cell.domain, Integer | Real):
             number = store.numbers[cell]
             row[number] = row.get(number, Fraction(0)) + factor
             return []
-        case ToReal(operand):
+        case terms.ToReal(operand):
             return [(operand, factor)]
-        case ToWhole(operand) if not store.wrapping:
+        case terms.ToWhole(operand) if not store.wrapping:
             return [(operand, factor)]
-        case Negate(operand, number) if number is Number.FLOAT or not store.wrapping:
+        case terms.Negate(operand, number) if number is terms.Number.FLOAT or not store.wrapping:
             return [(operand, -factor)]
-        case Arithmetic(operator, left, right, number) if number is Number.FLOAT or not store.wrapping:
+        case terms.Arithmetic(operator, left, right, number) if number is terms.Number.FLOAT or not store.wrapping:
             if operator in ("+", "-"):
                 return [(left, factor), (right, factor if operator == "+" else -factor)]
             one, other = _constant(store, left), _constant(store, right)
             if operator == "*" and (one is not None or other is not None):
                 return [(right, factor * one)] if one is not None else [(left, factor * (other or 0))]
-            if operator == "/" and number is Number.FLOAT and other:
+            if operator == "/" and number is terms.Number.FLOAT and other:
                 return [(left, factor / other)]
             return None
         case _:
             return None
 
 
-def _constant(store: Store, term: Term) -> Fraction | None:
-    """The value of a term that is a number and depends on no open cell."""
-    if isinstance(term, CellRef):
+def _constant(store: Store, term: terms.Term) -> Fraction | None:
+    """Return the number that a term without open cells denotes, or None."""
+    if isinstance(term, terms.CellRef):
         value = only(store.sets[store.numbers[term.cell]])
         return None if value is MISSING or not isinstance(value, int | float) else Fraction(value)
-    if isinstance(term, Arithmetic) and term.operator in ("+", "-"):
-        return None  # whose operands are looked at one by one
-    cells = cells_of(term)
+    if isinstance(term, terms.Arithmetic) and term.operator in ("+", "-"):
+        return None  # its operands are examined one by one
+    cells = terms.cells_of(term)
     values = {cell: only(store.sets[store.numbers[cell]]) for cell in cells}
     if any(value is MISSING for value in values.values()):
         return None

@@ -1,35 +1,24 @@
-"""Cells that would each have to be below the next, round a circle: `a < b`, `b < c`, `c < a`.
+"""Detection of cyclic orders such as `a < b`, `b < c`, `c < a`.
 
-Propagation would go round such a circle number by number, and never end where there are no bounds. Differences
-`x - y <= d` are the edges of a graph, in which a circle of negative length is a contradiction (Bellman and Ford).
+Propagation would narrow such cells number by number, endlessly without bounds. Differences `x - y <= d` are edges
+of a graph, in which a cycle of negative length is a contradiction (Bellman and Ford).
 """
 
 from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+from seoro.lang.solve import terms
 from seoro.lang.solve.cells import Cell, Integer, Real
 from seoro.lang.solve.parts import Part
 from seoro.lang.solve.propagate import Store
-from seoro.lang.solve.terms import (
-    Arithmetic,
-    CellRef,
-    Compare,
-    Const,
-    Negate,
-    Number,
-    Relation,
-    Term,
-    ToReal,
-    ToWhole,
-)
 
-# How far below zero the length of a circle of reals has to be, relative to its edges, to be more than rounding.
+# Limit of the length of a cycle of reals, relative to its edges, that is more than rounding.
 CERTAIN: Final = 1e-9
 
 
 class _Length(NamedTuple):
-    """A difference; compared by value, then by how many strict comparisons of reals take part."""
+    """A difference, ordered by value, then by the number of strict comparisons of reals."""
 
     value: float
     strict: int = 0
@@ -45,7 +34,7 @@ class _Edge(NamedTuple):
 
 
 def impossible_order(store: Store) -> frozenset[int]:
-    """Numbers of parts that put cells in an order that cannot be; empty if there are none."""
+    """Return the numbers of parts that form a cyclic order; empty without one."""
     edges = [edge for number, part in enumerate(store.parts) for edge in _edges(store, number, part)]
     distance = [_Length(0)] * len(store.cells)
     reached: dict[int, _Edge] = {}
@@ -69,7 +58,7 @@ def impossible_order(store: Store) -> frozenset[int]:
 
 
 def _circle(cell: int, reached: dict[int, _Edge], count: int) -> list[_Edge]:
-    """The circle that a cell hangs on, whose distance shrank once more than there are cells."""
+    """Return the cycle of a cell whose distance shrank in every round."""
     for _ in range(count):
         cell = reached[cell].start
     circle = [reached[cell]]
@@ -79,9 +68,9 @@ def _circle(cell: int, reached: dict[int, _Edge], count: int) -> list[_Edge]:
 
 
 def _edges(store: Store, number: int, part: Part) -> list[_Edge]:
-    """What a part says of the difference of two cells, if it is such a comparison."""
+    """Return the edges of a comparison of two cells; empty for other parts."""
     term = part.term
-    if not isinstance(term, Compare) or term.operator == "!=" or not 1 <= len(part.cells) <= 2:
+    if not isinstance(term, terms.Compare) or term.operator == "!=" or not 1 <= len(part.cells) <= 2:
         return []
     difference = _Sum()
     if not (difference.add(term.left, 1, store.wrapping) and difference.add(term.right, -1, store.wrapping)):
@@ -90,13 +79,13 @@ def _edges(store: Store, number: int, part: Part) -> list[_Edge]:
     factors = {numbers[cell]: factor for cell, factor in difference.factors.items() if factor}
     if factors and sorted(factors.values()) != [-1, 1]:
         return []
-    # high - low + constant <relation> 0; a cell that cancels out is compared with itself
+    # high - low + constant <relation> 0; a cell that cancels out becomes both
     high, low = sorted(factors, key=factors.__getitem__, reverse=True) if factors else (part.cells[0],) * 2
     return _both_ways(term.operator, low, high, difference, number)
 
 
-def _both_ways(relation: Relation, low: int, high: int, difference: _Sum, number: int) -> list[_Edge]:
-    """The edges of `high - low + constant <relation> 0`."""
+def _both_ways(relation: terms.Relation, low: int, high: int, difference: _Sum, number: int) -> list[_Edge]:
+    """Return the edges of `high - low + constant <relation> 0`."""
     constant = difference.constant
     step = _Length(-1) if difference.whole else _Length(0, -1)
     edges = []
@@ -117,26 +106,26 @@ class _Sum:
         self.constant: float = 0
         self.whole = True
 
-    def add(self, term: Term, sign: int, wrapping: bool) -> bool:
-        """Add a term times a sign; False if it is not such a sum, or may leave its 64 bits."""
+    def add(self, term: terms.Term, sign: int, wrapping: bool) -> bool:
+        """Add a term times a sign; return False for other terms, and for results that may exceed 64 bits."""
         pending = [(term, sign)]
         while pending:
             current, sign = pending.pop()
             match current:
-                case Const(value) if isinstance(value, int | float) and not isinstance(value, bool):
+                case terms.Const(value) if isinstance(value, int | float) and not isinstance(value, bool):
                     self.constant += sign * value
                     self.whole = self.whole and isinstance(value, int)
-                case CellRef(cell) if isinstance(cell.domain, Integer | Real):
+                case terms.CellRef(cell) if isinstance(cell.domain, Integer | Real):
                     self.whole = self.whole and not isinstance(cell.domain, Real)
                     self.factors[cell] = self.factors.get(cell, 0) + sign
-                case ToReal(operand):
+                case terms.ToReal(operand):
                     pending.append((operand, sign))
-                case ToWhole(operand) if not wrapping:
+                case terms.ToWhole(operand) if not wrapping:
                     pending.append((operand, sign))
-                case Negate(operand, number) if number is Number.FLOAT or not wrapping:
+                case terms.Negate(operand, number) if number is terms.Number.FLOAT or not wrapping:
                     pending.append((operand, -sign))
-                case Arithmetic("+" | "-" as operator, left, right, number) if (
-                    number is Number.FLOAT or not wrapping
+                case terms.Arithmetic("+" | "-" as operator, left, right, number) if (
+                    number is terms.Number.FLOAT or not wrapping
                 ):
                     pending += [(right, sign if operator == "+" else -sign), (left, sign)]
                 case _:

@@ -1,30 +1,14 @@
-"""Constraints as propagation works on them: split at `and`, terms laid out in a row, cells by number."""
+"""Parts of constraints for propagation: split at `and`, with terms in a row, and numbered cells."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
 from seoro.lang import frozen
+from seoro.lang.solve import terms
 from seoro.lang.solve.cells import Cell
 from seoro.lang.solve.problem import Constraint
 from seoro.lang.solve.sets import ANYTHING, ValueSet, single
-from seoro.lang.solve.terms import (
-    And,
-    Arithmetic,
-    CellRef,
-    Compare,
-    Const,
-    IfThenElse,
-    Implies,
-    Negate,
-    Number,
-    Opaque,
-    Or,
-    Term,
-    ToWhole,
-    cells_of,
-    operands,
-)
 
 
 class Node(frozen.Frozen):
@@ -32,45 +16,45 @@ class Node(frozen.Frozen):
 
     Args:
         term: The term.
-        args: Where its operands are in the row.
-        cell: Number of the cell that it is, or -1.
+        args: Positions of its operands in the row.
+        cell: Number of its cell; -1 for other terms.
         constant: Its value, if it is a constant.
     """
 
-    term: Term
+    term: terms.Term
     args: tuple[int, ...]
     cell: int
     constant: ValueSet
 
 
 class Part(frozen.Frozen):
-    """A constraint, or one member of a conjunction that is one.
+    """A constraint, or one member of its conjunction.
 
     Args:
         source: Number of the constraint.
-        term: What has to hold.
+        term: Its condition.
         nodes: Its terms, operands first; the last is the whole.
         cells: Numbers of its cells.
-        solvable: Those of which the others leave one value, because the part is an equality that can be undone.
-        definitions: Cells that the part says to be equal to something that they have no part in, and what that is.
-        partial: Whether it may have no value, whatever its terms can be.
-        listed: Whether contraction of the last open cell may leave values that do not satisfy it.
-        cost: How long it takes to evaluate it, in terms.
+        solvable: Cells that the others determine, because the part is an equality with an inverse.
+        definitions: Cells that are equal to a term without them, with the term.
+        partial: Whether it may have no value.
+        listed: Whether contraction of the last open cell may leave invalid values.
+        cost: Cost of its evaluation [terms].
     """
 
     source: int
-    term: Term
+    term: terms.Term
     nodes: tuple[Node, ...]
     cells: tuple[int, ...]
     solvable: tuple[int, ...]
-    definitions: tuple[tuple[int, Term], ...]
+    definitions: tuple[tuple[int, terms.Term], ...]
     partial: bool
     listed: bool
     cost: int
 
 
 def parts_of(constraints: tuple[Constraint, ...], numbers: Mapping[Cell, int]) -> tuple[Part, ...]:
-    """The parts of all constraints, in their order."""
+    """Return the parts of all constraints, in order."""
     return tuple(
         _part(source, term, numbers)
         for source, constraint in enumerate(constraints)
@@ -78,18 +62,18 @@ def parts_of(constraints: tuple[Constraint, ...], numbers: Mapping[Cell, int]) -
     )
 
 
-def conjuncts(term: Term) -> Iterator[Term]:
-    """The members of a conjunction, however nested, or the term itself."""
+def conjuncts(term: terms.Term) -> Iterator[terms.Term]:
+    """Yield the members of a conjunction, including nested ones, or the term itself."""
     todo = [term]
     while todo:
         current = todo.pop()
-        if isinstance(current, And):
+        if isinstance(current, terms.And):
             todo.extend(reversed(current.operands))
         else:
             yield current
 
 
-def _part(source: int, term: Term, numbers: Mapping[Cell, int]) -> Part:
+def _part(source: int, term: terms.Term, numbers: Mapping[Cell, int]) -> Part:
     nodes = _row(term, numbers)
     mentioned = [cell for node in nodes for cell in _cells(node, numbers)]
     cells = tuple(dict.fromkeys(mentioned))
@@ -97,79 +81,78 @@ def _part(source: int, term: Term, numbers: Mapping[Cell, int]) -> Part:
     partial = any(_is_partial(node.term) for node in nodes)
     listed = repeated or any(_is_coarse(node.term) for node in nodes)
     solvable = () if repeated else _solvable(term, numbers)
-    cost = sum(node.term.cost if isinstance(node.term, Opaque) else 1 for node in nodes)
+    cost = sum(node.term.cost if isinstance(node.term, terms.Opaque) else 1 for node in nodes)
     return Part(
         source, term, tuple(nodes), cells, solvable, _definitions(term, numbers, repeated), partial, listed, cost
     )
 
 
 def _cells(node: Node, numbers: Mapping[Cell, int]) -> tuple[int, ...]:
-    """The cells that a term mentions itself."""
-    if isinstance(node.term, Opaque):
+    """Return the cells that a term contains directly."""
+    if isinstance(node.term, terms.Opaque):
         return tuple(numbers[cell] for cell in node.term.cells)
     return (node.cell,) if node.cell >= 0 else ()
 
 
-def _row(term: Term, numbers: Mapping[Cell, int]) -> list[Node]:
-    """The terms of a term, operands before what is made of them."""
+def _row(term: terms.Term, numbers: Mapping[Cell, int]) -> list[Node]:
+    """Return a term and its subterms, operands first."""
     row: list[Node] = []
-    places: list[int] = []  # of terms whose owner is still to come
-    todo: list[tuple[Term, bool]] = [(term, False)]
-    while todo:
-        current, opened = todo.pop()
-        inside = operands(current)
-        if inside and not opened:
-            todo.append((current, True))
-            todo.extend((operand, False) for operand in reversed(inside))
-            continue
-        args = tuple(places[len(places) - len(inside) :])
-        del places[len(places) - len(inside) :]
-        places.append(len(row))
-        cell = numbers[current.cell] if isinstance(current, CellRef) else -1
-        row.append(Node(current, args, cell, single(current.value) if isinstance(current, Const) else ANYTHING))
+    places: list[int] = []  # of terms whose owner follows
+    for current in terms.subterms(term):
+        first = len(places) - len(terms.operands(current))
+        args = tuple(places[first:])
+        places[first:] = [len(row)]
+        cell = numbers[current.cell] if isinstance(current, terms.CellRef) else -1
+        row.append(
+            Node(current, args, cell, single(current.value) if isinstance(current, terms.Const) else ANYTHING)
+        )
     return row
 
 
-def _is_partial(term: Term) -> bool:
-    return isinstance(term, Opaque) or (isinstance(term, Arithmetic) and term.operator in "/%")
+def _is_partial(term: terms.Term) -> bool:
+    return isinstance(term, terms.Opaque) or (isinstance(term, terms.Arithmetic) and term.operator in "/%")
 
 
-def _is_coarse(term: Term) -> bool:
+def _is_coarse(term: terms.Term) -> bool:
     match term:
-        case Arithmetic(operator):
+        case terms.Arithmetic(operator):
             return operator in "*/%"
-        case Or() | Implies() | IfThenElse() | Opaque():
+        case terms.Or() | terms.Implies() | terms.IfThenElse() | terms.Opaque():
             return True
         case _:
             return False
 
 
-def _definitions(term: Term, numbers: Mapping[Cell, int], repeated: bool) -> tuple[tuple[int, Term], ...]:
-    """The cells that stand alone on one side of an equality, each with the other side."""
-    if not isinstance(term, Compare) or term.operator != "==":
+def _definitions(
+    term: terms.Term, numbers: Mapping[Cell, int], repeated: bool
+) -> tuple[tuple[int, terms.Term], ...]:
+    """Return the cells that are one side of an equality, each with the other side."""
+    if not isinstance(term, terms.Compare) or term.operator != "==":
         return ()
     return tuple(
         (numbers[side.cell], other)
         for side, other in ((term.left, term.right), (term.right, term.left))
-        if isinstance(side, CellRef) and not (repeated and side.cell in cells_of(other))
+        if isinstance(side, terms.CellRef) and not (repeated and side.cell in terms.cells_of(other))
     )
 
 
-def _solvable(term: Term, numbers: Mapping[Cell, int]) -> tuple[int, ...]:
-    """The cells that an equality leaves one value for; none of them occurs twice in it."""
-    if not isinstance(term, Compare) or term.operator != "==":
+def _solvable(term: terms.Term, numbers: Mapping[Cell, int]) -> tuple[int, ...]:
+    """Return the cells that an equality determines, given the others; each occurs once in it."""
+    if not isinstance(term, terms.Compare) or term.operator != "==":
         return ()
     found: list[int] = []
     todo = [term.left, term.right]
     while todo:
         match todo.pop():
-            case CellRef(cell):
+            case terms.CellRef(cell):
                 found.append(numbers[cell])
-            case Negate(operand) | ToWhole(operand):
+            case terms.Negate(operand) | terms.ToWhole(operand):
                 todo.append(operand)
-            case Arithmetic("+" | "-", left, right):
+            case terms.Arithmetic("+" | "-", left, right):
                 todo += [left, right]
-            case Arithmetic("*" | "/", left, right, Number.FLOAT) if not (cells_of(left) and cells_of(right)):
+            case terms.Arithmetic("*" | "/", left, right, terms.Number.FLOAT) if not (
+                terms.cells_of(left) and terms.cells_of(right)
+            ):
                 todo += [left, right]
             case _:
                 pass

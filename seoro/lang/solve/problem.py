@@ -1,4 +1,4 @@
-"""What is asked, what is answered, and the ways in which there is no answer."""
+"""Problems, solutions, and errors without a solution."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ if TYPE_CHECKING:
 
 
 class Strength(Enum):
-    """How a constraint was written (7.3.11.3). Both hold: what was overridden is not part of a problem."""
+    """Strength of a constraint (7.3.11.3). Both have to hold: a problem excludes overridden constraints."""
 
     HARD = "hard"
     DEFAULT = "default"
 
 
 class Constraint(frozen.Frozen):
-    """Something that has to hold.
+    """A condition on cells.
 
     Args:
-        term: What, as a term that is true or false.
-        span: Where it was written.
-        text: What people see of it, such as `keep(x < 3)`.
-        strength: How it was written.
-        origin: Where it came from if not from the text, such as `--set`; may be empty.
+        term: The condition, as a boolean term.
+        span: Its place in the text.
+        text: Its text for people, such as `keep(x < 3)`.
+        strength: Its strength.
+        origin: Origin outside of the text, such as `--set`; may be empty.
     """
 
     term: Term
@@ -40,7 +40,7 @@ class Constraint(frozen.Frozen):
 
 
 class Problem(frozen.Frozen):
-    """Cells to find values for, and what has to hold for them; constraints mention no other cells."""
+    """Cells without values, and the constraints on them; constraints contain no other cells."""
 
     cells: tuple[Cell, ...]
     constraints: tuple[Constraint, ...]
@@ -53,33 +53,35 @@ class Solution(frozen.Frozen):
 
 
 class Unsolved(Exception):
-    """No values were found; the subclasses say why."""
+    """Base of errors without a solution."""
 
 
 class Conflict(Unsolved):
     """Constraints that cannot all hold.
 
     Args:
-        constraints: Which, in the order of places. Without any one of them the others can hold, unless that could
-            not be decided.
-        limits: Cells whose own domain is part of the conflict, such as a `uint` that would be negative.
-        reason: Why nothing satisfies the only constraint, if its evaluation said so; may be empty.
+        constraints: The constraints, by place. Without any of them the others have a solution, unless that is
+            undecided.
+        limits: Cells whose domain is part of the conflict, such as a `uint` that would be negative.
+        reason: Reason why the only constraint cannot be evaluated; may be empty.
     """
 
     def __init__(
         self, constraints: tuple[Constraint, ...], limits: tuple[Cell, ...] = (), reason: str = ""
     ) -> None:
-        super().__init__("these cannot all hold: " + ", ".join(constraint.text for constraint in constraints))
+        super().__init__(
+            "these constraints contradict each other: " + ", ".join(constraint.text for constraint in constraints)
+        )
         self.constraints = constraints
         self.limits = limits
         self.reason = reason
 
 
 class Unbounded(Unsolved):
-    """A number or a string that nothing bounds.
+    """A number without bounds, or a string without an equality.
 
     Args:
-        cell: Which.
+        cell: Its cell.
     """
 
     def __init__(self, cell: Cell) -> None:
@@ -88,30 +90,28 @@ class Unbounded(Unsolved):
 
 
 class NeedsSolver(Unsolved):
-    """The constraints are too hard for bounded search, and z3 is not installed.
+    """A bounded search did not decide, and z3 is not installed.
 
     Args:
-        cells: The cells that they are about.
+        cells: The cells without values.
     """
 
     def __init__(self, cells: tuple[Cell, ...]) -> None:
-        super().__init__(
-            f"the constraints on {_some(cells)} need a solver that is not installed: install `seoro[solver]`"
-        )
+        super().__init__(f"the constraints on {_some(cells)} need a solver: install `seoro[solver]`")
         self.cells = cells
 
 
 class Undecided(Unsolved):
-    """Neither values nor a proof that there are none were found within the limits.
+    """Neither a solution nor a contradiction was found within the limits.
 
     Args:
-        cells: The cells that it is about.
+        cells: The cells without values.
     """
 
     def __init__(self, cells: tuple[Cell, ...]) -> None:
         super().__init__(
-            f"no values were found for {_some(cells)} within the limits of effort: "
-            "bound them more closely or give some of them a value"
+            f"found no values for {_some(cells)} within the limits of effort: "
+            "narrow their bounds, or set some of them"
         )
         self.cells = cells
 

@@ -1,8 +1,8 @@
-"""Propagation: narrowing what cells can be until no constraint narrows it further.
+"""Propagation: narrows the domains of cells until no constraint narrows them further.
 
-Each part is contracted from the leaves up and from the root down; where that is coarse and one cell is left with
-few values, these are tried one by one. A change wakes the parts that share the cell. Parts wait in sweeps of
-alternating direction, so that what runs through a chain of cells, either way, runs through it in one sweep.
+Each part is contracted from the leaves up and from the root down. If that is coarse, and one open cell has few
+values, these are tried one by one. A change wakes the parts that share the cell. Sweeps over waiting parts change
+their direction in turn, so that one sweep suffices for a chain of cells in either direction.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from seoro.lang.solve.sets import (
 )
 from seoro.lang.solve.terms import Implies, Or, Term, Unevaluable
 
-# So many times a cell may be narrowed in one go before only large steps wake others: `a < b` and `b < a` would
-# otherwise go on number by number.
+# Number of times that any change of a cell wakes other parts; afterwards only large steps do. Otherwise `a < b`
+# and `b < a` would continue number by number.
 PATIENCE: Final = 32
 LARGE_STEP: Final = 0.9
 
@@ -48,13 +48,13 @@ class Clash(Exception):
 
 
 class Store:
-    """What each cell can still be, with a trail by which narrowing is undone.
+    """Current domains of the cells, with a trail that can undo changes.
 
     Args:
         cells: The cells, by number.
-        parts: What has to hold.
-        sets: What the cells can be to begin with.
-        wrapping: Whether results may leave the 64 bits of their type and wrap.
+        parts: Parts of the constraints.
+        sets: Initial domains.
+        wrapping: Whether integers may exceed 64 bits and wrap.
     """
 
     def __init__(
@@ -68,54 +68,54 @@ class Store:
         self.numbers = {cell: number for number, cell in enumerate(cells)}
         self.parts = parts
         self.sets = sets
-        # Whether a cell has its value without having been solved for: given, drawn or computed from such.
+        # Whether the value of a cell is given, drawn, or computed from such values, and not solved for.
         self.exact = [False] * len(cells)
         self.wrapping = wrapping
-        self.trail: list[tuple[int, ValueSet, bool, int]] = []  # cell, what it was, the part that narrowed it
+        self.trail: list[tuple[int, ValueSet, bool, int]] = []  # cell, previous state, narrowing part
         self.entailed: set[int] = set()
-        self.effort = 0  # how many terms were looked at
-        self.remarks: dict[int, str] = {}  # why a part had no value when it was evaluated
+        self.effort = 0  # number of examined terms
+        self.remarks: dict[int, str] = {}  # reasons of unevaluable parts
         self.watchers: list[list[int]] = [[] for _ in cells]
         for number, part in enumerate(parts):
             for cell in part.cells:
                 self.watchers[cell].append(number)
 
     def is_open(self, cell: int) -> bool:
-        """Whether a cell has no value yet."""
+        """Return whether a cell has several possible values."""
         return only(self.sets[cell]) is MISSING
 
     def parts_of(self, cells: Iterable[int]) -> list[int]:
-        """Numbers of the parts that mention any of some cells, in their order, without those that hold anyhow."""
+        """Return the numbers of the parts with any of the cells, in order, except entailed ones."""
         return sorted({part for cell in cells for part in self.watchers[cell]} - self.entailed)
 
     def values(self, cells: Iterable[int]) -> dict[Cell, Value]:
-        """The values of cells that have one."""
+        """Return the values of known cells."""
         return {self.cells[cell]: only(self.sets[cell]) for cell in cells}
 
     def narrow(self, cell: int, values: ValueSet, part: int, exact: bool = False) -> None:
-        """Replace what a cell can be by a part of it."""
+        """Replace the domain of a cell by a subset."""
         self.trail.append((cell, self.sets[cell], self.exact[cell], part))
         self.sets[cell] = values
         self.exact[cell] = exact
 
     def undo(self, mark: int) -> None:
-        """Take back what was narrowed since the trail had this length."""
+        """Undo the changes since the trail had this length."""
         while len(self.trail) > mark:
             cell, values, exact, _ = self.trail.pop()
             self.sets[cell] = values
             self.exact[cell] = exact
 
     def assign(self, cell: int, values: ValueSet, exact: bool) -> None:
-        """Choose for a cell, and propagate.
+        """Restrict a cell, and propagate.
 
         Raises:
-            Clash: That cannot be.
+            Clash: A part cannot hold.
         """
         self.narrow(cell, values, -1, exact)
         self.propagate(self.watchers[cell])
 
     def propagate(self, woken: Iterable[int]) -> None:
-        """Contract the given parts, and those that their changes wake.
+        """Contract the given parts, and parts that their changes wake.
 
         Raises:
             Clash: A part cannot hold.
@@ -128,7 +128,7 @@ class Store:
                 waiting.discard(number)
                 for cell, before in self._revise(number):
                     if is_narrow(before) and self.is_open(cell):
-                        continue  # no more than rounding, which would run through whole chains for each choice
+                        continue  # only rounding, which would propagate through whole chains for each choice
                     narrowed[cell] = narrowed.get(cell, 0) + 1
                     if narrowed[cell] <= PATIENCE or _is_large_step(before, self.sets[cell]):
                         waiting.update(self.watchers[cell])
@@ -138,7 +138,7 @@ class Store:
             backwards = not backwards
 
     def _revise(self, number: int) -> list[tuple[int, ValueSet]]:
-        """Contract one part; the cells that it narrowed, with what they were."""
+        """Contract one part; return the narrowed cells with their previous domains."""
         self.effort += len(self.parts[number].nodes)
         part = self.parts[number]
         still_open = [cell for cell in part.cells if self.is_open(cell)]
@@ -149,7 +149,7 @@ class Store:
             changes = self._narrowed(number, still_open)
         except Empty:
             if self._is_solved_for(part):
-                return []  # may be no more than rounding: decided when all cells have values
+                return []  # possibly rounding: decided when all cells are known
             raise Clash(number) from None
         if changes and not any(self.is_open(cell) for cell in still_open):
             self._verify(number)
@@ -166,7 +166,7 @@ class Store:
         return [*changes, *self._list(number, still_open[0])] if part.listed else changes
 
     def _verify(self, number: int) -> None:
-        """Evaluate a part all of whose cells have values."""
+        """Evaluate a part with known cells."""
         part = self.parts[number]
         self.effort += part.cost
         try:
@@ -180,18 +180,18 @@ class Store:
         return TOLERANCE if self._is_solved_for(part) else 0.0
 
     def _is_solved_for(self, part: Part) -> bool:
-        """Whether a real cell of a part has a value that had to be solved for."""
+        """Return whether the value of a real cell of a part was solved for."""
         return any(not self.exact[cell] and isinstance(only(self.sets[cell]), float) for cell in part.cells)
 
     def settle(self) -> None:
-        """Forget the parts that hold whatever the open cells will be: for good, so before anything is chosen."""
+        """Mark the parts that hold for all values of open cells as entailed; called before any choice."""
         for number, part in enumerate(self.parts):
             holds_anyhow = not part.partial and self._forward(part)[-1] == TRUE
             if holds_anyhow or not any(self.is_open(cell) for cell in part.cells):
                 self.entailed.add(number)
 
     def _forward(self, part: Part) -> list[ValueSet]:
-        """What each term of a part can be."""
+        """Return the possible values of each term of a part."""
         found: list[ValueSet] = []
         for node in part.nodes:
             if node.cell >= 0:
@@ -203,7 +203,7 @@ class Store:
         return found
 
     def _contract(self, number: int) -> list[tuple[int, ValueSet]]:
-        """Narrow the cells of a part by what each of its terms says."""
+        """Narrow the cells of a part by contraction of its terms."""
         part = self.parts[number]
         found = self._forward(part)
         if found[-1] == TRUE:
@@ -217,10 +217,10 @@ class Store:
         return changes
 
     def _united(self, part: Part, found: list[ValueSet]) -> dict[int, ValueSet]:
-        """What the cells of a part can be; of an alternative, what they can be in any case of it.
+        """Return the domains of the cells of a part, united over the cases of an alternative.
 
         Raises:
-            Empty: It cannot hold.
+            Empty: The part cannot hold.
         """
         whole = part.nodes[-1]
         match whole.term:
@@ -233,7 +233,7 @@ class Store:
         united: dict[int, ValueSet] | None = None
         start = 0
         for place, wanted in cases:
-            first, start = start, place + 1  # the terms of a case stand in a row, and the case at its end
+            first, start = start, place + 1  # the terms of a case are consecutive, the case last
             if wanted == TRUE and found[place] == FALSE:
                 continue
             try:
@@ -253,17 +253,17 @@ class Store:
     def _backward(
         self, part: Part, found: list[ValueSet], first: int, place: int, values: ValueSet
     ) -> dict[int, ValueSet]:
-        """What the cells of a term can be if it has to be in a set.
+        """Return the domains of the cells of a term whose value is in a set.
 
         Args:
-            part: The part that the term belongs to.
-            found: What the terms of the part can be.
-            first: The place of the first term that the term is made of.
-            place: Its own place.
+            part: The part with the term.
+            found: Possible values of the terms of the part.
+            first: Position of the first subterm.
+            place: Position of the term.
             values: The set.
 
         Raises:
-            Empty: It cannot be.
+            Empty: The term has no value in the set.
         """
         wanted = {place: meet(found[place], values)}
         sets: dict[int, ValueSet] = {}
@@ -279,7 +279,7 @@ class Store:
         return sets
 
     def _compute(self, number: int, cell: int, definition: Term) -> list[tuple[int, ValueSet]]:
-        """Give a cell the value that a part defines it by, all cells of which have values."""
+        """Compute a cell from its definition in a part, whose other cells are known."""
         others = [other for other in self.parts[number].cells if other != cell]
         try:
             value = evaluate(definition, self.values(others))
@@ -293,7 +293,7 @@ class Store:
         return [(cell, before)]
 
     def _list(self, number: int, cell: int) -> list[tuple[int, ValueSet]]:
-        """Keep the values of the only open cell that satisfy a part, if they are few."""
+        """Remove invalid values of the only open cell of a part, if it has few values."""
         before = self.sets[cell]
         listed = members(before)
         if listed is None or len(listed) == 1:
@@ -324,7 +324,7 @@ class Store:
 
 
 def _is_large_step(before: ValueSet, after: ValueSet) -> bool:
-    """Whether narrowing took away much of a range, or made a bound of what was none."""
+    """Return whether narrowing removed much of a range, or added a bound."""
     if not (isinstance(before, Range) and isinstance(after, Range)) or after.low == after.high:
         return True
     if math.isinf(before.low) > math.isinf(after.low) or math.isinf(before.high) > math.isinf(after.high):

@@ -1,9 +1,9 @@
-"""Choosing among what propagation left: uniformly where that is practical, with a bounded search where it is not.
+"""Choice of values after propagation: by uniform draws if practical, else by a bounded search.
 
-Cells that share constraints form a group; groups have nothing to do with each other. In a group, values are first
-drawn for the cells from all that each can be, and thrown away together if they do not fit: what remains is uniform
-over the solutions. A cell that an equality fixes is not drawn but computed. After some tries in vain, cells are
-chosen one after the other, each uniformly from what the earlier choices leave, with backtracking and restarts.
+Cells that share constraints form a group; groups are independent. In a group, all cells are drawn from their
+domains until the constraints hold, so that the result is uniform over the solutions. Equalities determine some
+cells, which are computed. After too many draws, cells are chosen one after the other, each uniformly from the
+values that earlier choices leave, with backtracking and restarts.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ from seoro.lang.solve.sets import (
 )
 from seoro.lang.solve.terms import OPAQUE_COST
 
-# How often a group is drawn as a whole before its cells are chosen one by one, and looking at how many terms.
+# Limits of draws of a whole group, and of their effort [examined terms], before cells are chosen one by one.
 TRIES: Final = 64
 TRIES_EFFORT: Final = 30_000
-# Dead ends of a search before it starts anew with other draws; those of the last one are limited by effort only.
+# Dead ends of a search before a restart with other draws; only the effort limits the last one.
 PATIENCE: Final = (10, 50, 200)
 EFFORT: Final = 100_000
-# A group with at most so many combinations of values is searched to the end.
+# Groups with at most this number of combinations are searched completely.
 ALWAYS: Final = 20_000
-_SOLVED: Final = (0, 0.0)  # the size of what differs by rounding only
+_SOLVED: Final = (0, 0.0)  # size of a range that is only rounding
 
 
 class Exhausted(Exception):
-    """There is no solution.
+    """The constraints have no solution.
 
     Args:
-        parts: Numbers of the parts that stood in its way.
-        by_z3: Whether it took z3 to find that.
+        parts: Numbers of the contradicting parts.
+        by_z3: Whether z3 found the contradiction.
     """
 
     def __init__(self, parts: frozenset[int], by_z3: bool = False) -> None:
@@ -58,11 +58,11 @@ class Exhausted(Exception):
 
 
 class GivenUp(Exception):
-    """The search met too many dead ends."""
+    """The search exceeded its limits."""
 
 
 def groups(store: Store) -> list[list[int]]:
-    """The open cells, those together that share constraints, in the order of cells."""
+    """Return the open cells in groups that share constraints, in the order of cells."""
     leader = list(range(len(store.cells)))
 
     def find(cell: int) -> int:
@@ -85,12 +85,12 @@ def groups(store: Store) -> list[list[int]]:
 
 
 def choose(store: Store, group: list[int], streams: Streams) -> None:
-    """Give the cells of a group values.
+    """Choose values for the cells of a group.
 
     Raises:
-        Exhausted: There are none.
-        GivenUp: None were found.
-        Unbounded: A cell has no bounds to draw from.
+        Exhausted: The constraints have no solution.
+        GivenUp: The search found none.
+        Unbounded: A cell without bounds cannot be drawn.
     """
     mark, start = len(store.trail), store.effort
     drawn = _independent(store, group)
@@ -119,7 +119,7 @@ def choose(store: Store, group: list[int], streams: Streams) -> None:
 
 
 def _has_few_combinations(store: Store, group: list[int]) -> bool:
-    """Whether the values of a group can all be tried."""
+    """Return whether all combinations of values of a group can be tried."""
     combinations = (
         max([OPAQUE_COST, *(store.parts[number].cost for number in store.parts_of(group))]) // OPAQUE_COST
     )
@@ -134,7 +134,7 @@ def _has_few_combinations(store: Store, group: list[int]) -> bool:
 
 
 def _independent(store: Store, group: list[int]) -> list[int]:
-    """The cells to draw: all that have bounds, but for one of each equality, which follows from the others."""
+    """Return the cells to draw: all with bounds, except one cell per equality, which follows from the others."""
     follows: set[int] = set()
     for number in store.parts_of(group):
         candidates = [cell for cell in store.parts[number].solvable if store.is_open(cell) and cell not in follows]
@@ -144,7 +144,7 @@ def _independent(store: Store, group: list[int]) -> list[int]:
 
 
 def _draw(store: Store, cells: list[int], streams: Streams) -> bool:
-    """Draw values for all cells from what they could be in the beginning; False if they do not fit together."""
+    """Draw all cells from their initial domains; return False if the values contradict each other."""
     beginning = [store.sets[cell] for cell in cells]
     for cell, values in zip(cells, beginning, strict=True):
         value = any_of(values, store, cell, streams)
@@ -156,7 +156,7 @@ def _draw(store: Store, cells: list[int], streams: Streams) -> bool:
 
 
 def any_of(values: ValueSet, store: Store, cell: int, streams: Streams) -> Value:
-    """One value of a set, each as likely as the others."""
+    """Draw a value of a set, uniformly."""
     stream = streams.of(store.cells[cell])
     match values:
         case Finite(listed):
@@ -170,16 +170,16 @@ def any_of(values: ValueSet, store: Store, cell: int, streams: Streams) -> Value
 
 
 def _complete(store: Store, group: list[int], streams: Streams, patience: float, effort: float) -> None:
-    """Choose for the open cells of a group one after the other, and go back where that fails.
+    """Choose values for the open cells of a group one after the other, with backtracking.
 
     Raises:
-        Exhausted: There is no solution.
-        GivenUp: There were more dead ends than `patience`, or the store's effort is above `effort`.
-        Unbounded: A cell has no bounds to draw from.
+        Exhausted: The constraints have no solution.
+        GivenUp: The search had more than `patience` dead ends, or the effort of the store exceeds `effort`.
+        Unbounded: A cell without bounds cannot be drawn.
     """
     stack: list[tuple[int, int, Iterator[tuple[ValueSet, bool]]]] = []
     concerned, blamed = set(store.parts_of(group)), set[int]()
-    first = 0  # the cells of the group before this one have values
+    first = 0  # earlier cells of the group are known
     while True:
         while first < len(group) and not store.is_open(group[first]):
             first += 1
@@ -210,7 +210,7 @@ def _complete(store: Store, group: list[int], streams: Streams, patience: float,
 
 
 def involved(store: Store, part: int) -> set[int]:
-    """The parts that led to a clash: this one, and all that narrowed what it, or one of them, depends on."""
+    """Return the parts that led to a clash: the part, and all that narrowed cells of it, transitively."""
     parts, cells = {part}, set(store.parts[part].cells)
     for cell, _, _, by in reversed(store.trail):
         if by >= 0 and by not in parts and cell in cells:
@@ -220,12 +220,15 @@ def involved(store: Store, part: int) -> set[int]:
 
 
 def next_cell(store: Store, group: list[int], first: int = 0) -> int | None:
-    """The open cell to choose for: one as good as solved, else one with fewest values; None if none is open.
+    """Return the open cell to choose next: a solved one except for rounding, else one with the fewest values.
 
     Args:
-        store: What the cells can be.
+        store: The domains of the cells.
         group: Numbers of the cells.
-        first: The place in the group of the first that is open.
+        first: Index in the group of the first open cell.
+
+    Returns:
+        The number of the cell, or None without open cells.
     """
     best, least = None, (4, 0.0)
     for cell in islice(group, first, None):
@@ -242,7 +245,7 @@ def next_cell(store: Store, group: list[int], first: int = 0) -> int | None:
 
 
 def _size(values: ValueSet) -> tuple[int, float]:
-    """What decides which cell is next: kind, then number of values."""
+    """Return the sort key of the next cell: kind, then number of values."""
     match values:
         case Finite(listed):
             return (1, len(listed))
@@ -255,7 +258,7 @@ def _size(values: ValueSet) -> tuple[int, float]:
 
 
 def _alternatives(store: Store, cell: int, streams: Streams) -> Iterator[tuple[ValueSet, bool]]:
-    """What to try for a cell, which together is all that it can be; with each, whether that is a value drawn."""
+    """Yield sets to try, which cover the domain of a cell, each with whether it is a drawn value."""
     values = store.sets[cell]
     if is_narrow(values):
         yield single(solved_for(store, cell, cast(Range, values))), False
@@ -272,7 +275,7 @@ def _alternatives(store: Store, cell: int, streams: Streams) -> Iterator[tuple[V
 
 
 def halves(values: Range) -> tuple[Range, Range]:
-    """The lower and the upper half of a range."""
+    """Return the lower and the upper half of a range."""
     low, high = values
     if is_whole(values):
         middle = (cast(int, low) + cast(int, high)) // 2
@@ -282,7 +285,7 @@ def halves(values: Range) -> tuple[Range, Range]:
 
 
 def solved_for(store: Store, cell: int, values: Range) -> float:
-    """Of reals that differ by rounding only, the one that satisfies most of what can be evaluated to the bit."""
+    """Return the real, of a range that is only rounding, that satisfies the most evaluable parts exactly."""
     low, high = values
     centre = low / 2 + high / 2
     candidates = [centre, float(f"{centre:.12g}"), low, high]

@@ -1,7 +1,7 @@
-"""Sets of values: what a cell or a term can still be.
+"""Sets of possible values of cells and terms.
 
-A range of two ints is one of whole numbers; a range of floats is one of reals. No set is empty: what would be
-raises `Empty`.
+A range of two ints contains integers; a range of floats contains reals. Sets are never empty: operations raise
+`Empty` instead.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from typing import Final, NamedTuple, TypeAlias, cast
 
 from seoro.lang.solve.cells import Boolean, Cell, Choice, Free, Integer, Real, Value
 
-# A range of at most so many whole numbers may be written down one by one, so that some in the middle can go.
+# Limit of the size of integer ranges that can become a list of values, without some in the middle.
 SMALL: Final = 256
-# A range of whole numbers as wide as this has a bound that comes from the limits of its type, not from a scenario.
+# Width of integer ranges of which a bound is a limit of the type.
 HUGE: Final = 2**62
-# Reals as close as this are one number that was computed in several ways: relative, and next to zero.
+# Width of real ranges that are only rounding: relative, and absolute near zero.
 NARROW: Final = 1e-12
 TINY: Final = 1e-15
 
 
 class Empty(Exception):
-    """Nothing is left."""
+    """A set would be empty."""
 
 
 class Range(NamedTuple):
@@ -43,7 +43,7 @@ class Anything(NamedTuple):
 
 
 class Missing(NamedTuple):
-    """Stands for a value where there is none."""
+    """Placeholder of a missing value."""
 
 
 ValueSet: TypeAlias = Range | Finite | Anything
@@ -57,7 +57,7 @@ REALS: Final = Range(-math.inf, math.inf)
 
 
 def natural(cell: Cell) -> ValueSet:
-    """What the domain of a cell allows."""
+    """Return the set of the domain of a cell."""
     match cell.domain:
         case Boolean():
             return EITHER
@@ -72,7 +72,7 @@ def natural(cell: Cell) -> ValueSet:
 
 
 def without_bounds(cell: Cell) -> ValueSet:
-    """What a cell could be if its domain had no bounds; a bool has two values anyhow."""
+    """Return the set of the domain of a cell without bounds."""
     match cell.domain:
         case Boolean():
             return EITHER
@@ -85,7 +85,7 @@ def without_bounds(cell: Cell) -> ValueSet:
 
 
 def single(value: Value) -> ValueSet:
-    """The set of one value."""
+    """Return the set of one value."""
     if isinstance(value, bool):
         return TRUE if value else FALSE
     if isinstance(value, int | float):
@@ -94,7 +94,7 @@ def single(value: Value) -> ValueSet:
 
 
 def only(values: ValueSet) -> Value | Missing:
-    """The one value of a set, or `MISSING` if it has several."""
+    """Return the only value of a set, or `MISSING` if it has several."""
     if isinstance(values, Range):
         return values.low if values.low == values.high else MISSING
     if isinstance(values, Finite) and len(values.values) == 1:
@@ -103,7 +103,7 @@ def only(values: ValueSet) -> Value | Missing:
 
 
 def contains(values: ValueSet, value: Value) -> bool:
-    """Whether a set has a value."""
+    """Return whether a set contains a value."""
     match values:
         case Range(low, high):
             return low <= cast(float, value) <= high
@@ -114,7 +114,7 @@ def contains(values: ValueSet, value: Value) -> bool:
 
 
 def hull(values: ValueSet) -> Range:
-    """The smallest range that holds a set of numbers."""
+    """Return the smallest range that contains a set of numbers."""
     match values:
         case Range():
             return values
@@ -126,12 +126,12 @@ def hull(values: ValueSet) -> Range:
 
 
 def is_whole(values: Range) -> bool:
-    """Whether a range is one of whole numbers."""
+    """Return whether a range contains integers."""
     return isinstance(values.low, int) and isinstance(values.high, int)
 
 
 def members(values: ValueSet, most: int = SMALL) -> tuple[Value, ...] | None:
-    """The values of a set one by one; None if there are more than `most`."""
+    """Return the values of a set; None for more than `most` values."""
     if isinstance(values, Finite):
         return values.values if len(values.values) <= most else None
     if isinstance(values, Range) and is_whole(values) and values.high - values.low < most:
@@ -140,14 +140,14 @@ def members(values: ValueSet, most: int = SMALL) -> tuple[Value, ...] | None:
 
 
 def between(low: float, high: float) -> Range:
-    """A range from bounds that were computed."""
+    """Create a range from computed bounds."""
     if low > high:
         raise Empty
     return Range(low, high)
 
 
 def filtered(values: tuple[Value, ...], keep: Callable[[Value], bool]) -> Finite:
-    """The values that are to be kept."""
+    """Return the values for which `keep` is true."""
     kept = tuple(value for value in values if keep(value))
     if not kept:
         raise Empty
@@ -155,7 +155,7 @@ def filtered(values: tuple[Value, ...], keep: Callable[[Value], bool]) -> Finite
 
 
 def meet(one: ValueSet, other: ValueSet) -> ValueSet:
-    """What two sets have in common; the first set's kind of number and order stay."""
+    """Return the intersection of two sets, with the type of number and the order of the first."""
     if isinstance(other, Anything) or one is other:
         return one
     match one:
@@ -183,7 +183,7 @@ def _overlap(one: Range, other: Range) -> Range:
 
 
 def union(one: ValueSet, other: ValueSet) -> ValueSet:
-    """A set that holds both."""
+    """Return a set that contains both sets."""
     if isinstance(one, Finite) and isinstance(other, Finite):
         return Finite((*one.values, *(value for value in other.values if value not in one.values)))
     if isinstance(one, Anything) or isinstance(other, Anything):
@@ -193,7 +193,7 @@ def union(one: ValueSet, other: ValueSet) -> ValueSet:
 
 
 def without(values: ValueSet, value: Value) -> ValueSet:
-    """A set without a value, as far as that can be said."""
+    """Remove a value from a set, if the result is a set of these kinds."""
     if not isinstance(values, Range):
         return filtered(values.values, lambda member: member != value) if isinstance(values, Finite) else values
     low, high = values
@@ -203,7 +203,7 @@ def without(values: ValueSet, value: Value) -> ValueSet:
     if low == high:
         raise Empty
     if not is_whole(values):
-        return values  # a single real in the middle is no loss, and one at the end is drawn by no one
+        return values  # a single real is never drawn
     if number == low:
         return Range(low + 1, high)
     if number == high:
@@ -213,7 +213,7 @@ def without(values: ValueSet, value: Value) -> ValueSet:
 
 
 def is_narrow(values: ValueSet) -> bool:
-    """Whether a set of reals is as narrow as rounding: one number, solved for."""
+    """Return whether a range of reals is only rounding of one number."""
     if not isinstance(values, Range) or is_whole(values):
         return False
     width = values.high - values.low
@@ -221,7 +221,7 @@ def is_narrow(values: ValueSet) -> bool:
 
 
 def is_bounded(values: ValueSet) -> bool:
-    """Whether a value can be drawn from a set."""
+    """Return whether a value can be drawn from a set."""
     match values:
         case Range(low, high):
             return high - low < HUGE if is_whole(values) else math.isfinite(low) and math.isfinite(high)

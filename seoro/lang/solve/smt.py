@@ -1,12 +1,11 @@
-"""What search does not decide, asked of z3 (`seoro[solver]`), in exact arithmetic of integers and reals.
+"""Solution by z3 (`seoro[solver]`) of groups that search leaves undecided, in exact arithmetic.
 
-z3 says no, and then there is no solution; or it says yes with a model. So that not all is as z3 likes it best,
-cells are first offered random values and random halves of what they can be, and keep what z3 says is possible. The
-model then guides the same propagation that search uses, so that its rounding and its tests apply. What z3 does not
-know, opaque terms and divisions by zero, is tested there as well: a model that fails is excluded, and another one
-asked for.
+z3 finds a contradiction or a model. To avoid the same preferred values in each run, z3 is first offered random
+values and random halves of domains, and accepts or rejects them. The model then guides the same propagation as
+in search, with its rounding and its checks. Propagation also checks opaque terms and divisions by zero, which z3
+does not know. A failing model is excluded, and z3 searches another one.
 
-It is the same each time: a context of its own, a fixed seed, and limits on work instead of time.
+Results are reproducible: by a separate context, a fixed seed, and limits of work instead of time.
 """
 
 from __future__ import annotations
@@ -25,23 +24,23 @@ from seoro.lang.solve.sets import Finite, Range, ValueSet, contains, is_bounded,
 from seoro.lang.solve.smt_terms import Translation
 from seoro.lang.solve.terms import Opaque
 
-# What z3 may do for an answer, and for one to an offer, in its own units: a million take a second, or much longer.
+# Limits of the work of z3 for an answer, and for an offer, in units of z3: a million take a second or longer.
 WORK: Final = 1_000_000
 OFFER_WORK: Final = 100_000
-# How many random values and halves are offered, and how many halves to one cell.
+# Limits of offers, and of halves offered to one cell.
 OFFERS: Final = 40
 HALVES: Final = 3
-# How many models are asked for before giving up.
+# Limit of models.
 MODELS: Final = 64
 
 
 def choose_with_z3(store: Store, group: list[int], streams: Streams) -> None:
-    """Give the cells of a group values.
+    """Choose values for the cells of a group.
 
     Raises:
-        Exhausted: There are none.
-        GivenUp: z3 does not know, or its models do not hold when they are computed with floats.
-        Unbounded: A cell has no bounds to draw from.
+        Exhausted: The constraints have no solution.
+        GivenUp: z3 is undecided, or its models do not hold in float arithmetic.
+        Unbounded: A cell without bounds cannot be drawn.
     """
     asked = _Question(store, group)
     asked.check()
@@ -59,10 +58,10 @@ def choose_with_z3(store: Store, group: list[int], streams: Streams) -> None:
 
 
 def _follow(store: Store, group: list[int], model: dict[int, Value]) -> None:
-    """Give cells the values of a model, as far as propagation does not find them.
+    """Assign the values of a model to the cells that stay open during propagation.
 
     Raises:
-        Clash: They do not hold, or are not among what propagation leaves.
+        Clash: The values do not hold, or propagation has excluded them.
     """
     while (cell := next_cell(store, group)) is not None:
         values = store.sets[cell]
@@ -75,7 +74,7 @@ def _follow(store: Store, group: list[int], model: dict[int, Value]) -> None:
 
 
 class _Question:
-    """A group of cells and its constraints, as z3 has them."""
+    """A group of cells and its constraints in z3."""
 
     def __init__(self, store: Store, group: list[int]) -> None:
         self._store = store
@@ -85,9 +84,9 @@ class _Question:
         self._solver = z3.Solver(ctx=self._terms.context)
         self._solver.set("random_seed", 0)
         self._solver.set("rlimit", WORK)
-        self._taken = 0  # how many of them were taken
+        self._taken = 0  # number of accepted offers
         self._excluded: list[Any] = []
-        self._blamed: set[int] | None = set()  # by whom models were excluded; None if that was no proof
+        self._blamed: set[int] | None = set()  # parts that excluded models; None if that proves nothing
         for cell in group:
             values = store.sets[cell]
             listed = members(values, 32)
@@ -99,11 +98,11 @@ class _Question:
         self._solver.add(*self._terms.conditions)
 
     def check(self) -> None:
-        """See whether there are models.
+        """Check that a model exists.
 
         Raises:
-            Exhausted: There are none.
-            GivenUp: z3 does not know.
+            Exhausted: The constraints have no model.
+            GivenUp: z3 is undecided.
         """
         answer = self._solver.check()
         if answer == z3.unsat:
@@ -112,10 +111,10 @@ class _Question:
             raise GivenUp
 
     def offer(self, streams: Streams) -> None:
-        """Offer cells random values and halves of their sets; what is possible becomes part of the question.
+        """Offer cells random values and halves of their domains; add the possible ones as constraints.
 
         Raises:
-            GivenUp: It is too hard to tell; what was possible so far remains part of the question.
+            GivenUp: z3 is undecided; earlier offers remain constraints.
         """
         self._solver.set("rlimit", OFFER_WORK)
         offers = OFFERS
@@ -135,11 +134,11 @@ class _Question:
                 values = first if self._take(cell, first) else second
 
     def model(self) -> dict[int, Value]:
-        """Values for the cells of the group, rounded to floats.
+        """Return values of the cells of the group, rounded to floats.
 
         Raises:
-            Exhausted: There are none any more.
-            GivenUp: There may be none, or z3 does not know.
+            Exhausted: The constraints have no further model.
+            GivenUp: z3 is undecided, or exclusions prove nothing.
         """
         self._solver.set("rlimit", WORK)
         answer = self._solver.check()
@@ -156,12 +155,12 @@ class _Question:
         return {cell: self._value(cell, found) for cell in self._group}
 
     def exclude(self, model: dict[int, Value], part: int) -> None:
-        """Ask for models that differ from one in what a part mentions, with which it did not hold."""
+        """Exclude models with the same values of the cells of a part, which does not hold with them."""
         terms, store, clashed = self._terms, self._store, self._store.parts[part]
         mentioned = [cell for cell in clashed.cells if cell in model]
         values = store.values(clashed.cells) | {store.cells[cell]: model[cell] for cell in mentioned}
         if holds(clashed.term, values, TOLERANCE):
-            self._blamed = None  # it was the rounding of others
+            self._blamed = None  # only the rounding of other cells
         elif self._blamed is not None:
             self._blamed |= involved(store, part)
         differ = [terms.variable(store.cells[cell]) != terms.constant(model[cell]) for cell in mentioned]
@@ -169,7 +168,7 @@ class _Question:
         self._solver.add(self._excluded[-1])
 
     def _core(self) -> set[int]:
-        """The parts that z3 needed to find that there is no model, and those that narrowed their cells."""
+        """Return the parts of the contradiction that z3 found, and parts that narrowed their cells."""
         core = {int(str(name)) for name in self._solver.unsat_core()}
         return set().union(*(involved(self._store, part) for part in core)) or set(range(len(self._store.parts)))
 
@@ -178,10 +177,10 @@ class _Question:
         return self._terms.value(found, model.eval(self._terms.variable(found), model_completion=True))
 
     def _take(self, cell: int, values: ValueSet) -> bool:
-        """Restrict a cell, if z3 finds that possible.
+        """Restrict a cell if possible; return whether it is.
 
         Raises:
-            GivenUp: That is too hard to tell.
+            GivenUp: z3 is undecided.
         """
         self._solver.push()
         self._solver.add(self._terms.inside(self._store.cells[cell], values))

@@ -1,67 +1,39 @@
-"""Terms in the language of z3: ints as mathematical integers, floats as reals, all other values by number."""
+"""Terms in z3: ints as mathematical integers, floats as reals, other values by number."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import Any, Final, assert_never, cast
+from typing import Any, assert_never, cast
 
 import z3
 
 from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
+from seoro.lang.solve import terms
 from seoro.lang.solve.cells import Boolean, Cell, Choice, Free, Integer, Real, Value
+from seoro.lang.solve.evaluation import RELATIONS
 from seoro.lang.solve.sets import Anything, Finite, Range, ValueSet
-from seoro.lang.solve.terms import (
-    And,
-    Arithmetic,
-    CellRef,
-    Compare,
-    Const,
-    IfThenElse,
-    Implies,
-    InRange,
-    InSet,
-    Negate,
-    Not,
-    Number,
-    Or,
-    Relation,
-    Term,
-    ToReal,
-    ToWhole,
-    operands,
-    subterms,
-)
 
 Expression = Any  # z3 has no types
 
-_RELATIONS: Final[Mapping[Relation, Callable[[Expression, Expression], Expression]]] = {
-    "==": lambda left, right: left == right,
-    "!=": lambda left, right: left != right,
-    "<": lambda left, right: left < right,
-    "<=": lambda left, right: left <= right,
-    ">": lambda left, right: left > right,
-    ">=": lambda left, right: left >= right,
-}
-
 
 class Translation:
-    """Terms and values to z3 and back.
+    """Conversion of terms and values to z3 and back.
 
     Args:
-        known: The values of cells that have one.
+        known: Values of the known cells.
     """
 
     def __init__(self, known: Mapping[Cell, Value]) -> None:
         self.context = z3.Context()
-        self.conditions: list[Expression] = []  # that keep results in their 64 bits
+        self.conditions: list[Expression] = []  # limits of results to 64 bits
         self._known = known
         self._variables: dict[Cell, Expression] = {}
         self._tokens: list[Value] = []
 
     def variable(self, cell: Cell) -> Expression:
-        """The unknown that stands for a cell."""
+        """Return the variable of a cell."""
         if cell not in self._variables:
             name = f"{len(self._variables)} {cell.name}"
             match cell.domain:
@@ -79,7 +51,7 @@ class Translation:
         return self._variables[cell]
 
     def constant(self, value: Value) -> Expression:
-        """A value; one that is neither truth nor number gets a number of its own."""
+        """Convert a value; tokens get numbers."""
         if isinstance(value, bool):
             return z3.BoolVal(value, self.context)
         if type(value) is int:
@@ -91,7 +63,7 @@ class Translation:
         return z3.IntVal(self._tokens.index(value), self.context)
 
     def value(self, cell: Cell, found: Expression) -> Value:
-        """The value of a cell, from what a model has for it."""
+        """Convert the result of a model to the value of a cell."""
         if z3.is_bool(found):
             return bool(z3.is_true(found))
         if isinstance(cell.domain, Real) or (
@@ -108,7 +80,7 @@ class Translation:
         return self._tokens[number] if number < len(self._tokens) else None
 
     def inside(self, cell: Cell, values: ValueSet) -> Expression:
-        """That a cell is in a set."""
+        """Return the condition that a cell is in a set."""
         variable = self.variable(cell)
         match values:
             case Finite(members):
@@ -122,50 +94,50 @@ class Translation:
             case _:
                 assert_never(values)
 
-    def term(self, term: Term) -> Expression:
-        """A term; opaque ones have no translation."""
-        done: list[Expression] = []  # of terms whose owner is still to come
-        for part in subterms(term):
-            first = len(done) - len(operands(part))
+    def term(self, term: terms.Term) -> Expression:
+        """Convert a term; opaque ones are unsupported."""
+        done: list[Expression] = []  # of terms whose owner follows
+        for part in terms.subterms(term):
+            first = len(done) - len(terms.operands(part))
             done[first:] = [self._made_of(part, done[first:])]
         return done[0]
 
-    def _made_of(self, term: Term, parts: list[Expression]) -> Expression:
-        """A term, given what it is made of."""
+    def _made_of(self, term: terms.Term, parts: list[Expression]) -> Expression:
+        """Convert a term with converted operands."""
         match term, parts:
-            case Const(value), []:
+            case terms.Const(value), []:
                 return self.constant(value)
-            case CellRef(cell), []:
+            case terms.CellRef(cell), []:
                 return self.constant(self._known[cell]) if cell in self._known else self.variable(cell)
-            case Compare(relation), [left, right]:
-                return _RELATIONS[relation](left, right)
-            case Arithmetic(operation, number=number), [left, right]:
+            case terms.Compare(relation), [left, right]:
+                return RELATIONS[relation](left, right)
+            case terms.Arithmetic(operation, number=number), [left, right]:
                 return self._held(self._calculate(operation, left, right, number), number)
-            case Negate(number=number), [operand]:
+            case terms.Negate(number=number), [operand]:
                 return self._held(-operand, number)
-            case ToReal(), [operand]:
+            case terms.ToReal(), [operand]:
                 return z3.ToReal(operand)
-            case ToWhole(number=number), [operand]:
+            case terms.ToWhole(number=number), [operand]:
                 return self._held(operand, number)
-            case InRange(), [item, low, high]:
+            case terms.InRange(), [item, low, high]:
                 return z3.And(low <= item, item <= high)
-            case InSet(values=members), [item]:
+            case terms.InSet(values=members), [item]:
                 return z3.Or(*(item == self.constant(member) for member in members), self.constant(False))
-            case Not(), [operand]:
+            case terms.Not(), [operand]:
                 return z3.Not(operand)
-            case And(), _:
+            case terms.And(), _:
                 return z3.And(*parts, self.constant(True))
-            case Or(), _:
+            case terms.Or(), _:
                 return z3.Or(*parts, self.constant(False))
-            case Implies(), [premise, conclusion]:
+            case terms.Implies(), [premise, conclusion]:
                 return z3.Implies(premise, conclusion)
-            case IfThenElse(), [condition, then, otherwise]:
+            case terms.IfThenElse(), [condition, then, otherwise]:
                 return z3.If(condition, then, otherwise)
             case _:
                 raise AssertionError("constraints with opaque terms are not translated")
 
-    def holds(self, term: Term) -> Expression:
-        """That a constraint holds, which includes that what it always evaluates can be evaluated."""
+    def holds(self, term: terms.Term) -> Expression:
+        """Return the condition that a constraint holds, and that no evaluated divisor is zero."""
         divisors = [self.term(divisor) != 0 for divisor in _divisors(term)]
         return z3.And(self.term(term), *divisors)
 
@@ -173,15 +145,15 @@ class Translation:
         exact = Fraction(value)
         return z3.RatVal(exact.numerator, exact.denominator, self.context)
 
-    def _held(self, result: Expression, number: Number) -> Expression:
-        """A result that its type can hold: values for which it would wrap are left to search."""
-        if number is Number.FLOAT:
+    def _held(self, result: Expression, number: terms.Number) -> Expression:
+        """Limit a result to its type; search handles values that wrap."""
+        if number is terms.Number.FLOAT:
             return result
-        low, high = INT_LIMITS if number is Number.INT else UINT_LIMITS
+        low, high = INT_LIMITS if number is terms.Number.INT else UINT_LIMITS
         self.conditions.append(z3.And(result >= low, result <= high))
         return result
 
-    def _calculate(self, operation: str, left: Expression, right: Expression, number: Number) -> Expression:
+    def _calculate(self, operation: str, left: Expression, right: Expression, number: terms.Number) -> Expression:
         match operation:
             case "+":
                 return left + right
@@ -189,11 +161,11 @@ class Translation:
                 return left - right
             case "*":
                 return left * right
-            case "/" if number is Number.FLOAT:
+            case "/" if number is terms.Number.FLOAT:
                 return left / right
             case "/":
                 return _truncated(left, right)
-            case _ if number is Number.FLOAT:
+            case _ if number is terms.Number.FLOAT:
                 quotient = left / right
                 whole = z3.If(quotient >= 0, z3.ToInt(quotient), -z3.ToInt(-quotient))
                 return left - right * z3.ToReal(whole)
@@ -201,23 +173,31 @@ class Translation:
                 return left - right * _truncated(left, right)
 
 
-def _divisors(term: Term) -> Iterator[Term]:
-    """What integers are divided by whenever a term is evaluated: not what `and` and the like may leave out."""
+def _divisors(term: terms.Term) -> Iterator[terms.Term]:
+    """Yield the integer divisors that each evaluation of a term uses, unlike skipped operands of `and`."""
     todo = [term]
     while todo:
         current = todo.pop()
-        if isinstance(current, Arithmetic) and current.operator in "/%" and current.number is not Number.FLOAT:
+        if (
+            isinstance(current, terms.Arithmetic)
+            and current.operator in "/%"
+            and current.number is not terms.Number.FLOAT
+        ):
             yield current.right
-        inside = operands(current)
-        todo.extend(inside[:1] if isinstance(current, And | Or | Implies | IfThenElse | InRange) else inside)
+        inside = terms.operands(current)
+        todo.extend(
+            inside[:1]
+            if isinstance(current, terms.And | terms.Or | terms.Implies | terms.IfThenElse | terms.InRange)
+            else inside
+        )
 
 
 def _truncated(left: Expression, right: Expression) -> Expression:
-    """A quotient of integers, rounded toward zero; that of z3 leaves a remainder that is not negative."""
+    """Return a quotient of integers, rounded toward zero, unlike the division of z3."""
     return z3.If(left >= 0, left / right, -(-left / right))
 
 
 def _kind(values: tuple[Value, ...]) -> type | None:
-    """Whether all values are ints, or all floats; None if they are anything else."""
+    """Return the type of the values if all are ints, or all are floats, else None."""
     kinds = {type(value) for value in values}
     return kinds.pop() if kinds in ({int}, {float}) else None

@@ -1,4 +1,4 @@
-"""The way from a problem to its solution: what equalities say, then propagation, then choice, then z3."""
+"""Entry points: solution of a problem by equalities, propagation, search and z3; bounds, and implications."""
 
 from __future__ import annotations
 
@@ -17,25 +17,24 @@ from seoro.lang.solve.terms import CellRef, Compare, Not, Term, Unevaluable
 
 
 def solve(problem: Problem, seed: int, *, engine: Engine = "auto", explain: bool = True) -> Solution:
-    """Give each cell a value such that all constraints hold.
+    """Return a value of each cell such that all constraints hold.
 
     Args:
         problem: The cells and constraints.
-        seed: What free choices are drawn from; the same problem and seed give the same values on any machine.
-        engine: `auto` searches, and asks z3 where that does not decide; `search` does without z3; `z3` asks it for
-            all that propagation leaves open.
-        explain: Whether a conflict is made as small as possible, which may take longer than to find it.
+        seed: Seed of free choices; equal problems and seeds result in equal values on any machine.
+        engine: `auto` searches, and uses z3 if the search is undecided; `search` uses no z3; `z3` uses no search.
+        explain: Whether to reduce a conflict, which may take longer than finding it.
 
     Raises:
         Conflict: Some constraints cannot all hold.
-        Unbounded: A cell has nothing to draw its value from.
-        NeedsSolver: z3 would have to decide, and is not installed.
-        Undecided: Nobody could decide.
+        Unbounded: A cell without bounds cannot be drawn.
+        NeedsSolver: The search is undecided, and z3 is not installed.
+        Undecided: All engines are undecided.
     """
     values = _by_equalities(problem)
     if values is not None:
         return Solution(values)
-    # Values are sought among those for which no integer leaves its 64 bits, and only if there are none, among all.
+    # Integers wrap only if no solution stays within 64 bits.
     try:
         return Solution(attempt(problem, seed, engine, wrapping=False))
     except Contradiction as contradiction:
@@ -53,7 +52,7 @@ def solve(problem: Problem, seed: int, *, engine: Engine = "auto", explain: bool
 
 
 def lowest(problem: Problem, cell: Cell) -> float:
-    """A number below which a cell cannot be, whatever the others are: a lower bound, which may be no solution."""
+    """Return a lower bound of a cell, which may have no solution."""
     store = store_of(problem, wrapping=has_whole_arithmetic(problem))
     number = problem.cells.index(cell)
     with suppress(Clash):
@@ -62,7 +61,7 @@ def lowest(problem: Problem, cell: Cell) -> float:
 
 
 def follows(problem: Problem, term: Term) -> bool:
-    """Whether the constraints of a problem are found to leave a condition no choice but to hold."""
+    """Return whether propagation proves that the constraints of a problem imply a condition."""
     refuted = Constraint(Not(term), problem.cells[0].span, "") if problem.cells else None
     if refuted is None:
         return False
@@ -76,10 +75,10 @@ def follows(problem: Problem, term: Term) -> bool:
 
 
 def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
-    """The solution of a problem in which each cell is said to be equal to something known: that is most of them.
+    """Return the solution if equalities determine each cell, as in most problems.
 
     Returns:
-        None if this is not such a problem, or its constraints do not all hold.
+        None for other problems, and if a constraint does not hold.
     """
     rules: deque[tuple[Cell, Term]] = deque()
     for constraint in problem.constraints:
@@ -90,7 +89,7 @@ def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
                 if isinstance(term.right, CellRef):
                     rules.append((term.right.cell, term.left))
     values: dict[Cell, Value] = {}
-    waiting: dict[Cell, list[tuple[Cell, Term]]] = {}  # rules by a cell that they need
+    waiting: dict[Cell, list[tuple[Cell, Term]]] = {}  # rules by a required cell
     try:
         while rules:
             cell, term = rules.popleft()
@@ -110,15 +109,15 @@ def _by_equalities(problem: Problem) -> dict[Cell, Value] | None:
 
 
 def _follow(cell: Cell, term: Term, values: dict[Cell, Value]) -> Cell | None:
-    """Give a cell the value of a term.
+    """Assign the value of a term to a cell.
 
     Returns:
-        A cell whose value the term needs first; None if the value is known.
+        A cell that the term requires; None if its value is known.
     """
     if cell not in values:
         try:
             values[cell] = evaluate(term, values)
         except KeyError as missing:
             needed = missing.args[0] if missing.args else cell
-            return needed if isinstance(needed, Cell) else cell  # a function of others may lack anything
+            return needed if isinstance(needed, Cell) else cell  # raised by an opaque function
     return None

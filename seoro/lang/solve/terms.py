@@ -1,8 +1,8 @@
-"""Terms: what constraints say about cells, as a closed union of frozen nodes.
+"""Terms: expressions of cells in constraints, as a closed union of frozen nodes.
 
-The operands of a comparison or an operation have one type; whole numbers become reals by `ToReal` only, and whole
-numbers of the other kind by `ToWhole`. Integers are 64 bit and wrap, `/` truncates toward zero and `%` has the
-sign of the dividend; reals follow IEEE 754 (7.4.2.3).
+The operands of a comparison or an operation have one type. Only `ToReal` converts integers to reals, and only
+`ToWhole` converts them to the other integer type. Integers have 64 bits and wrap, `/` truncates toward zero, and
+`%` has the sign of the dividend. Reals follow IEEE 754 (7.4.2.3).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from seoro.lang.solve.cells import Cell, Value
 
 
 class Number(Enum):
-    """What an operation computes with."""
+    """Type of the operands of an operation."""
 
     INT = "int"
     UINT = "uint"
@@ -28,11 +28,11 @@ Relation: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
 
 
 class Unevaluable(Exception):
-    """A term has no value: a division by zero, or what an opaque term says. Its constraint does not hold."""
+    """A term has no value, by a division by zero or an opaque term; its constraint does not hold."""
 
 
 class Const(frozen.Value):
-    """A value; that of a real is a float."""
+    """A constant; a float for reals."""
 
     value: Value
 
@@ -44,7 +44,7 @@ class CellRef(frozen.Value):
 
 
 class Negate(frozen.Value):
-    """Minus something."""
+    """Unary minus."""
 
     operand: Term
     number: Number
@@ -60,17 +60,17 @@ class Arithmetic(frozen.Value):
 
 
 class ToReal(frozen.Value):
-    """A whole number as a real."""
+    """Conversion of an integer to a real."""
 
     operand: Term
 
 
 class ToWhole(frozen.Value):
-    """A whole number as one of the other kind, which may wrap.
+    """Conversion of an integer to the other integer type, which may wrap.
 
     Args:
         operand: The number.
-        number: The kind that it becomes, `INT` or `UINT`.
+        number: The target type, `INT` or `UINT`.
     """
 
     operand: Term
@@ -86,7 +86,7 @@ class Compare(frozen.Value):
 
 
 class InRange(frozen.Value):
-    """Whether a number lies in a range, bounds included; nothing lies in one whose low is above its high."""
+    """Membership of a number in a range, bounds included; the range is empty if `low` is above `high`."""
 
     item: Term
     low: Term
@@ -94,7 +94,7 @@ class InRange(frozen.Value):
 
 
 class InSet(frozen.Value):
-    """Whether something is one of some values."""
+    """Membership of a value in a list of values."""
 
     item: Term
     values: tuple[Value, ...]
@@ -107,26 +107,26 @@ class Not(frozen.Value):
 
 
 class And(frozen.Value):
-    """All hold; evaluated from the left as far as needed."""
+    """Conjunction; evaluated from the left as far as needed."""
 
     operands: tuple[Term, ...]
 
 
 class Or(frozen.Value):
-    """At least one holds; evaluated from the left as far as needed."""
+    """Disjunction; evaluated from the left as far as needed."""
 
     operands: tuple[Term, ...]
 
 
 class Implies(frozen.Value):
-    """The second holds if the first does."""
+    """Implication."""
 
     premise: Term
     conclusion: Term
 
 
 class IfThenElse(frozen.Value):
-    """One of two values, as the condition says."""
+    """Choice of one of two values by a condition."""
 
     condition: Term
     then: Term
@@ -134,7 +134,7 @@ class IfThenElse(frozen.Value):
 
 
 def other_whole(number: Number) -> Number:
-    """The kind of whole numbers that is not `number`."""
+    """Return the other integer type."""
     return Number.UINT if number is Number.INT else Number.INT
 
 
@@ -142,13 +142,13 @@ OPAQUE_COST: Final = 30
 
 
 class Opaque(frozen.Value):
-    """Anything else: looked at only when all its cells have values.
+    """A term of any other kind, which is evaluated only with known cells.
 
     Args:
-        cells: What it depends on.
-        evaluate: Its value; pure. May raise `Unevaluable`.
-        label: What people call it.
-        cost: How long it takes to evaluate it, in terms of the other kinds.
+        cells: Cells that it depends on.
+        evaluate: Pure function that returns its value; may raise `Unevaluable`.
+        label: Its name for people.
+        cost: Cost of its evaluation [terms of other kinds].
     """
 
     cells: tuple[Cell, ...]
@@ -177,7 +177,7 @@ Term: TypeAlias = (
 
 
 def operands(term: Term) -> tuple[Term, ...]:
-    """What a term is made of, from the left."""
+    """Return the operands of a term, from the left."""
     match term:
         case Const() | CellRef() | Opaque():
             return ()
@@ -198,7 +198,7 @@ def operands(term: Term) -> tuple[Term, ...]:
 
 
 def alike(one: Term, other: Term) -> bool:
-    """Whether two terms are equal; they may be long, so it is no recursion."""
+    """Return whether two terms are equal, without recursion, since terms may be long."""
     pairs = [(one, other)]
     while pairs:
         first, second = pairs.pop()
@@ -212,7 +212,7 @@ def alike(one: Term, other: Term) -> bool:
 
 
 def _own(term: Term) -> object:
-    """What a term says beside its operands."""
+    """Return the fields of a term except its operands."""
     match term:
         case Arithmetic(operator, number=number):
             return operator, number
@@ -227,7 +227,7 @@ def _own(term: Term) -> object:
 
 
 def subterms(term: Term) -> Iterator[Term]:
-    """A term and all that it is made of, operands before what is made of them."""
+    """Yield a term and its subterms, operands first."""
     todo: list[tuple[Term, bool]] = [(term, False)]
     while todo:
         current, opened = todo.pop()
@@ -240,7 +240,7 @@ def subterms(term: Term) -> Iterator[Term]:
 
 
 def cells_of(term: Term) -> tuple[Cell, ...]:
-    """The cells that a term mentions, each once, from the left."""
+    """Return the cells in a term, each once, from the left."""
     found: dict[Cell, None] = {}
     for part in subterms(term):
         if isinstance(part, CellRef):

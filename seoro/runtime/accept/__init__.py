@@ -1,10 +1,10 @@
-"""Whether a trace is accepted by a scenario (7.6): a check that is independent of what made the trace.
+"""Check whether a scenario accepts a trace (7.6), independent of the program that made the trace.
 
     acceptance = check_trace(plan, records)
     assert acceptance.accepted, acceptance.violations
 
-Of the runtime it shares the values and the evaluation of expressions, and nothing that carries a scenario out.
-`docs/accept.md` lists the rules, and what a trace cannot decide.
+It shares values and the evaluation of expressions with the runtime, but no execution of scenarios.
+`docs/reference/trace.md` lists the rules, and what a trace cannot decide.
 """
 
 from __future__ import annotations

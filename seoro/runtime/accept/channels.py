@@ -1,4 +1,4 @@
-"""Which events of which instances a reference means (7.3.10), and when they occurred."""
+"""Resolution of event references (7.3.10) to events of instances, and their occurrences."""
 
 from __future__ import annotations
 
@@ -19,25 +19,26 @@ from seoro.lang.plan import (
     Plan,
 )
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.history import Happening, History, Mark
-from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.environment import Environment
-from seoro.runtime.values import Actor, HasFields, Struct
+from seoro.runtime.accept.history import History, LoggedEvent, Mark
+from seoro.runtime.accept.instances import Instance
+from seoro.runtime.accept.world import World
+from seoro.runtime.values.environment import Environment
+from seoro.runtime.values.values import Actor, HasFields, Struct
 
-_NESTING = 64  # of references and of events that are derived from one another; more is refused by the runtime
+_NESTING = 64  # of references and derived events; the runtime refuses more
 
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """An event of an instance, while a reference means it.
+    """An event of an instance, during the time in which a reference resolves to it.
 
     Args:
         of: Number of the instance.
-        name: What that calls it.
-        environment: What names stand for in its scope.
-        declared: Its declaration; None of those that are predefined.
-        start: From when on the reference means it.
-        end: Up to which record.
+        name: Name of the event in the instance.
+        environment: Environment of its scope.
+        declared: Its declaration; None for predefined events.
+        start: Start of that time.
+        end: Last record of that time.
     """
 
     of: int
@@ -50,24 +51,24 @@ class Channel:
 
 @dataclass(eq=False)
 class Channels:
-    """Finds events.
+    """Resolves event references.
 
     Args:
         plan: The plan.
         history: The trace.
-        world: Its values.
+        world: Values of the trace.
     """
 
     plan: Plan
     history: History
     world: World
 
-    def at(self, of: int, name: str, t: float) -> Sequence[Happening]:
-        """The occurrences of an event in an instant."""
+    def at(self, of: int, name: str, t: float) -> Sequence[LoggedEvent]:
+        """Return the occurrences of an event in an instant."""
         return self.between(of, name, t, t)
 
-    def between(self, of: int, name: str, since: float, until: float) -> Sequence[Happening]:
-        """The occurrences of an event from one instant to another, both included."""
+    def between(self, of: int, name: str, since: float, until: float) -> Sequence[LoggedEvent]:
+        """Return the occurrences of an event between two instants, inclusive."""
         found = self.history.events.get((of, name), [])
         first = bisect_left(found, since, key=lambda each: each.mark.t)
         last = bisect_right(found, until, key=lambda each: each.mark.t)
@@ -76,10 +77,10 @@ class Channels:
     def sources(
         self, specification: EventSpecification, environment: Environment, start: Mark, t: float, depth: int = 0
     ) -> tuple[set[int], bool]:
-        """The records of what may have met a specification in an instant, and whether nothing else may.
+        """Return the records that may have met a specification in an instant, and whether the list is complete.
 
         Raises:
-            Undecided: The trace does not tell.
+            Undecided: The trace lacks the data.
         """
         if not isinstance(specification, OnEvent) or depth > _NESTING:
             return set(), False
@@ -98,16 +99,15 @@ class Channels:
     def resolve(
         self, reference: EventReference, environment: Environment, start: Mark, end: float = float("inf")
     ) -> Iterator[Channel]:
-        """What a reference means from a place of the trace on.
+        """Yield the events that a reference resolves to from a record on.
 
         Raises:
-            Undecided: The trace does not tell.
+            Undecided: The trace lacks the data.
         """
         match reference:
             case DeclaredEvent(name):
                 holder = environment.instance
-                declared = next((event for event in self.events_of(holder) if event.name == name), None)
-                yield Channel(self._number(holder), name, environment, declared, start, end)
+                yield Channel(self._number(holder), name, environment, self.event_of(holder, name), start, end)
             case PhaseEvent(label, phase):
                 name = f"{label}.{phase.value}" if label is not None else phase.value
                 yield Channel(self._number(environment.instance), name, environment, None, start, end)
@@ -120,31 +120,29 @@ class Channels:
     def _of_label(
         self, label: str, event: EventReference, environment: Environment, start: Mark, end: float
     ) -> Iterator[Channel]:
-        """Of what was invoked last under a label, and of what is invoked under it later."""
+        """Yield the events of the last invocation under a label, and of later ones."""
         holder = environment.instance
         if not isinstance(holder, Instance):
-            raise Undecided(f"nothing has the label `{label}`")
+            raise Undecided(f"no behavior with the label `{label}`")
         invoked = holder.labels.get(label, [])
         for number, instance in enumerate(invoked):
             following = invoked[number + 1].seq if number + 1 < len(invoked) else float("inf")
             if following <= start.seq or instance.seq >= end:
                 continue
-            begin = max(start, Mark(instance.seq, instance.told["t"]))
+            begin = max(start, Mark(instance.seq, instance.recorded["t"]))
             yield from self.resolve(event, instance.environment, begin, min(end, following))
 
     def _number(self, holder: HasFields) -> int:
         number = self.world.number(holder)
         if number is None:
-            raise Undecided("the trace does not tell of which instance an event is")
+            raise Undecided("the trace does not identify the instance of an event")
         return number
 
-    def events_of(self, holder: HasFields) -> Sequence[Event]:
-        """The events that something declares."""
-        match holder:
-            case Instance():
-                return holder.declaration.events
-            case Struct() | Actor():
-                objects = self.plan.objects
-                return next((objects[name].events for name in holder.types if name in objects), ())
-            case _:
-                return ()
+    def event_of(self, holder: HasFields, name: str) -> Event | None:
+        """Return an event that a holder declares; None if unknown."""
+        events: Sequence[Event] = ()
+        if isinstance(holder, Instance):
+            events = holder.declaration.events
+        elif isinstance(holder, Struct | Actor) and (declared := self.plan.object_type(holder.types)) is not None:
+            events = declared.events
+        return next((event for event in events if event.name == name), None)

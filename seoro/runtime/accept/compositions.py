@@ -18,18 +18,18 @@ from seoro.runtime.accept.frames import (
     Location,
     kind_of,
     location_of,
-    location_told,
+    recorded_location,
     title_of,
 )
 from seoro.runtime.accept.history import History, Node
 
 
 def was_overridden(nodes: Iterable[Node], overridden: frozenset[str]) -> bool:
-    """Whether one of some behaviors may have been cancelled by an `override` of it, or of what it carries out.
+    """Whether an `override` may have cancelled one of the behaviors, directly or within it.
 
     Args:
         nodes: The behaviors.
-        overridden: The labels of what an `override` may end.
+        overridden: Labels of behaviors that an `override` may end.
     """
     pending = list(nodes) if overridden else []
     while pending:
@@ -43,12 +43,12 @@ def was_overridden(nodes: Iterable[Node], overridden: frozenset[str]) -> bool:
 
 @dataclass(frozen=True)
 class Checking:
-    """What checks of compositions need.
+    """Shared data of checks of compositions.
 
     Args:
         history: The trace.
-        findings: Gets what is wrong.
-        overridden: The labels of what an `override` may end, or keep from starting.
+        findings: Collects violations.
+        overridden: Labels of behaviors that an `override` may end or keep from starting.
     """
 
     history: History
@@ -60,54 +60,54 @@ class Checking:
         return member.label in self.overridden
 
     def was_overridden(self, node: Node) -> bool:
-        """Whether a behavior may have been cancelled by an `override` of it, or of what it carries out."""
+        """Whether an `override` may have cancelled a behavior, directly or within it."""
         return was_overridden([node], self.overridden)
 
     def end_of(self, node: Node) -> End:
-        """The end of a member that was the last to run."""
+        """Return the end of the last running member."""
         if node.status == CANCELLED:
             return UNKNOWN if self.was_overridden(node) else End(None, node.end.t, node.records)
         return End(node.status, node.end.t, node.records)
 
     def check_cancelled(self, frame: Frame, nodes: Iterable[Node], rule: Rule, span: Span) -> None:
-        """Members are cancelled with all of it, unless an `override` ends them before.
+        """Check that members are cancelled with the whole composition, unless an `override` ended them before.
 
         Args:
-            frame: Where it was carried out.
-            nodes: The members that something else may not have ended before.
-            rule: Which rule that is about.
+            frame: Frame of the composition.
+            nodes: Members that nothing else may have ended before.
+            rule: The rule to report.
             span: The composition.
         """
         if frame.loosened > 1:
-            return  # something around may have ended it before
+            return  # a surrounding behavior may have ended it before
         for node in nodes:
             is_left = node.status == CANCELLED and not self.history.lasts(node.end.t, frame.end.t)
             if is_left and not self.was_overridden(node):
-                message = f"`{node.name}` is cancelled at {node.end.t:g} s, and all of it at {frame.end.t:g} s"
+                message = f"`{node.name}` is cancelled at {node.end.t:g} s, but all of it at {frame.end.t:g} s"
                 self.findings.violate(rule, message, span, node.end.seq, frame.end.seq)
 
     def place_members(
         self, members: Sequence[Behavior], nodes: Sequence[Node], rule: Rule, span: Span
     ) -> list[tuple[int, Node]]:
-        """The members that behaviors of the trace are, with their positions; others are violations."""
+        """Match behaviors of the trace with members, and return them with their indices; report others."""
         positions: dict[tuple[str, Location], int] = {}
         for index, member in enumerate(members):
             positions.setdefault((kind_of(member), location_of(member.span)), index)
         placed: dict[int, Node] = {}
         for node in nodes:
-            found = positions.get((node.type, location_told(node)))
+            found = positions.get((node.type, recorded_location(node)))
             if found is None:
-                self.findings.violate(rule, f"`{node.name}` is no member of it", span, node.start.seq)
+                self.findings.violate(rule, f"`{node.name}` is not a member of it", span, node.start.seq)
             elif found in placed:
                 span_of_member = members[found].span
-                self.findings.violate(rule, f"`{node.name}` is carried out twice", span_of_member, node.start.seq)
+                self.findings.violate(rule, f"`{node.name}` runs twice", span_of_member, node.start.seq)
             else:
                 placed[found] = node
         return list(placed.items())
 
 
 def end_of_serial(plan: Serial, frame: Frame, checking: Checking) -> tuple[list[tuple[Behavior, Node]], End]:
-    """The members that were carried out one after another, and the end of that."""
+    """Check a `serial`; return its members in the trace and its end."""
     findings, members = checking.findings, plan.members
     placed = checking.place_members(members, frame.children, Rule.SERIAL, plan.span)
     due, seq, following = frame.start.t, frame.start.seq, 0
@@ -120,7 +120,7 @@ def end_of_serial(plan: Serial, frame: Frame, checking: Checking) -> tuple[list[
             continue
         for missing in members[following:index]:
             if not checking.may_be_overridden(missing):
-                message = f"`{title_of(missing)}` is left out"
+                message = f"`{title_of(missing)}` is missing"
                 findings.violate(Rule.SERIAL, message, missing.span, seq, node.start.seq)
         _check_next(node, members[index], (due, seq), last[1] if last is not None else None, checking)
         due, seq, following, last = node.end.t, node.end.seq, index + 1, (index, node)
@@ -134,14 +134,14 @@ def _check_next(
     before: Node | None,
     checking: Checking,
 ) -> None:
-    """A member starts when the one before it has ended, and has not failed.
+    """Check that a member starts when the previous one has ended without failure.
 
     Args:
         node: The member in the trace.
-        member: The member.
-        due: When it should start [s], and the record that says so.
-        before: The one before it in the trace.
-        checking: What checks need.
+        member: The member in the plan.
+        due: Expected start [s], and the record that determines it.
+        before: The previous member in the trace.
+        checking: Shared data of checks.
     """
     t, seq = due
     if before is not None and before.status == FAILED:
@@ -150,7 +150,7 @@ def _check_next(
         rule, message = Rule.OUTCOME, f"`{node.name}` starts after a member was cancelled"
     elif node.start.t != t:
         rule = Rule.SERIAL
-        message = f"`{node.name}` starts at {node.start.t:g} s, and not at {t:g} s, where its predecessor ended"
+        message = f"`{node.name}` starts at {node.start.t:g} s; expected {t:g} s, the end of its predecessor"
     else:
         return
     checking.findings.violate(rule, message, member.span, seq, node.start.seq)
@@ -173,7 +173,7 @@ def _serial_end(plan: Serial, frame: Frame, last: tuple[int, Node] | None, check
 
 
 def end_of_one_of(plan: OneOf, frame: Frame, checking: Checking) -> tuple[list[tuple[Behavior, Node]], End]:
-    """The members that were invoked or waited, and the end of the one that it was."""
+    """Check a `one_of`; return its members in the trace and its end."""
     placed = checking.place_members(plan.members, frame.children, Rule.ONE_OF, plan.span)
     choice = _Choice(plan, frame, placed, checking)
     choice.check_starts()
@@ -181,7 +181,7 @@ def end_of_one_of(plan: OneOf, frame: Frame, checking: Checking) -> tuple[list[t
 
 
 class _Choice:
-    """Which member it was; arguments as above."""
+    """Check of a `one_of`; for the arguments see `end_of_one_of`."""
 
     def __init__(self, plan: OneOf, frame: Frame, placed: list[tuple[int, Node]], checking: Checking) -> None:
         self._plan = plan
@@ -191,7 +191,7 @@ class _Choice:
         self._placed = placed
 
     def check_starts(self) -> None:
-        """Guarded members wait from the start; of the others, the next is invoked when one has failed."""
+        """Check that guarded members wait from the start, and that others are invoked after failures only."""
         findings, frame, members = self._checking.findings, self._frame, self._plan.members
         started = {index for index, _ in self._placed}
         for index in sorted(self._guarded - started):
@@ -206,29 +206,33 @@ class _Choice:
             if index in self._guarded:
                 if node.start.t != frame.start.t:
                     findings.violate(
-                        Rule.ONE_OF, f"`{node.name}` waits too late", span, *frame.records[:1], node.start.seq
+                        Rule.ONE_OF,
+                        f"`{node.name}` waits too late",
+                        span,
+                        *frame.records[:1],
+                        node.start.seq,
                     )
                 continue
             if previous is not None and previous.status != FAILED:
-                message = f"`{node.name}` is invoked, and `{previous.name}` was"
+                message = f"`{node.name}` is invoked, but `{previous.name}` was invoked before and has not failed"
                 findings.violate(Rule.ONE_OF, message, span, previous.start.seq, node.start.seq)
             elif node.start.t != due:
-                message = f"`{node.name}` starts at {node.start.t:g} s, and not at {due:g} s"
+                message = f"`{node.name}` starts at {node.start.t:g} s; expected {due:g} s"
                 findings.violate(Rule.ONE_OF, message, span, seq, node.start.seq)
             due, seq, previous = node.end.t, node.end.seq, node
         others = [member for index, member in enumerate(members) if index not in self._guarded]
-        has_guarded = any(index in self._guarded for index in started)  # then no other is invoked instead
+        has_guarded = any(index in self._guarded for index in started)  # then no other member has to be invoked
         is_skipped = (any if has_guarded else all)(map(self._checking.may_be_overridden, others))
         if previous is None and others and not is_skipped and not self._may_lack(frame.start.t):
             findings.violate(Rule.ONE_OF, "no member is invoked", self._plan.span, *frame.records)
 
     def _may_lack(self, due: float) -> bool:
-        """Whether a member need not have started that was due."""
+        """Whether a due member may be missing."""
         decided = any(node.end.t == due and node.status != CANCELLED for _, node in self._placed)
         return decided or self._checking.history.lasts(due, self._frame.end.t)
 
     def end(self) -> End:
-        """The end of the member that was chosen."""
+        """Return the end of the chosen member."""
         findings, members, placed, frame = self._checking.findings, self._plan.members, self._placed, self._frame
         deciding = [
             (index, node, mark) for index, node in placed if (mark := self._decides(index, node)) is not None
@@ -242,17 +246,17 @@ class _Choice:
             if node.status == CANCELLED and node.end.t < decision[0]:
                 self._checking.check_cancelled(frame, [node], Rule.ONE_OF, self._plan.span)
             elif (other, node) in [(position, each) for position, each, _ in deciding]:
-                message = f"`{node.name}` goes on, and so does `{chosen.name}`"
+                message = f"`{node.name}` continues after its guard, but `{chosen.name}` was chosen"
                 findings.violate(Rule.ONE_OF, message, self._plan.span, *chosen.records, *node.records)
             elif not self._checking.history.lasts(decision[0], node.end.t) and node.end.t > decision[0]:
-                message = f"`{node.name}` runs on after it was decided for `{chosen.name}`"
+                message = f"`{node.name}` is still running after `{chosen.name}` was chosen"
                 findings.violate(Rule.ONE_OF, message, members[other].span, decision[1], node.end.seq)
         end = self._checking.end_of(chosen)
         latest = max(node.end.t for _, node in placed)
         return End(end.status, latest, end.records) if end.status in (SUCCEEDED, FAILED) else end
 
     def _decides(self, index: int, node: Node) -> tuple[float, int] | None:
-        """When a member was chosen, as time and record; None if it was not."""
+        """Return the time and record of the choice of a member; None if it was not chosen."""
         deciding = node
         if index in self._guarded:
             while deciding.type != "wait" and deciding.children:
@@ -260,7 +264,7 @@ class _Choice:
             if deciding.type != "wait":
                 return None
             if deciding.status != SUCCEEDED:
-                deciding = node  # it may have been ended before its guard fired, by an `until`
+                deciding = node  # an `until` may have ended it before its guard was met
         return (deciding.end.t, deciding.end.seq) if deciding.status == SUCCEEDED else None
 
     def _undecided_end(self) -> End:
@@ -277,13 +281,13 @@ class _Choice:
             return End(FAILED, last.end.t, last.records)
         if failed and len(failed) == len(self._placed):
             last = max(failed, key=lambda node: node.end)
-            return End(None, last.end.t, last.records)  # the next was due
+            return End(None, last.end.t, last.records)  # the next member was due
         ends = [node.end.t for _, node in self._placed]
         return End(None, max(ends, default=self._frame.start.t))
 
 
 def _is_guarded(member: Behavior) -> bool:
-    """Whether a member begins with a `wait`, possibly inside of `serial`."""
+    """Whether a member begins with a `wait`, possibly within `serial`."""
     while isinstance(member, Serial) and member.members:
         member = member.members[0]
     return isinstance(member, Wait)

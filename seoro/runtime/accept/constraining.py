@@ -1,65 +1,40 @@
-"""Values of parameters: of their types, as arguments say, and such that all constraints hold (7.6.2.2, 7.6.2.3).
+"""Values of parameters: their types, arguments and constraints (7.6.2.2, 7.6.2.3).
 
-Whether a default is overridden is not decided here (7.3.11.3.2): one that does not hold is told as not checked.
+Overriding of defaults is not decided (7.3.11.3.2): a default that does not hold is reported as unchecked.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import cast
 
 from seoro.lang.plan import (
     Constraint,
-    FieldDeclaration,
+    Expression,
     InvokeAction,
     InvokeScenario,
     Modifier,
     ModifierApplication,
-    Plan,
     Scenario,
     Structure,
     StructureMember,
     modifier_type,
 )
-from seoro.lang.source import Span
-from seoro.runtime.accept.about_times import times_in
-from seoro.runtime.accept.findings import Findings, Rule, Undecided
-from seoro.runtime.accept.fitting import fits, same
+from seoro.runtime.accept.constrained_times import times_in
+from seoro.runtime.accept.findings import Rule
+from seoro.runtime.accept.fitting import fits, is_plain_form, same
 from seoro.runtime.accept.frames import Matched
-from seoro.runtime.accept.history import History, Node
-from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.environment import Environment
-from seoro.runtime.values import Actor, HasFields, Range, Struct, Value, plain
+from seoro.runtime.accept.history import Node
+from seoro.runtime.accept.instances import Holder, Instance
+from seoro.runtime.accept.world import Checker
+from seoro.runtime.values.environment import Environment
+from seoro.runtime.values.values import Actor, Range, Struct, Value, plain
 
 
-@dataclass(frozen=True, eq=False)
-class _Applied:
-    """A modifier as an instance with fields."""
-
-    types: tuple[str, ...]
-    fields: dict[str, Value]
-
-
-@dataclass(eq=False)
-class Constraining:
-    """Checks values of parameters.
-
-    Args:
-        plan: The plan.
-        history: The trace.
-        world: Its values.
-        findings: Gets what is wrong.
-    """
-
-    plan: Plan
-    history: History
-    world: World
-    findings: Findings
+class ValueChecker(Checker):
+    """Check of values of parameters."""
 
     def check(self, matched: Matched) -> None:
-        """Check all of them."""
+        """Check all parameters."""
         for plan, instance, around in matched.invocations:
             self._instance(instance)
             if plan is None:
@@ -68,12 +43,12 @@ class Constraining:
                 self._invoked(plan, instance, around)
         if matched.invocations:
             entry = matched.invocations[0][1]
-            for holder, seq in self.world.told:
+            for holder, seq in self.world.recorded:
                 self._object(holder, entry, seq)
-        of_objects = [id(each) for type_ in self.plan.objects.values() for each in type_.modifiers]
+        of_objects = [id(each) for type_ in self.world.plan.objects.values() for each in type_.modifiers]
         for application, modifier, node, environment in matched.modifiers:
             if id(application) in of_objects:
-                reason = "the trace does not tell of which struct or actor it is, with which values"
+                reason = "the trace does not identify the struct or actor with these values"
                 self.findings.skip(Rule.VALUE, reason, application.span)
             else:
                 self._modifier(application, modifier, node, environment)
@@ -81,7 +56,7 @@ class Constraining:
     # -------------------------------------------------------- instances
 
     def _instance(self, instance: Instance) -> None:
-        """The values of an instance are of their types, and meet the constraints of its declaration."""
+        """Check the types of an instance's values, and the constraints of its declaration."""
         structure = instance.declaration.structure
         place = instance.seq + 1
         if isinstance(instance.declaration, Scenario):
@@ -89,24 +64,24 @@ class Constraining:
         self._constraints(structure.members, instance.environment, place, instance.seq)
 
     def _entry(self, entry: Instance) -> None:
-        """The values of the run are those that its start tells, and meet what was set from outside."""
-        self._types(self.plan.globals, entry.fields, entry.seq)
-        members: tuple[StructureMember, ...] = (*self.plan.globals.members, *self.plan.overrides)
+        """Check that the values of the run equal those of its start, and the parameters set by the user."""
+        self._types(self.world.plan.globals, entry.fields, entry.seq)
+        members: tuple[StructureMember, ...] = (*self.world.plan.globals.members, *self.world.plan.overrides)
         self._constraints(members, entry.environment, entry.seq + 1, entry.seq)
-        told = self.history.run["parameters"]
+        recorded = self.history.run["parameters"]
         self.world.present.seq = entry.seq + 1
-        values = {name: plain(value) for name, value in entry.fields.items()}
-        for name in sorted(told.keys() | values.keys()):
-            if name not in told or name not in values or not _alike(told[name], values[name]):
-                message = f"`{name}` has another value at the start of the run than in the instance"
+        values = dict(entry.fields.items())
+        for name in sorted(recorded.keys() | values.keys()):
+            if name not in recorded or name not in values or not is_plain_form(recorded[name], values[name]):
+                message = f"`{name}` has another value in `run.start` than in the instance"
                 self.findings.violate(Rule.VALUE, message, entry.declaration.span, 0, entry.seq)
 
     def _invoked(self, plan: InvokeScenario | InvokeAction, instance: Instance, around: Instance) -> None:
-        """An invocation gives arguments and constraints."""
+        """Check the arguments and constraints of an invocation."""
         outside, seq = around.environment, instance.seq
         for name, expression in plan.arguments:
             self._equal(name, expression, outside, instance, seq)
-        inside = replace(outside, bindings={**outside.bindings, "it": instance})
+        inside = outside.bind(it=instance)
         self._constraints(plan.constraints, inside, seq + 1, seq)
         given = {name for name, _ in plan.arguments}
         structure = instance.declaration.structure
@@ -116,27 +91,23 @@ class Constraining:
                     self._equal(declared.name, declared.default, instance.environment, instance, seq)
 
     def _equal(
-        self, name: str, expression: object, environment: Environment, instance: Instance, seq: int
+        self, name: str, expression: Expression, environment: Environment, instance: Instance, seq: int
     ) -> None:
-        """A field has the value of an expression."""
-        span = expression.span  # type: ignore[attr-defined] # all expressions have one
-        try:
-            expected = self.world.value(expression, environment, seq)  # type: ignore[arg-type]
-        except Undecided as why:
-            self.findings.skip(Rule.VALUE, why, span)
-            return
-        self.world.present.seq = seq
-        if name not in instance.fields or not same(instance.fields[name], expected):
-            told = plain(instance.fields[name]) if name in instance.fields else "no value"
-            message = f"`{name}` has the value {told!r}, and should have {plain(expected)!r}"
-            self.findings.violate(Rule.VALUE, message, span, seq)
+        """Check that a field has the value of an expression."""
+        with self.findings.undecided(Rule.VALUE, expression.span):
+            expected = self.world.value(expression, environment, seq)
+            self.world.present.seq = seq
+            if name not in instance.fields or not same(instance.fields[name], expected):
+                found = plain(instance.fields[name]) if name in instance.fields else "no value"
+                message = f"`{name}` has the value {found!r}; expected {plain(expected)!r}"
+                self.findings.violate(Rule.VALUE, message, expression.span, seq)
 
     # -------------------------------------------------------- structs, actors, modifiers
 
     def _object(self, holder: Struct | Actor, entry: Instance, seq: int) -> None:
-        """The fields of a struct or an actor are of their types, and meet its constraints."""
-        structure = self.plan.structures.of(holder.type)
-        environment = Environment(holder, {}, scenario=entry)
+        """Check the types of an object's fields, and its constraints."""
+        structure = self.world.plan.structures.of(holder.type)
+        environment = Environment(holder, self.world.plan, {}, scenario=entry)
         self._types(structure, holder.fields, seq)
         self._constraints(structure.members, environment, seq + 1, seq)
         for latent in structure.latents:
@@ -146,36 +117,27 @@ class Constraining:
     def _modifier(
         self, application: ModifierApplication, modifier: Modifier, node: Node, around: Environment
     ) -> None:
-        """The parameters of a modifier are what is given to it, and its constraints hold."""
-        try:
+        """Check the arguments and constraints of a modifier."""
+        with self.findings.undecided(Rule.VALUE, application.span, KeyError):
             fields = {name: self.world.decode(value) for name, value in node.arguments.items()}
-        except Undecided as why:
-            self.findings.skip(Rule.VALUE, why, application.span)
-            return
-        self._types(modifier.structure, fields, node.start.seq)
-        owner = node
-        while owner.type == "modifier" and owner.parent is not None:
-            owner = owner.parent
-        place = owner.told[0] + 1 if owner.told else owner.start.seq
-        bindings = {name: value for name, value in around.bindings.items() if name == "it"}
-        try:
+            self._types(modifier.structure, fields, node.start.seq)
+            owner = node.owner
+            place = owner.recorded[0] + 1 if owner.recorded else owner.start.seq
+            bindings = {name: value for name, value in around.bindings.items() if name == "it"}
             for name, expression in application.arguments:
                 if not same(fields[name], self.world.value(expression, around, place)):
-                    message = f"`{name}` has not the value that is given to the modifier"
+                    message = f"`{name}` differs from the argument of the modifier"
                     self.findings.violate(Rule.VALUE, message, expression.span, node.start.seq)
             for name, expression in application.ranges:
                 bounds = self.world.value(expression, around, place)
                 if isinstance(bounds, Range) and fields[name] not in bounds:
-                    message = f"`{name}` is not in the range that is given to the modifier"
+                    message = f"`{name}` is outside the range given to the modifier"
                     self.findings.violate(Rule.VALUE, message, expression.span, node.start.seq)
             if application.actor is not None:
                 bindings["actor"] = self.world.value(application.actor, around, place)
-        except (Undecided, KeyError) as why:
-            self.findings.skip(Rule.VALUE, why, application.span)
-            return
-        holder = cast(HasFields, _Applied((modifier_type(modifier.name),), fields))
-        inside = Environment(holder, bindings, scenario=around.outermost)
-        self._constraints(modifier.structure.members, inside, place, node.start.seq)
+            holder = Holder((modifier_type(modifier.name),), fields)
+            inside = Environment(holder, self.world.plan, bindings, scenario=around.outermost)
+            self._constraints(modifier.structure.members, inside, place, node.start.seq)
 
     # -------------------------------------------------------- rules
 
@@ -184,61 +146,25 @@ class Constraining:
             if name not in fields:
                 self.findings.violate(Rule.VALUE, f"`{name}` has no value", declared.span, seq)
             elif not fits(dict.__getitem__(fields, name), declared.type):
-                message = f"`{name}` has the value {plain(dict.__getitem__(fields, name))!r}, not of its type"
+                message = f"`{name}` has the value {plain(dict.__getitem__(fields, name))!r} of another type"
                 self.findings.violate(Rule.VALUE, message, declared.span, seq)
 
     def _constraints(
         self, members: Iterable[StructureMember], environment: Environment, place: int, seq: int
     ) -> None:
-        """Hard constraints hold; defaults do unless they are overridden."""
+        """Check that hard constraints hold, and defaults unless they may be overridden."""
         for member in members:
-            match member:
-                case Constraint(condition) if times_in(condition):
-                    pass  # what it leaves of them is checked where the behavior runs
-                case Constraint(condition, is_default, span):
-                    self._constraint(condition, span, environment, place, seq, is_default=is_default)
-                case FieldDeclaration():
-                    pass
-                case _:
-                    pass  # `remove_default` is about defaults
+            # Constraints on times are checked where the behavior runs.
+            if isinstance(member, Constraint) and not times_in(member.condition):
+                self._constraint(member, environment, place, seq)
 
-    def _constraint(
-        self,
-        condition: object,
-        span: Span,
-        environment: Environment,
-        place: int,
-        seq: int,
-        *,
-        is_default: bool,
-    ) -> None:
-        try:
-            holds = self.world.value(condition, environment, place)  # type: ignore[arg-type] # an expression
-        except Undecided as why:
-            self.findings.skip(Rule.CONSTRAINT, why, span)
-            return
-        if holds:
-            return
-        if is_default:
-            self.findings.skip(Rule.CONSTRAINT, "whether this default is overridden is not decided", span)
-        else:
-            message = f"`{' '.join(span.text.split())}` does not hold for the values of the trace"
-            self.findings.violate(Rule.CONSTRAINT, message, span, seq)
-
-
-def _alike(told: object, value: object) -> bool:
-    """Whether a value of the trace is a given one."""
-    return _finite(told) == _finite(value)
-
-
-def _finite(value: object) -> object:
-    """A value as files have it, where floats that are not finite are texts."""
-    match value:
-        case float() if not math.isfinite(value):
-            return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
-        case list():
-            return [_finite(item) for item in value]
-        case dict():
-            return {name: _finite(item) for name, item in value.items()}
-        case _:
-            return value
+    def _constraint(self, constraint: Constraint, environment: Environment, place: int, seq: int) -> None:
+        span = constraint.span
+        with self.findings.undecided(Rule.CONSTRAINT, span):
+            if self.world.value(constraint.condition, environment, place):
+                return
+            if constraint.is_default:
+                self.findings.skip(Rule.CONSTRAINT, "it is not decided whether this default is overridden", span)
+            else:
+                message = f"`{' '.join(span.text.split())}` does not hold for the values of the trace"
+                self.findings.violate(Rule.CONSTRAINT, message, span, seq)

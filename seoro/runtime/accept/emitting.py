@@ -1,75 +1,72 @@
-"""`emit`, and that events occur when something makes them occur, and only then (7.6.2.5.1, 7.6.2.5.2)."""
+"""`emit` and events: an event occurs if and only if it has a cause (7.6.2.5.1, 7.6.2.5.2)."""
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from seoro.lang.plan import DeclaredEvent, Emit, Fall, Holds, OnEvent, Phase, PhaseEvent, Rise, Scenario
+from seoro.lang.plan import DeclaredEvent, Emit, Event, Fall, Holds, OnEvent, Phase, PhaseEvent, Rise, Scenario
 from seoro.lang.source import Span
 from seoro.runtime.accept.channels import Channels
-from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.findings import Rule, Undecided
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, is_ending
-from seoro.runtime.accept.history import Happening, History, Node
+from seoro.runtime.accept.history import LoggedEvent, Node
+from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.moments import Moments
-from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.environment import Environment
-from seoro.runtime.values import Actor, Struct, Value
+from seoro.runtime.accept.world import Checker
+from seoro.runtime.values.environment import Environment
+from seoro.runtime.values.values import Actor, Struct, Value
+
+_APPLICATION = "application"  # origin of external emissions
+_ATTEMPT = re.compile(r"#\d+")  # attempt of a modifier, in the name of an event
 
 
 @dataclass(eq=False)
-class Emitting:
-    """Checks events.
+class EventChecker(Checker):
+    """Check of events.
 
     Args:
-        history: The trace.
-        world: Its values.
-        channels: Finds events.
+        channels: Resolves event references.
         moments: Finds when conditions hold.
-        findings: Gets what is wrong.
     """
 
-    history: History
-    world: World
     channels: Channels
     moments: Moments
-    findings: Findings
 
-    def emitted(self, matched: Matched) -> dict[int, Happening]:
-        """The occurrences that behaviors emitted, by the numbers of these."""
-        found: dict[int, Happening] = {}
+    def emitted(self, matched: Matched) -> dict[int, LoggedEvent]:
+        """Return the occurrences that behaviors emitted, by the numbers of the behaviors."""
+        found: dict[int, LoggedEvent] = {}
         for plan, node, instance in _emits(matched):
-            happening = self._occurrence(plan, node, instance)
-            if happening is not None:
-                found[node.number] = happening
+            occurrence = self._occurrence(plan, node, instance)
+            if occurrence is not None:
+                found[node.number] = occurrence
         return found
 
-    def _occurrence(self, plan: Emit, node: Node, instance: Instance) -> Happening | None:
-        """What an `emit` emitted; what was emitted before in that instant may be the same."""
+    def _occurrence(self, plan: Emit, node: Node, instance: Instance) -> LoggedEvent | None:
+        """Return the occurrence of an `emit`; an equal emission before in that instant may be the same."""
         if is_ending(plan):
             return None
         candidates = [
-            happening
-            for happening in self.channels.at(instance.number, _name(plan), node.start.t)
-            if not happening.is_derived and happening.mark.seq < node.end.seq
+            occurrence
+            for occurrence in self.channels.at(instance.number, _name(plan), node.start.t)
+            if not occurrence.is_derived and occurrence.mark.seq < node.end.seq
         ]
         arguments = self._arguments(plan, node, instance)
         fitting = [
-            happening
-            for happening in candidates
-            if arguments is None or _same(self.world.arguments.get(happening.mark.seq, {}), arguments)
+            occurrence
+            for occurrence in candidates
+            if arguments is None or _same(self.world.arguments.get(occurrence.mark.seq, {}), arguments)
         ]
         return fitting[-1] if fitting else None
 
     def _arguments(self, plan: Emit, node: Node, instance: Instance) -> dict[str, Value] | None:
-        """The arguments of an `emit`; None if the trace does not tell them."""
+        """Return the arguments of an `emit`; None if the trace lacks them."""
         try:
             environment = instance.environment
-            given = dict(plan.arguments)
-            for event in instance.declaration.events:
-                if event.name == _name(plan):
-                    given = event.all_arguments(plan.arguments)
+            event = self.channels.event_of(instance, _name(plan))
+            given = dict(plan.arguments) if event is None else event.all_arguments(plan.arguments)
             return {name: self.world.value(value, environment, node.start.seq) for name, value in given.items()}
         except Undecided:
             return None
@@ -77,23 +74,23 @@ class Emitting:
     # -------------------------------------------------------- rules
 
     def check(self, matched: Matched) -> None:
-        """Check all of it."""
+        """Check all emissions and occurrences."""
         emitted = self.emitted(matched)
         for plan, node, instance in _emits(matched):
             if is_ending(plan):
                 self._ending(plan, node, instance, matched)
             elif node.number not in emitted and node.status == SUCCEEDED:
-                message = f"`{_name(plan)}` does not occur when it is emitted, or with other arguments"
+                message = f"`{_name(plan)}` does not occur when it is emitted, or has other arguments"
                 self.findings.violate(Rule.EMIT, message, plan.span, *node.records)
-        explained = {happening.mark.seq for happening in emitted.values()}
+        explained = {occurrence.mark.seq for occurrence in emitted.values()}
         explained |= set(self._of_labels(matched))
         explained |= set(self._of_instances(matched))
-        for (number, name), happenings in self.history.events.items():
-            self._declared(number, name, happenings, explained)
-        self._all_heard()
+        for (number, name), occurrences in self.history.events.items():
+            self._declared(number, name, occurrences, explained)
+        self._all_received()
 
     def _ending(self, plan: Emit, node: Node, instance: Instance, matched: Matched) -> None:
-        """`emit end` and `emit fail` end the scenario in which they stand."""
+        """Check that `emit end` and `emit fail` end their scenario."""
         frames = (
             frame
             for each, frame in matched.executions
@@ -103,11 +100,11 @@ class Emitting:
         if frame is None or frame.held:
             return
         if not self.history.lasts(node.end.t, frame.end.t):
-            message = f"its scenario goes on until {frame.end.t:g} s"
+            message = f"its scenario continues until {frame.end.t:g} s"
             self.findings.violate(Rule.EMIT, message, plan.span, *node.records, frame.end.seq)
             return
         event = plan.event
-        assert isinstance(event, PhaseEvent), "it ends its scenario"
+        assert isinstance(event, PhaseEvent), "`end` or `fail`"
         status = SUCCEEDED if event.phase is Phase.END else FAILED
         others = [
             other
@@ -120,14 +117,14 @@ class Emitting:
             self.findings.violate(Rule.EMIT, message, plan.span, *node.records, frame.end.seq)
 
     def _of_labels(self, matched: Matched) -> Iterator[int]:
-        """The events of labelled members, which start and end with them."""
+        """Check the events of labelled members; yield their records."""
         for label, node, around in matched.labels:
             yield from self._due(around, f"{label}.start", node.start.t, node, must=True)
             phase = "fail" if node.status == FAILED else "end"
             yield from self._due(around, f"{label}.{phase}", node.end.t, node, must=node.status != CANCELLED)
 
     def _due(self, holder: Instance, name: str, t: float, node: Node, *, must: bool) -> Iterator[int]:
-        """The records of an event that is due."""
+        """Yield the records of a due event; report it if missing."""
         found = [each for each in self.channels.at(holder.number, name, t) if not each.is_derived]
         if must and not found:
             message = f"`{name}` does not occur at {t:g} s"
@@ -136,7 +133,7 @@ class Emitting:
         yield from (each.mark.seq for each in found)
 
     def _of_instances(self, matched: Matched) -> Iterator[int]:
-        """The events of instances, which start and end with them; those of actions if anybody wants them."""
+        """Check the events of instances, those of actions if they may be used; yield their records."""
         for instance, frame in matched.executions:
             is_scenario = isinstance(instance.declaration, Scenario)
             number = instance.number
@@ -149,7 +146,7 @@ class Emitting:
                 is_due = is_scenario and frame.status != CANCELLED and not frame.is_secondary
                 is_due = is_due and any(frame.start.seq < seq < frame.end.seq for seq in started)
                 if is_due and not found and not matched.overrides:
-                    message = f"it {frame.status}, and neither `end` nor `fail` occurs"
+                    message = f"it {frame.status}, but neither `end` nor `fail` occurs"
                     self.findings.violate(Rule.EVENT, message, instance.declaration.span, *frame.records)
                 yield from found
                 continue
@@ -160,103 +157,111 @@ class Emitting:
                 yield from self._any_end(number, frame)
 
     def _any_end(self, number: int, frame: Frame) -> Iterator[int]:
-        """Its end at any time, if something may hold it longer."""
+        """Yield the end events of an instance at any time, if a surrounding behavior may hold it longer."""
         for phase in ("end", "fail"):
             found = self.channels.between(number, phase, frame.start.t, frame.end.t)
             yield from (each.mark.seq for each in found[:1])
 
-    def _declared(self, number: int, name: str, happenings: list[Happening], explained: set[int]) -> None:
-        """Each occurrence has an emission, or what the event is declared to be has occurred."""
+    def _declared(self, number: int, name: str, occurrences: list[LoggedEvent], explained: set[int]) -> None:
+        """Check that each occurrence of an event has an emission or an occurrence of its source."""
         holder = self.world.holder(number)
         if holder is None:
             return
-        declared = next((event for event in self.channels.events_of(holder) if event.name == name), None)
+        declared = self.channels.event_of(holder, name)
         around = holder.declaration.span if isinstance(holder, Instance) else None
         span = declared.span if declared is not None else around
         seen: Counter[tuple[float, bool, str]] = Counter()
-        for happening in happenings:
-            seq, t = happening.mark
-            key = t, happening.is_derived, repr(sorted(happening.told["arguments"].items()))
+        for occurrence in occurrences:
+            seq, t = occurrence.mark
+            key = t, occurrence.is_derived, repr(sorted(occurrence.recorded["arguments"].items()))
             seen[key] += 1
             if seen[key] > 1:
                 self.findings.violate(Rule.EVENT, f"`{name}` occurs twice at {t:g} s", span, seq)
-            if happening.is_derived:
-                self._derived(holder, happening)
-                self._heard(happening, span)
+            if occurrence.is_derived:
+                self._derived(holder, occurrence)
+                self._received(occurrence, span)
+            elif "origin" in occurrence.recorded:
+                self._outside(occurrence, declared, span)
             elif isinstance(holder, Instance):
                 if seq not in explained:
-                    message = f"`{name}` occurs at {t:g} s, and nothing emits it"
+                    message = f"`{name}` occurs at {t:g} s without an `emit`"
                     self.findings.violate(Rule.EVENT, message, span, seq)
                 if declared is not None:
-                    self._fits({parameter for parameter, _ in declared.parameters}, happening, name)
+                    self._fits(declared, occurrence)
 
-    def _heard(self, happening: Happening, span: Span | None) -> None:
-        """Someone listens to a derived event, and hears it then."""
-        if not self.moments.hearing.check(happening.of, happening.name, happening.mark.t):
-            message = f"`{happening.name}` occurs at {happening.mark.t:g} s, and nobody who listens hears it then"
-            self.findings.violate(Rule.EVENT, message, span, happening.mark.seq)
+    def _outside(self, occurrence: LoggedEvent, declared: Event | None, span: Span | None) -> None:
+        """Check an external emission: the event must be declared external in `run.start`."""
+        seq, t = occurrence.mark
+        recorded, external = occurrence.recorded, self.history.run.get("external")
+        is_external = isinstance(external, list) and _ATTEMPT.sub("", recorded["name"]) in external
+        if recorded["origin"] != _APPLICATION or declared is None or not is_external:
+            message = f"`{occurrence.name}` is emitted from outside at {t:g} s, but is not external in `run.start`"
+            self.findings.violate(Rule.EVENT, message, span, 0, seq)
+        if declared is not None:
+            self._fits(declared, occurrence)
 
-    def _all_heard(self) -> None:
-        """Where someone hears a derived event, it occurs."""
-        for number, name, t in self.moments.hearing.due:
-            if not any(happening.is_derived for happening in self.channels.at(number, name, t)):
-                message = f"`{name}` does not occur at {t:g} s, where someone who listens hears it"
+    def _received(self, occurrence: LoggedEvent, span: Span | None) -> None:
+        """Check that a derived event has a subscriber that receives it."""
+        if not self.moments.received.check(occurrence.of, occurrence.name, occurrence.mark.t):
+            message = f"`{occurrence.name}` occurs at {occurrence.mark.t:g} s, but no subscriber receives it then"
+            self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
+
+    def _all_received(self) -> None:
+        """Check that a derived event occurs whenever a subscriber receives it."""
+        for number, name, t in self.moments.received.due:
+            if not any(occurrence.is_derived for occurrence in self.channels.at(number, name, t)):
+                message = f"`{name}` does not occur at {t:g} s, when a subscriber receives it"
                 self.findings.violate(Rule.EVENT, message, None)
 
-    def _fits(self, parameters: set[str], happening: Happening, name: str) -> None:
-        """Its arguments are those that it is declared with."""
-        told = happening.told["arguments"]
-        if set(told) != parameters:
-            message = f"`{name}` has the arguments {sorted(told)}, and is declared with {sorted(parameters)}"
-            self.findings.violate(Rule.EVENT, message, None, happening.mark.seq)
+    def _fits(self, declared: Event, occurrence: LoggedEvent) -> None:
+        """Check the names of the arguments against the declaration."""
+        recorded = occurrence.recorded["arguments"]
+        parameters = {parameter for parameter, _ in declared.parameters}
+        if set(recorded) != parameters:
+            message = f"`{declared.name}` has the arguments {sorted(recorded)}; expected {sorted(parameters)}"
+            self.findings.violate(Rule.EVENT, message, None, occurrence.mark.seq)
 
-    def _derived(self, holder: Instance | Struct | Actor, happening: Happening) -> None:
-        """What an event is declared to be has occurred; when the contexts of conditions began is not known."""
-        name = happening.name
-        declared = next((event for event in self.channels.events_of(holder) if event.name == name), None)
+    def _derived(self, holder: Instance | Struct | Actor, occurrence: LoggedEvent) -> None:
+        """Check that the source of a derived event has occurred; the start of its context is unknown."""
+        name = occurrence.name
+        declared = self.channels.event_of(holder, name)
         specification = declared.specification if declared is not None else None
         if declared is None or specification is None:
-            message = f"`{name}` occurs, and neither is emitted nor declared to be something else"
+            message = f"`{name}` occurs, but is neither emitted nor derived"
             span = holder.declaration.span if isinstance(holder, Instance) else None
-            self.findings.violate(Rule.EVENT, message, span, happening.mark.seq)
+            self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
             return
         environment = holder.environment if isinstance(holder, Instance) else self._inside(holder)
         if isinstance(specification, Holds | Rise | Fall):
-            self._condition(specification, environment, happening, declared.span)
+            self._condition(specification, environment, occurrence, declared.span)
         if not isinstance(specification, OnEvent) or not isinstance(
             specification.event, DeclaredEvent | PhaseEvent
         ):
             return
-        try:
-            channels = list(self.channels.resolve(specification.event, environment, happening.mark))
-        except Undecided as why:
-            self.findings.skip(Rule.EVENT, why, declared.span)
-            return
-        if not any(self.channels.at(channel.of, channel.name, happening.mark.t) for channel in channels):
-            message = f"`{name}` occurs, and what it is declared to be does not"
-            self.findings.violate(Rule.EVENT, message, declared.span, happening.mark.seq)
+        with self.findings.undecided(Rule.EVENT, declared.span):
+            channels = list(self.channels.resolve(specification.event, environment, occurrence.mark))
+            if not any(self.channels.at(channel.of, channel.name, occurrence.mark.t) for channel in channels):
+                message = f"`{name}` occurs, but its source does not"
+                self.findings.violate(Rule.EVENT, message, declared.span, occurrence.mark.seq)
 
     def _inside(self, holder: Struct | Actor) -> Environment:
-        """What names stand for in a struct or an actor."""
+        """Return the environment of a struct or an actor."""
         entry = self.world.instances[self.history.root.instances[0]]
-        return Environment(holder, {}, scenario=entry)
+        return Environment(holder, self.world.plan, {}, scenario=entry)
 
     def _condition(
-        self, condition: Holds | Rise | Fall, environment: Environment, happening: Happening, span: Span
+        self, condition: Holds | Rise | Fall, environment: Environment, occurrence: LoggedEvent, span: Span
     ) -> None:
-        """A condition that an event is declared to be has the value then that makes it occur."""
-        try:
-            values = self.moments.values_at(condition.condition, environment, happening.mark.t)
-        except Undecided as why:
-            self.findings.skip(Rule.EVENT, why, span)
-            return
-        if (not isinstance(condition, Fall)) not in values:
-            message = f"`{happening.name}` occurs at {happening.mark.t:g} s, and its condition has another value"
-            self.findings.violate(Rule.EVENT, message, span, happening.mark.seq)
+        """Check that the condition of a derived event holds."""
+        with self.findings.undecided(Rule.EVENT, span):
+            values = self.moments.values_at(condition.condition, environment, occurrence.mark.t)
+            if (not isinstance(condition, Fall)) not in values:
+                message = f"`{occurrence.name}` occurs at {occurrence.mark.t:g} s, but its condition does not hold"
+                self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
 
 
 def _emits(matched: Matched) -> Iterator[tuple[Emit, Node, Instance]]:
-    """All that was emitted, by members and by reactions."""
+    """Yield all emissions, by members and by reactions."""
     yield from matched.emits
     for instance, _, nodes in matched.reactions:
         for node in nodes:
@@ -272,8 +277,8 @@ def _name(plan: Emit) -> str:
     return f"{event.label}.{event.phase.value}" if event.label is not None else event.phase.value
 
 
-def _same(told: dict[str, Value], evaluated: dict[str, Value]) -> bool:
-    """Whether arguments are the same; a value that the trace does not tell of may be any."""
-    return told.keys() == evaluated.keys() and all(
-        type(told[name]) is not type(value) or told[name] == value for name, value in evaluated.items()
+def _same(recorded: dict[str, Value], evaluated: dict[str, Value]) -> bool:
+    """Whether arguments are equal; values missing in the trace match any."""
+    return recorded.keys() == evaluated.keys() and all(
+        type(recorded[name]) is not type(value) or recorded[name] == value for name, value in evaluated.items()
     )

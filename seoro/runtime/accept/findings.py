@@ -1,9 +1,10 @@
-"""What checking a trace finds: rules that are broken, and what could not be decided."""
+"""Findings of the check of a trace: violated rules, and undecided ones."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
@@ -12,7 +13,7 @@ from seoro.lang.source import Span
 
 
 class Rule(Enum):
-    """A rule that a trace keeps, and the section of the standard, or what else says so (`docs/accept.md`)."""
+    """A rule for traces, with its section of the standard or another source (`docs/reference/trace.md`)."""
 
     STRUCTURE = "structure", "interface, trace"
     TREE = "tree", "7.6.1.4"
@@ -42,13 +43,13 @@ class Rule(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """A rule that is broken.
+    """A violation of a rule.
 
     Args:
         rule: The rule.
-        message: What is wrong, in a sentence.
-        span: Which text of the scenario is concerned, if any is.
-        records: The `seq` of the records that break it.
+        message: Description in a sentence.
+        span: Text of the scenario, or None.
+        records: `seq` of the records that violate it.
     """
 
     rule: Rule
@@ -59,13 +60,13 @@ class Violation:
 
 @dataclass(frozen=True, slots=True)
 class Unchecked:
-    """What could not be decided.
+    """An undecided rule.
 
     Args:
         rule: The rule.
-        reason: Why.
-        span: Which text of the scenario it is about, if any.
-        count: How often.
+        reason: Reason why it is undecided.
+        span: Text of the scenario, or None.
+        count: Number of cases.
     """
 
     rule: Rule
@@ -76,12 +77,12 @@ class Unchecked:
 
 @dataclass(frozen=True, slots=True)
 class Acceptance:
-    """Whether a trace is accepted.
+    """Result of the check of a trace.
 
     Args:
-        violations: In the order of the records that break rules.
-        unchecked: What could not be decided.
-        records: How many records there are.
+        violations: Violations, in the order of their records.
+        unchecked: Undecided rules.
+        records: Number of records.
     """
 
     violations: tuple[Violation, ...]
@@ -90,68 +91,68 @@ class Acceptance:
 
     @property
     def accepted(self) -> bool:
-        """Whether no rule is broken."""
+        """Whether no rule is violated."""
         return not self.violations
 
     def plain(self) -> dict[str, Any]:
-        """The same, as JSON knows it."""
+        """Return the fields for JSON."""
+        violations = (
+            _plain(each, "message", each.message) | {"records": list(each.records)} for each in self.violations
+        )
+        unchecked = (_plain(each, "reason", each.reason) | {"count": each.count} for each in self.unchecked)
         return {
             "accepted": self.accepted,
             "records": self.records,
-            "violations": [
-                {
-                    "rule": violation.rule.title,
-                    "section": violation.rule.section,
-                    "message": violation.message,
-                    "source": str(violation.span) if violation.span is not None else "",
-                    "records": list(violation.records),
-                }
-                for violation in self.violations
-            ],
-            "not_checked": [
-                {
-                    "rule": unchecked.rule.title,
-                    "section": unchecked.rule.section,
-                    "reason": unchecked.reason,
-                    "source": str(unchecked.span) if unchecked.span is not None else "",
-                    "count": unchecked.count,
-                }
-                for unchecked in self.unchecked
-            ],
+            "violations": list(violations),
+            "not_checked": list(unchecked),
         }
 
 
+def _plain(found: Violation | Unchecked, name: str, text: str) -> dict[str, Any]:
+    """Return the rule, a text and the place of a finding for JSON."""
+    source = str(found.span) if found.span is not None else ""
+    return {"rule": found.rule.title, "section": found.rule.section, name: text, "source": source}
+
+
 class Undecided(Exception):
-    """What a rule asks for cannot be told from the trace; the message says why."""
+    """The trace lacks the data for a rule; the message names it."""
 
 
 @dataclass(eq=False)
 class Findings:
-    """Collects what is found."""
+    """Collects violations and undecided rules."""
 
     _violations: dict[Violation, None] = field(default_factory=dict)
     _unchecked: Counter[tuple[Rule, str, Span | None]] = field(default_factory=Counter)
 
     def violate(self, rule: Rule, message: str, span: Span | None, *records: int) -> None:
-        """A rule is broken.
+        """Report a violation.
 
         Args:
             rule: The rule.
-            message: What is wrong.
-            span: Where in the scenario.
-            records: The places of the records that break it, from 0.
+            message: Description.
+            span: Place in the scenario.
+            records: Indices of the records that violate it, from 0.
         """
         self._violations[Violation(rule, message, span, tuple(sorted(set(records))))] = None
 
     def skip(self, rule: Rule, reason: object, span: Span | None) -> None:
-        """A rule cannot be decided."""
+        """Report an undecided rule."""
         self._unchecked[rule, str(reason), span] += 1
 
+    @contextmanager
+    def undecided(self, rule: Rule, span: Span | None, also: type[Exception] = Undecided) -> Iterator[None]:
+        """Report an undecided rule if the block raises `Undecided` or another exception."""
+        try:
+            yield
+        except (Undecided, also) as reason:
+            self.skip(rule, reason, span)
+
     def acceptance(self, numbers: Sequence[int]) -> Acceptance:
-        """All of it.
+        """Return the result.
 
         Args:
-            numbers: The `seq` of the records in their order; rules count records from 0, whatever their `seq` is.
+            numbers: The `seq` of the records in order; rules use indices from 0 instead.
         """
         ordered = sorted(self._violations, key=lambda violation: violation.records or (-1,))
         violations = (

@@ -1,4 +1,4 @@
-"""Whether values are of types, and the same as others."""
+"""Types and equality of values in traces."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from seoro.lang.plan import (
     StructType,
     ValueType,
 )
-from seoro.runtime.jsonl import to_json
-from seoro.runtime.values import INTEGER_LIMITS, Actor, Range, Struct, Value, Variable, plain
+from seoro.runtime.trace.jsonl import to_json
+from seoro.runtime.values.values import INTEGER_LIMITS, Actor, Range, Struct, Value, Variable, plain
 
 
 def fits(value: Value, type_: ValueType) -> bool:
-    """Whether a value is one of a type."""
+    """Whether a value has a type."""
     match type_:
         case PrimitiveType("bool"):
             return isinstance(value, bool)
@@ -35,7 +35,7 @@ def fits(value: Value, type_: ValueType) -> bool:
             return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
         case EnumType(name, members):
             is_enum = isinstance(value, EnumValue) and value.type_name == name
-            return is_enum and (value.member, value.number) in members  # type: ignore[union-attr] # it is one
+            return is_enum and (value.member, value.number) in members  # type: ignore[union-attr] # an enumeration
         case StructType(name) | ActorType(name):
             return isinstance(value, Struct | Actor) and name in value.types
         case ListType(element):
@@ -46,44 +46,46 @@ def fits(value: Value, type_: ValueType) -> bool:
             assert_never(type_)
 
 
-def same(told: Value, expected: Value) -> bool:
-    """Whether a value of the trace is one that was expected; a struct that was made for that has equal fields."""
-    match told, expected:
+def same(recorded: Value, expected: Value) -> bool:
+    """Whether a value of the trace equals an expected one; structs constructed for it are compared by fields."""
+    match recorded, expected:
         case (Struct(), Struct()):
-            return told is expected or (
-                told.type.name == expected.type.name
-                and told.fields.keys() == expected.fields.keys()
-                and all(same(told.fields[name], expected.fields[name]) for name in expected.fields)
+            return recorded is expected or (
+                recorded.type.name == expected.type.name
+                and recorded.fields.keys() == expected.fields.keys()
+                and all(same(recorded.fields[name], expected.fields[name]) for name in expected.fields)
             )
         case (Variable(), Variable()):
-            return told.holder is expected.holder and told.name == expected.name
+            return recorded.holder is expected.holder and recorded.name == expected.name
         case (tuple(), tuple()):
-            return len(told) == len(expected) and all(map(same, told, expected))
-        case (float(), float()) if told != told:  # noqa: PLR0124 - not a number
+            return len(recorded) == len(expected) and all(map(same, recorded, expected))
+        case (float(), float()) if recorded != recorded:  # noqa: PLR0124 - not a number
             return expected != expected  # noqa: PLR0124
         case _:
-            return told == expected
+            return recorded == expected
 
 
-def is_plain_form(told: object, value: Value | Mapping[str, Value]) -> bool:
-    """Whether JSON is the form of a value, or of values by name, that is for people."""
+def is_plain_form(recorded: object, value: Value | Mapping[str, Value]) -> bool:
+    """Whether JSON is the plain form of a value, or of values by name."""
     match value:
         case Mapping():
-            are_there = isinstance(told, dict) and told.keys() == value.keys()
-            return are_there and all(is_plain_form(told[name], part) for name, part in value.items())  # type: ignore[index] # it is a dict
+            are_there = isinstance(recorded, dict) and recorded.keys() == value.keys()
+            return are_there and all(is_plain_form(recorded[name], part) for name, part in value.items())  # type: ignore[index] # it is a dict
         case Struct():
-            return is_plain_form(told, dict(value.fields.items()))
+            return is_plain_form(recorded, dict(value.fields.items()))
         case tuple():
             return (
-                isinstance(told, list | tuple) and len(told) == len(value) and all(map(is_plain_form, told, value))
+                isinstance(recorded, list | tuple)
+                and len(recorded) == len(value)
+                and all(map(is_plain_form, recorded, value))
             )
         case Range(low, high):
-            return is_plain_form(told, {"low": low, "high": high})
+            return is_plain_form(recorded, {"low": low, "high": high})
         case float() if not math.isfinite(value):
-            return to_json(told).strip('"') == to_json(value).strip('"')
+            return to_json(recorded).strip('"') == to_json(value).strip('"')
         case bool():
-            return told is value
+            return recorded is value
         case int() | float():
-            return isinstance(told, int | float) and not isinstance(told, bool) and told == value
+            return isinstance(recorded, int | float) and not isinstance(recorded, bool) and recorded == value
         case _:
-            return told == plain(value)
+            return recorded == plain(value)

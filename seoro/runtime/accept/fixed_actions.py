@@ -1,8 +1,8 @@
-"""Actions of `osc.helpers` whose effect is fixed: `log`, `increment`, `decrement` and `compare`.
+"""Actions of `osc.helpers` with known effects: `log`, `increment`, `decrement` and `compare`.
 
-They take no time. `log` writes one record with the text of its argument, `increment` and `decrement` change a
-variable once by one, and `compare` fails exactly if its relation does not hold; the others always succeed. What is
-ended in the instant in which it starts may have had its effect or not.
+They take no time. `log` writes one record with the text of its argument. `increment` and `decrement` change a
+variable once by one. `compare` fails exactly if its relation is false; the others always succeed. An action
+cancelled in the instant in which it starts may or may not have had its effect.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from seoro.lang.integers import wrap_int, wrap_uint
-from seoro.lang.plan import Action, InvokeAction, Plan, PrimitiveType, ValueType
+from seoro.lang.plan import Action, InvokeAction, ValueType
 from seoro.lang.source import Span
-from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.fitting import same
 from seoro.runtime.accept.frames import FAILED, SUCCEEDED, End, Frame, Matched, check_end
-from seoro.runtime.accept.history import Happening, History
-from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.comparing import RELATIONS, NotComparable, compare_values
-from seoro.runtime.value_text import message_text, value_text
-from seoro.runtime.values import Value
+from seoro.runtime.accept.history import LoggedEvent
+from seoro.runtime.accept.instances import Instance
+from seoro.runtime.accept.world import Checker
+from seoro.runtime.values.comparison import RELATIONS, NotComparable, compare_values
+from seoro.runtime.values.conversions import wrapped
+from seoro.runtime.values.text import message_text, value_text
+from seoro.runtime.values.values import Value
 
 _LIBRARY: Final = "osc.helpers"
 _STEPS: Final = {"increment": 1, "decrement": -1}
@@ -31,10 +32,10 @@ _NAMES: Final = frozenset({"log", "compare", *_STEPS})
 
 @dataclass(eq=False)
 class _Effects:
-    """How often something happened, of what must and may have happened.
+    """Numbers of required and of possible effects.
 
     Args:
-        span: Of the invocation.
+        span: Place of the invocation.
     """
 
     span: Span
@@ -42,32 +43,21 @@ class _Effects:
     possible: Counter[tuple[float, str]] = field(default_factory=Counter)
 
     def expect(self, t: float, what: str, is_certain: bool) -> None:
-        """Expect an effect at a time."""
+        """Note an expected effect at a time."""
         self.possible[t, what] += 1
         if is_certain:
             self.required[t, what] += 1
 
 
 @dataclass(eq=False)
-class FixedActions:
-    """Checks the effects of these actions.
+class ActionChecker(Checker):
+    """Check of the effects of these actions."""
 
-    Args:
-        plan: The plan.
-        history: The trace.
-        world: Its values.
-        findings: Gets what is wrong.
-    """
-
-    plan: Plan
-    history: History
-    world: World
-    findings: Findings
-    _logs: dict[str, _Effects] = field(default_factory=dict)  # by the place of the invocation
-    _changes: dict[int, _Effects] = field(default_factory=dict)  # by the number of the behavior
+    _logs: dict[str, _Effects] = field(default_factory=dict)  # by place of the invocation
+    _changes: dict[int, _Effects] = field(default_factory=dict)  # by number of the behavior
 
     def check(self, matched: Matched) -> None:
-        """Check all of them."""
+        """Check all of these actions."""
         for instance, frame in matched.executions:
             declared = instance.declaration
             invocation = matched.plans.get(frame.owner.number)
@@ -86,7 +76,7 @@ class FixedActions:
             effects = self._logs.setdefault(str(invocation.span), _Effects(invocation.span))
             value = instance.fields["msg"]
             type_ = self._type(invocation, instance, "msg")
-            effects.expect(t, message_text(value, type_, self.plan.structures), is_certain)
+            effects.expect(t, message_text(value, type_, self.world.plan.structures), is_certain)
         elif name == "compare":
             status = self._compared(invocation, instance)
         else:
@@ -95,7 +85,7 @@ class FixedActions:
         check_end(frame, End(status, t), Rule.ACTION, invocation.span, self.history, self.findings)
 
     def _compared(self, invocation: InvokeAction, instance: Instance) -> str:
-        """How `compare` has to end."""
+        """Return the expected status of a `compare`."""
         fields = instance.fields
         types = (self._type(invocation, instance, name) for name in ("left_value", "right_value"))
         left_type, right_type = types
@@ -109,7 +99,7 @@ class FixedActions:
         return SUCCEEDED if holds else FAILED
 
     def _type(self, invocation: InvokeAction, instance: Instance, parameter: str) -> ValueType | None:
-        """The static type of an argument; None if it is unknown."""
+        """Return the static type of an argument; None if unknown."""
         types = dict(invocation.types)
         if parameter in types or parameter in dict(invocation.arguments):
             return types.get(parameter)
@@ -124,7 +114,7 @@ class FixedActions:
             text, effects = str(record.get("message")), self._logs[source]
             written[source][record["t"], text] += 1
             if written[source][record["t"], text] > effects.possible[record["t"], text]:
-                message = f"`{_short(text)}` is logged, which `log` does not write then"
+                message = f"`{_short(text)}` is logged, but no `log` writes it then"
                 self.findings.violate(Rule.ACTION, message, effects.span, record["seq"])
         for source, effects in self._logs.items():
             for t, text in effects.required - written[source]:
@@ -138,7 +128,7 @@ class FixedActions:
             name = next(name for _, name in effects.possible)
             made[number][change.mark.t] += 1
             if made[number][change.mark.t] > effects.possible[change.mark.t, name]:
-                message = f"`{change.name}` changes, which `{name}` does not do then"
+                message = f"`{change.name}` changes, but `{name}` does not change it then"
                 self.findings.violate(Rule.ACTION, message, effects.span, change.mark.seq)
             self._check_step(change, name, effects.span)
         for number, effects in self._changes.items():
@@ -147,42 +137,32 @@ class FixedActions:
                     message = f"`{name}` changes nothing at {t:g} s"
                     self.findings.violate(Rule.ACTION, message, effects.span, self.history.nodes[number].start.seq)
 
-    def _changes_by_actions(self) -> Iterator[tuple[Happening, int]]:
-        """Changes with the number of the behavior that makes them, maybe within a modifier."""
+    def _changes_by_actions(self) -> Iterator[tuple[LoggedEvent, int]]:
+        """Yield changes with the number of the changing behavior, possibly within a modifier."""
         for change in (change for found in self.history.changes.values() for change in found):
-            node = self.history.nodes.get(change.told.get("by", -1))
+            node = self.history.nodes.get(change.recorded.get("by", -1))
             if node is not None and node.owner.number in self._changes:
                 yield change, node.owner.number
 
-    def _check_step(self, change: Happening, name: str, span: Span) -> None:
-        """The new value is one more, or one less, than the value before."""
+    def _check_step(self, change: LoggedEvent, name: str, span: Span) -> None:
+        """Check that the new value is one more, or one less, than the old one."""
         holder = self.world.holder(change.of)
         declared = self.world.declared(holder, change.name) if holder is not None else None
         if holder is None or declared is None:
             return  # reported with the variable
         self.world.present.seq = change.mark.seq
-        try:
-            told, before = self.world.decode(change.told.get("exact")), holder.fields[change.name]
-        except (Undecided, KeyError) as why:
-            self.findings.skip(Rule.ACTION, why, span)
-            return
-        if not isinstance(before, int | float):
-            return  # reported with the variable
-        expected = _stepped(before, _STEPS[name], declared.type)
-        if not same(told, expected):
-            shown, needed = (self._text(value, declared.type) for value in (told, expected))
-            message = f"`{name}` changes `{change.name}` to {shown}; expected {needed}"
-            self.findings.violate(Rule.ACTION, message, span, change.mark.seq)
+        with self.findings.undecided(Rule.ACTION, span, KeyError):
+            recorded, before = self.world.decode(change.recorded.get("exact")), holder.fields[change.name]
+            if not isinstance(before, int | float):
+                return  # reported with the variable
+            expected = wrapped(before + _STEPS[name], declared.type)
+            if not same(recorded, expected):
+                shown, needed = (self._text(value, declared.type) for value in (recorded, expected))
+                message = f"`{name}` changes `{change.name}` to {shown}; expected {needed}"
+                self.findings.violate(Rule.ACTION, message, span, change.mark.seq)
 
     def _text(self, value: Value, type_: ValueType) -> str:
-        return value_text(value, type_, self.plan.structures)
-
-
-def _stepped(value: float, step: int, type_: ValueType) -> Value:
-    """A number one step on; integers have 64 bits."""
-    if not isinstance(value, int):
-        return value + step
-    return wrap_uint(value + step) if type_ == PrimitiveType("uint") else wrap_int(value + step)
+        return value_text(value, type_, self.world.plan.structures)
 
 
 def _short(text: str) -> str:

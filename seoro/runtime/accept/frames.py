@@ -1,13 +1,14 @@
 """Behaviors of the trace, matched with those of the plan.
 
-A **frame** is a stretch of the trace in which a behavior is carried out, as something around it sees it: the
-whole behavior, or one attempt of a modifier. Something that lies between may hold it (`until`, the lower bound of
-a `duration`), so that it lasts longer than what it carries out, or cut it short. What it carries out has an
-**end** of its own, with which that of the frame has to agree.
+A **frame** is the stretch of the trace in which a behavior runs, as seen by its surroundings: the whole behavior,
+or one attempt of a modifier. A layer in between may hold it (`until`, the lower bound of a `duration`), so that it
+lasts longer than its content, or cut it short. The content has an **end** of its own, which the end of the frame
+has to match.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -25,6 +26,7 @@ from seoro.lang.plan import (
     Parallel,
     Phase,
     PhaseEvent,
+    Plan,
     Scenario,
     Serial,
     Wait,
@@ -32,28 +34,28 @@ from seoro.lang.plan import (
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Findings, Rule
 from seoro.runtime.accept.history import History, Mark, Node
+from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Untils
-from seoro.runtime.accept.world import Instance
-from seoro.runtime.environment import Environment
+from seoro.runtime.values.environment import Environment
 
 CANCELLED, SUCCEEDED, FAILED = "cancelled", "succeeded", "failed"
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A stretch of the trace in which a behavior is carried out.
+    """Stretch of the trace in which a behavior runs.
 
     Args:
-        node: In which what it carries out lies: a behavior or a modifier.
+        node: Behavior or modifier that contains the content.
         owner: The behavior itself.
         start: Its start.
         end: Its end.
-        status: How it ended.
-        children: What lies in it.
-        around: The scenario that contains the behavior.
-        cuts: The ways to end, of all, in which it may have been ended in the midst.
-        loosened: By how many layers it may last longer than what it carries out.
-        is_secondary: Whether something around the behavior may end it, and it has succeeded then.
+        status: Its end state.
+        children: Contained behaviors.
+        around: Scenario that contains the behavior.
+        cuts: End states, of all, in which it may have been cut short.
+        loosened: Number of layers by which it may outlast its content.
+        is_secondary: Whether its surroundings may end it with success.
     """
 
     node: Node
@@ -68,28 +70,28 @@ class Frame:
     is_secondary: bool = False
 
     def loose(self, *cuts: str) -> Frame:
-        """The same, of what may be held, and be ended in the midst in other ways, too."""
+        """Return the frame of content that may be held or cut short in further ways."""
         return replace(self, cuts=self.cuts.union(cuts), loosened=self.loosened + 1)
 
     @property
     def held(self) -> bool:
-        """Whether it may last longer than what it carries out."""
+        """Whether it may outlast its content."""
         return self.loosened > 0
 
     @property
     def records(self) -> tuple[int, int]:
-        """The numbers of the records that bound it."""
+        """Numbers of its first and last record."""
         return self.start.seq, self.end.seq
 
 
 @dataclass(frozen=True)
 class End:
-    """The end that what a frame carries out has by itself.
+    """End of the content of a frame.
 
     Args:
-        status: Succeeded or failed; None if it had not ended.
-        t: When it ended, or, without a status, when it went on no more [s].
-        records: What shows that.
+        status: Succeeded or failed; None if it has not ended.
+        t: Time of the end; without a status, the time at which it stopped [s].
+        records: Records that show it.
     """
 
     status: str | None
@@ -97,12 +99,12 @@ class End:
     records: tuple[int, ...] = ()
 
 
-UNKNOWN = End("unknown")  # it was overridden, or is told by nothing
+UNKNOWN = End("unknown")  # overridden, or not in the trace
 
 
 @dataclass(eq=False)
 class Matched:
-    """What was matched: places in the trace where rules apply."""
+    """Matched behaviors: places in the trace where rules apply."""
 
     plans: dict[int, Behavior] = field(default_factory=dict)  # by number of the behavior
     waits: list[tuple[Wait, Node, Instance]] = field(default_factory=list)
@@ -117,37 +119,33 @@ class Matched:
     executions: list[tuple[Instance, Frame]] = field(default_factory=list)
     labels: list[tuple[str, Node, Instance]] = field(default_factory=list)
     reactions: list[tuple[Instance, On, tuple[Node, ...]]] = field(default_factory=list)
-    around: dict[int, Instance] = field(default_factory=dict)  # scenarios around behaviors, by number
+    around: dict[int, Instance] = field(default_factory=dict)  # surrounding scenarios, by number of the behavior
 
     @property
     def overridden(self) -> frozenset[str]:
-        """The labels of what overrides may end."""
+        """Labels of behaviors that overrides may end."""
         return frozenset(override.overridden[-1] for override, _, _ in self.overrides)
 
 
 def kind_of(behavior: Behavior) -> str:
-    """What the trace calls the kind of a behavior."""
-    match behavior:
-        case Serial():
-            return "serial"
-        case Parallel():
-            return "parallel"
-        case OneOf():
-            return "one_of"
-        case Wait():
-            return "wait"
-        case Emit():
-            return "emit"
-        case CallMethod():
-            return "call"
-        case InvokeAction():
-            return "action"
-        case InvokeScenario():
-            return "scenario"
+    """Return the kind of a behavior, as in the trace."""
+    return _KINDS[type(behavior)]
+
+
+_KINDS: Mapping[type[Behavior], str] = {
+    Serial: "serial",
+    Parallel: "parallel",
+    OneOf: "one_of",
+    Wait: "wait",
+    Emit: "emit",
+    CallMethod: "call",
+    InvokeAction: "action",
+    InvokeScenario: "scenario",
+}
 
 
 def title_of(behavior: Behavior) -> str:
-    """What people call a behavior."""
+    """Return the name of a behavior for messages."""
     if behavior.label:
         return behavior.label
     match behavior:
@@ -158,86 +156,117 @@ def title_of(behavior: Behavior) -> str:
 
 
 Location = tuple[str, str, str]
-"""A place in a scenario: file, line, column; the folder may have another name than it had when it was run."""
+"""Place in a scenario: file, line, column; the folder may have been renamed since the run."""
 
 
-def location_told(node: Node) -> Location:
-    """The place that a record is of."""
-    told, _, column = node.source.rpartition(":")
-    name, _, line = told.rpartition(":")
+def recorded_location(node: Node) -> Location:
+    """Return the place in a record."""
+    recorded, _, column = node.source.rpartition(":")
+    name, _, line = recorded.rpartition(":")
     return name.replace("\\", "/").rpartition("/")[2], line, column
 
 
 def location_of(span: Span) -> Location:
-    """The place of a text."""
+    """Return the place of a text."""
     return span.file.name.replace("\\", "/").rpartition("/")[2], str(span.line), str(span.column)
 
 
 def stands_at(node: Node, span: Span) -> bool:
-    """Whether a record is of a place in the scenario."""
-    return location_told(node) == location_of(span)
+    """Whether a record is from a place in the scenario."""
+    return recorded_location(node) == location_of(span)
 
 
 def is_of(node: Node, behavior: Behavior) -> bool:
-    """Whether a behavior of the trace is one of the plan."""
+    """Whether a behavior of the trace is a given one of the plan."""
     return node.type == kind_of(behavior) and stands_at(node, behavior.span)
 
 
 def check_end(frame: Frame, end: End, rule: Rule, span: Span, history: History, findings: Findings) -> None:
-    """The end of a frame has to agree with the end of what it carries out.
+    """Check that the end of a frame matches the end of its content.
 
     Args:
         frame: The frame.
-        end: The end of what it carries out.
-        rule: Which rule that is about.
-        span: Its place in the scenario.
+        end: End of the content.
+        rule: The rule to report.
+        span: Place of the content in the scenario.
         history: The trace.
-        findings: Gets what is wrong.
+        findings: Collects violations.
     """
     if end is UNKNOWN:
         return
     shown = (*frame.records, *end.records)
     if end.status is None:
         if frame.status not in frame.cuts:
-            findings.violate(rule, f"it {frame.status} before all of it was carried out", span, *shown)
+            findings.violate(rule, f"it {frame.status} before its content has ended", span, *shown)
         elif end.t < inf and frame.loosened < 2 and not history.lasts(end.t, frame.end.t):
-            findings.violate(rule, f"it did not go on at {end.t:g} s, and was not ended then", span, *shown)
+            findings.violate(rule, f"it stopped at {end.t:g} s, but was not ended then", span, *shown)
         return
     is_then = history.lasts(end.t, frame.end.t)
     if not is_then and (end.status == FAILED or not frame.held):
         findings.violate(
             rule,
-            f"what it carries out {end.status} at {end.t:g} s, and it ends at {frame.end.t:g} s",
+            f"its content {end.status} at {end.t:g} s, but it ends at {frame.end.t:g} s",
             span,
             *shown,
         )
     elif frame.status != end.status and not (
         frame.status in frame.cuts and (is_then or frame.status == CANCELLED)
     ):
-        findings.violate(
-            Rule.OUTCOME, f"it {_ended(frame.status)}, but what it carries out {end.status}", span, *shown
-        )
+        findings.violate(Rule.OUTCOME, f"it {ended(frame.status)}, but its content {end.status}", span, *shown)
 
 
-def _ended(status: str) -> str:
+def ended(status: str) -> str:
+    """Describe the end of a behavior with a state."""
     return "was cancelled" if status == CANCELLED else status
 
 
 def emits_of_end(instance: Instance) -> list[Emit]:
-    """Where the text of a scenario emits its own `end` or `fail`."""
+    """Return all `emit end` and `emit fail` in the text of a scenario."""
     declared = instance.declaration
     found = [member for directive in declared.on for member in directive.members if isinstance(member, Emit)]
-    pending = [declared.body] if isinstance(declared, Scenario) and declared.body is not None else []
-    while pending:
-        behavior = pending.pop()
-        if isinstance(behavior, Emit):
-            found.append(behavior)
-        elif isinstance(behavior, Serial | Parallel | OneOf):
-            pending += behavior.members
+    if isinstance(declared, Scenario):
+        found += [behavior for behavior in behaviors_in(declared) if isinstance(behavior, Emit)]
     return [emit for emit in found if is_ending(emit)]
 
 
+def behaviors_in(scenario: Scenario) -> Iterator[Behavior]:
+    """Yield the behaviors in the text of a scenario."""
+    pending = [scenario.body] if scenario.body is not None else []
+    while pending:
+        behavior = pending.pop()
+        yield behavior
+        if isinstance(behavior, Serial | Parallel | OneOf):
+            pending += behavior.members
+
+
 def is_ending(emit: Emit) -> bool:
-    """Whether it ends the scenario in which it stands."""
+    """Whether an `emit` ends its scenario."""
     event = emit.event
     return isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START
+
+
+def ending_emit(instance: Instance, frame: Frame) -> Node | None:
+    """Return the executed `emit end` or `emit fail` of an instance within a frame."""
+    for start in emits_of_end(instance):
+        pending = [*frame.node.children]
+        while pending:
+            node = pending.pop()
+            if node.type == "emit" and stands_at(node, start.span):
+                return node
+            pending += node.children
+    return None
+
+
+def is_modifier(application: ModifierApplication, node: Node) -> bool:
+    """Whether a behavior of the trace is the modifier of an application."""
+    return node.type == "modifier" and node.name == application.modifier and stands_at(node, application.span)
+
+
+def modifier_of_held(frame: Frame, plan: Plan) -> ModifierApplication | None:
+    """Return the next modifier of a held struct or actor in a frame."""
+    nodes = [child for child in frame.children if child.type == "modifier"]
+    for type_ in plan.objects.values():
+        for applied in type_.modifiers:
+            if isinstance(applied, ModifierApplication) and any(is_modifier(applied, node) for node in nodes):
+                return applied
+    return None

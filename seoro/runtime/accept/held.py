@@ -1,4 +1,4 @@
-"""What instances hold: structs and actors, whose event contexts start with the execution that held them first."""
+"""Objects held by instances: their event contexts start with the execution that held them first."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from typing import Any
 
 from seoro.runtime.accept.frames import Frame, Matched
 from seoro.runtime.accept.history import History, Node
-from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.values import Actor, Struct, Value
+from seoro.runtime.accept.instances import Instance
+from seoro.runtime.accept.world import World
+from seoro.runtime.values.values import Actor, Struct, Value
 
 
 @dataclass(eq=False)
 class Held:
-    """Finds what is held.
+    """Finds held objects.
 
     Args:
-        world: The values of the trace.
+        world: Values of the trace.
         history: The trace.
-        matched: The executions of instances.
+        matched: Executions of instances.
     """
 
     world: World
@@ -27,8 +28,8 @@ class Held:
     matched: Matched
 
     def first_by(self) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
-        """The execution that held each struct and actor first; None if that is not told: where several began at
-        once, one may not have begun, or a modifier was given it, which begins before."""
+        """Executions that held each struct and actor first; None if unknown: several may have started at once, one
+        may not have started, or a modifier received the object before."""
         found: dict[Struct | Actor, tuple[Instance, Frame] | None] = {}
         for instance, frame in sorted(self.matched.executions, key=lambda each: each[1].start.seq):
             has_begun = frame.start.t < frame.end.t or frame.status not in frame.cuts
@@ -46,7 +47,7 @@ class Held:
 
 
 def _are_beside(first: Frame, second: Frame) -> bool:
-    """Whether one execution may as well have begun before another as after it."""
+    """Whether either execution may have started first."""
     if first.start.t != second.start.t or first.end.seq < second.start.seq:
         return False
     node: Node | None = second.node
@@ -67,13 +68,13 @@ def _held(values: list[Value]) -> Iterator[Struct | Actor]:
             values += dict(value.fields).values()
 
 
-def _numbers(told: Any) -> Iterator[int]:
-    """The numbers of what a told value is or has in it."""
-    if isinstance(told, dict):
-        if isinstance(told.get("object"), int):
-            yield told["object"]
-        for value in told.values():
+def _numbers(recorded: Any) -> Iterator[int]:
+    """Yield the numbers of instances in an encoded value."""
+    if isinstance(recorded, dict):
+        if isinstance(recorded.get("object"), int):
+            yield recorded["object"]
+        for value in recorded.values():
             yield from _numbers(value)
-    elif isinstance(told, list):
-        for value in told:
+    elif isinstance(recorded, list):
+        for value in recorded:
             yield from _numbers(value)

@@ -1,4 +1,4 @@
-"""A trace as it is read: behaviors with their starts and ends, and what happened beside them."""
+"""A trace in memory: behaviors with their starts and ends, events and changes of variables."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from bisect import bisect_left
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-TIME_DIGITS = 9  # times are kept to the nanosecond
+TIME_DIGITS = 9  # nanoseconds
 
 Record = dict[str, Any]
 
 
 class Mark(NamedTuple):
-    """A place in a trace: number of the record, and the time [s]."""
+    """A place in a trace: index of the record, and time [s]."""
 
     seq: int
     t: float
@@ -20,7 +20,7 @@ class Mark(NamedTuple):
 
 @dataclass(eq=False)
 class Attempt:
-    """One time that a modifier carried out what it modifies."""
+    """One run of a modified behavior."""
 
     start: Mark
     end: Mark
@@ -29,25 +29,25 @@ class Attempt:
 
 @dataclass(eq=False)
 class Node:
-    """A behavior, or a modifier, as the trace tells it.
+    """A behavior or a modifier in the trace.
 
     Args:
         number: Its `id`.
-        parent: What it is carried out in; None for the run itself.
+        parent: Behavior around it; None for the run itself.
         type: Its kind.
-        name: What people call it.
-        path: Its position, for people.
+        name: Its name.
+        path: Its position, as text.
         source: Its place in the scenario.
         start: Its start.
-        end: Its end; that of the trace, if it has none.
-        status: How it ended.
-        reason: Why.
-        arguments: The values of a modifier's parameters, as they are told.
-        children: What is carried out in it, in the order of starts.
-        attempts: Of a modifier.
-        instances: Numbers of what it invoked, in their order.
-        told: The records that tell of these.
-        cancelled: When an action was told that it is.
+        end: Its end; the end of the trace if missing.
+        status: Its end state.
+        reason: Reason of the end state.
+        arguments: Encoded values of a modifier's parameters.
+        children: Contained behaviors, in order of starts.
+        attempts: Attempts of a modifier.
+        instances: Numbers of the instances that it invoked, in order.
+        recorded: Records of these instances.
+        cancelled: Delivery of a cancellation to an action.
     """
 
     number: int
@@ -64,12 +64,12 @@ class Node:
     children: list[Node] = field(default_factory=list)
     attempts: list[Attempt] = field(default_factory=list)
     instances: list[int] = field(default_factory=list)
-    told: list[int] = field(default_factory=list)
+    recorded: list[int] = field(default_factory=list)
     cancelled: Mark | None = None
 
     @property
     def owner(self) -> Node:
-        """The behavior that a modifier is part of; of a behavior, that itself."""
+        """The modified behavior of a modifier; otherwise the behavior itself."""
         node = self
         while node.type == "modifier" and node.parent is not None:
             node = node.parent
@@ -77,68 +77,69 @@ class Node:
 
     @property
     def records(self) -> tuple[int, int]:
-        """The numbers of its records."""
+        """Indices of its records."""
         return self.start.seq, self.end.seq
 
 
 @dataclass(frozen=True)
-class Happening:
+class LoggedEvent:
     """An event, or a change of a variable.
 
     Args:
-        mark: When.
+        mark: Its place in the trace.
         of: Number of the instance that has the event or the variable.
-        name: What that calls it.
-        told: The record.
+        name: Its name in the instance.
+        recorded: The record.
     """
 
     mark: Mark
     of: int
     name: str
-    told: Record
+    recorded: Record
 
     @property
     def is_derived(self) -> bool:
-        """Whether an event was not emitted, but what it is declared to be has occurred."""
-        return bool(self.told.get("derived"))
+        """Whether an event occurred through its source, without an `emit`."""
+        return bool(self.recorded.get("derived"))
 
 
 @dataclass(eq=False)
 class History:
-    """All of a trace.
+    """A whole trace.
 
     Args:
-        records: The records.
         run: `run.start`.
         end: `run.end`.
-        root: The behavior that is the run itself.
+        root: Root behavior of the run.
+        records: The records.
         nodes: Behaviors by number.
-        events: Events of instances, by the number of the instance and the name.
-        changes: Changes of variables, likewise.
-        instances: The records of instances.
-        times: The instants that the trace shows [s].
+        events: Events of instances, by number of the instance and name.
+        changes: Changes of variables, by number of the instance and name.
+        instances: Records of instances.
+        times: Instants of the trace [s].
+        cleanups: Starts and ends of clean-ups of cancelled actions [s].
     """
 
-    records: list[Record]
-    run: Record
-    end: Record
-    root: Node
-    nodes: dict[int, Node]
-    events: dict[tuple[int, str], list[Happening]]
-    changes: dict[tuple[int, str], list[Happening]]
-    instances: list[Record]
-    times: list[float]
+    run: Record = field(init=False)
+    end: Record = field(init=False)
+    root: Node = field(init=False)
+    records: list[Record] = field(default_factory=list)
+    nodes: dict[int, Node] = field(default_factory=dict)
+    events: dict[tuple[int, str], list[LoggedEvent]] = field(default_factory=dict)
+    changes: dict[tuple[int, str], list[LoggedEvent]] = field(default_factory=dict)
+    instances: list[Record] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
     cleanups: list[tuple[float, float]] = field(default_factory=list)
 
     @property
     def is_exact(self) -> bool:
-        """Whether the runtime is the master of time and meets each moment exactly."""
+        """Whether instants are exactly at due times, as on deterministic clocks."""
         return self.run.get("clock") == "virtual"
 
     def reached(self, due: float) -> float:
-        """When what is due at a time happens [s]: on clocks that are read, in the first instant from then on.
+        """Return the time at which a due event happens [s]: on real clocks, in the first instant from then on.
 
-        It is infinite if the trace does not reach as far.
+        Infinite if the trace ends before.
         """
         due = round(due, TIME_DIGITS)
         if self.is_exact:
@@ -147,15 +148,14 @@ class History:
         return self.times[index] if index < len(self.times) else float("inf")
 
     def lasts(self, since: float, until: float) -> bool:
-        """Whether what is ended at one time has its end at another: in the same instant, unless actions that were
-        cancelled have cleaned up meanwhile."""
-        for start, end in self.cleanups:  # in the order of starts
+        """Whether a cancellation can complete at a later time: after clean-ups of cancelled actions."""
+        for start, end in self.cleanups:  # ordered by starts
             if start <= since < end:
                 since = end
         return since >= until
 
     def may_be_one(self, first: int, second: int) -> bool:
-        """Whether two changes, of variables or of what labels stand for, may have taken hold at once."""
+        """Whether two changes, of variables or labels, may have been committed together."""
         records = self.records
         if records[first]["t"] != records[second]["t"]:
             return False

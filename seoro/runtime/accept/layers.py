@@ -1,6 +1,6 @@
-"""What lies around a behavior, the outermost first: `until`, modifiers, overrides, and its duration.
+"""Layers around a behavior, the outermost first: `until`, modifiers, overrides, and its duration.
 
-Directives `until` that stand in a row are one, which any of their events meets (7.6.2.5.4).
+Adjacent directives `until` form one layer, which any of their events meets (7.6.2.5.4).
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from seoro.lang.plan import (
     Wait,
 )
 from seoro.lang.source import Span
-from seoro.runtime.accept.about_times import has_times
+from seoro.runtime.accept.constrained_times import has_times
 
 
 @dataclass(frozen=True)
 class Untils:
-    """Directives `until` that stand in a row."""
+    """Adjacent directives `until`."""
 
     directives: tuple[Until, ...]
 
 
 @dataclass(frozen=True)
 class Duration:
-    """How long it lasts.
+    """Duration of a behavior.
 
     Args:
-        expression: What an argument says; None if there is none.
-        behavior: Whose constraints may say more; None for the run itself.
+        expression: Argument, or None.
+        behavior: Behavior whose constraints may bound it; None for the run itself.
     """
 
     expression: Expression | None
@@ -52,7 +52,7 @@ Layer: TypeAlias = Untils | ModifierApplication | Override | Duration
 
 
 def layers_of(behavior: Behavior, plan: Plan) -> tuple[Layer, ...]:
-    """The layers of a behavior."""
+    """Return the layers of a behavior."""
     match behavior:
         case Wait() | Emit() | CallMethod():
             return ()
@@ -71,14 +71,14 @@ def layers_of(behavior: Behavior, plan: Plan) -> tuple[Layer, ...]:
 
 
 def layers_of_run(plan: Plan) -> tuple[Layer, ...]:
-    """The layers of the run itself."""
+    """Return the layers of the run itself."""
     declared = plan.scenarios[plan.entry]
     own = layers_in(declared.modifiers)
     return (*own, Duration(None, None, declared.span)) if has_times(None, own, plan) else own
 
 
 def layers_in(modifications: Iterable[Modification]) -> tuple[Layer, ...]:
-    """The layers of what stands in a `with` block, or in a declaration."""
+    """Return the layers of a `with` block or a declaration."""
     layers: list[Layer] = []
     row: list[Until] = []
     for modification in modifications:

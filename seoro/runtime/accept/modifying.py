@@ -1,19 +1,19 @@
-"""The modifiers of `osc.helpers`: how their ends follow from those of what they modify.
+"""Modifiers of `osc.helpers`: their ends follow from those of the modified behaviors.
 
-What other libraries carry out has rules that nobody but they know; it is told as not checked.
+The rules of other libraries are unknown; they are reported as unchecked.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from seoro.lang.plan import Modifier, ModifierApplication
 from seoro.runtime.accept.compositions import was_overridden
-from seoro.runtime.accept.findings import Findings, Rule
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched
-from seoro.runtime.accept.history import Attempt, History, Node
+from seoro.runtime.accept.findings import Rule
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched, ended
+from seoro.runtime.accept.history import Attempt, Node
+from seoro.runtime.accept.world import Checker
 
 _LIBRARY: Final = "osc.helpers"
 _LIMITED: Final = frozenset({"timeout", "running_is_failure", "running_is_success"})
@@ -31,29 +31,20 @@ _OUTCOMES: Final[
 }
 
 
-@dataclass(eq=False)
-class Modifying:
-    """Checks modifiers.
-
-    Args:
-        history: The trace.
-        findings: Gets what is wrong.
-    """
-
-    history: History
-    findings: Findings
+class ModifierChecker(Checker):
+    """Check of modifiers."""
 
     def check(self, matched: Matched) -> None:
-        """Check all of them."""
+        """Check all modifiers."""
         overridden = matched.overridden
         for application, modifier, node, _ in matched.modifiers:
             for span in (*(on.span for on in modifier.on), *(sample.span for sample in modifier.samples)):
-                reason = "what a modifier does at events is not decided, but that it ends what it modifies"
+                reason = "the reactions of a modifier are not decided, except that they end the modified behavior"
                 self.findings.skip(Rule.MODIFIER, reason, span)
             if modifier.library == _LIBRARY:
                 self._check(application, modifier, node, _outcomes(node, overridden))
             elif modifier.library is not None or node.attempts:
-                reason = f"`{modifier.name}` is carried out by Python, whose rules are not known"
+                reason = f"`{modifier.name}` is implemented in Python with unknown rules"
                 self.findings.skip(Rule.MODIFIER, reason, application.span)
 
     def _check(
@@ -68,7 +59,9 @@ class Modifying:
             self._check_again(modifier.name, node, outcomes, wrong)
             return
         if len(attempts) > 1:
-            wrong(f"`{modifier.name}` carries it out {len(attempts)} times", attempts[1].start.seq)
+            wrong(
+                f"`{modifier.name}` runs the behavior {len(attempts)} times; expected once", attempts[1].start.seq
+            )
         if modifier.name in _LIMITED:
             self._check_limit(modifier.name, node, wrong)
         if not attempts or node.status == CANCELLED:
@@ -76,67 +69,63 @@ class Modifying:
         outcome = attempts[0].status if modifier.name in _LIMITED else outcomes[0]
         due = _OUTCOMES.get(modifier.name, {}).get(outcome)
         if due != node.status:
-            wrong(f"`{modifier.name}` {node.status}, and what it modifies {_ended(outcome)}", attempts[0].end.seq)
+            wrong(f"`{modifier.name}` {node.status}, but the behavior {ended(outcome)}", attempts[0].end.seq)
 
     def _check_times(self, node: Node, wrong: Callable[..., None]) -> None:
-        """What is carried out starts with it; each next attempt when the one before has ended; then it ends."""
+        """Check that each attempt starts when the previous one has ended, the first with the modifier."""
         due, seq = node.start.t, node.start.seq
         for attempt in node.attempts:
             if attempt.start.t != due:
-                wrong(f"an attempt starts at {attempt.start.t:g} s, and not at {due:g} s", seq, attempt.start.seq)
+                wrong(f"an attempt starts at {attempt.start.t:g} s; expected {due:g} s", seq, attempt.start.seq)
             due, seq = attempt.end.t, attempt.end.seq
         if node.attempts and node.status != CANCELLED and node.end.t != due:
-            wrong(f"it ends at {node.end.t:g} s, and what it modifies at {due:g} s", seq)
+            wrong(f"it ends at {node.end.t:g} s, but the behavior at {due:g} s", seq)
 
     def _check_again(self, name: str, node: Node, outcomes: Sequence[str], wrong: Callable[..., None]) -> None:
-        """`repeat` goes on while it succeeds, `retry` while it fails, so often as they are to."""
+        """Check the attempts of `repeat`, which continues after success, and `retry`, after failure."""
         count, attempts = node.arguments.get("count"), node.attempts
         goes_on = SUCCEEDED if name == "repeat" else FAILED
         for attempt, outcome in zip(attempts[:-1], outcomes, strict=False):
             if outcome != goes_on:
-                wrong(f"`{name}` goes on after an attempt that {_ended(outcome)}", attempt.end.seq)
+                wrong(f"`{name}` continues after an attempt that {ended(outcome)}", attempt.end.seq)
         if not isinstance(count, int):
-            wrong("its count is not told")
+            wrong("its count is missing")
             return
         if 0 <= count < len(attempts):
-            wrong(f"`{name}` makes {len(attempts)} attempts of {count}", attempts[count].start.seq)
+            wrong(f"`{name}` makes {len(attempts)} attempts; expected {count}", attempts[count].start.seq)
         if node.status == CANCELLED or not attempts:
             return
         last = attempts[-1]
         if outcomes[-1] == goes_on and len(attempts) != count:
-            wrong(f"`{name}` ends after {len(attempts)} attempts of {_times(count)}", last.end.seq)
+            wrong(f"`{name}` ends after {len(attempts)} attempts; expected {_times(count)}", last.end.seq)
         if last.status != node.status:
-            wrong(f"`{name}` {node.status}, and its last attempt {_ended(last.status)}", last.end.seq)
+            wrong(f"`{name}` {node.status}, but its last attempt {ended(last.status)}", last.end.seq)
 
     def _check_limit(self, name: str, node: Node, wrong: Callable[..., None]) -> None:
-        """What does not end in time is cancelled then, and not before."""
+        """Check that attempts are cancelled at the time limit, and not before."""
         limit: Any = node.arguments.get("duration") if name == "timeout" else 0.0
         if not isinstance(limit, int | float):
-            wrong("its duration is not told")
+            wrong("its duration is missing")
             return
         latest = self.history.reached(node.start.t + limit)
         for attempt in node.attempts:
             if attempt.end.t > latest and not self._is_cut(attempt, latest):
-                wrong(f"what it modifies lasts longer than {limit:g} s", attempt.end.seq)
+                wrong(f"the behavior lasts longer than {limit:g} s", attempt.end.seq)
             elif attempt.status == CANCELLED and node.status != CANCELLED and attempt.end.t < latest:
-                wrong(f"what it modifies is cancelled before {limit:g} s have passed", attempt.end.seq)
+                wrong(f"the behavior is cancelled before {limit:g} s have passed", attempt.end.seq)
 
     def _is_cut(self, attempt: Attempt, latest: float) -> bool:
         return attempt.status == CANCELLED and self.history.lasts(latest, attempt.end.t)
 
 
 def _outcomes(node: Node, overridden: frozenset[str]) -> list[str]:
-    """How the attempts of a modifier ended; what was overridden counts as succeeded."""
+    """Return the end states of the attempts of a modifier; overridden ones count as succeeded."""
     found = []
     for attempt in node.attempts:
         within = (each for each in node.children if attempt.start.seq < each.start.seq < attempt.end.seq)
         is_cancelled = attempt.status == CANCELLED
         found.append(SUCCEEDED if is_cancelled and was_overridden(within, overridden) else attempt.status)
     return found
-
-
-def _ended(status: str) -> str:
-    return "was cancelled" if status == CANCELLED else status
 
 
 def _times(count: int) -> str:

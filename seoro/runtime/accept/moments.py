@@ -1,8 +1,8 @@
-"""When an event specification is met (7.3.10.4), for one who listens from a place of the trace on.
+"""Moments at which an event specification is met (7.3.10.4), for a subscriber from a place of the trace on.
 
-A moment may be a span of time, where a duration was drawn from a range. It is *sure* if the specification was met
-then; others may have been met, as far as the trace tells: changes of variables that follow each other at once may
-have taken hold together.
+A moment may be a span of time if a duration was drawn from a range. It is *sure* if the specification was
+certainly met then. Others are possible as far as the trace shows: changes of variables in a row may have been
+committed together.
 """
 
 from __future__ import annotations
@@ -27,57 +27,58 @@ from seoro.lang.plan import (
 )
 from seoro.runtime.accept.channels import Channel, Channels
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.hearing import Hearing
-from seoro.runtime.accept.history import TIME_DIGITS, Happening, History, Mark
+from seoro.runtime.accept.history import TIME_DIGITS, History, LoggedEvent, Mark
+from seoro.runtime.accept.instances import Holder, TimedFields
 from seoro.runtime.accept.pasts import Past
-from seoro.runtime.accept.world import EventObject, NothingInvoked, TimedFields, World, has_labels
-from seoro.runtime.environment import Environment, Reads
-from seoro.runtime.values import Range
+from seoro.runtime.accept.received import Received
+from seoro.runtime.accept.world import NothingInvoked, World, has_labels
+from seoro.runtime.values.environment import Environment, Reads
+from seoro.runtime.values.values import Range
 
-_MOST = 100_000  # moments of one who listens; more would take too long
-_NESTING = 64  # of events that are derived from one another; the runtime refuses more
+_MOST = 100_000  # moments of one subscriber; more would take too long
+_NESTING = 64  # of derived events; the runtime refuses more
 
 
 @dataclass(frozen=True)
 class Moment:
-    """When a specification was met.
+    """A moment at which a specification was met.
 
     Args:
-        first: The earliest time [s].
-        last: The latest [s].
-        sure: Whether it was.
-        happening: The event, if it was one that was emitted.
+        first: Earliest time [s].
+        last: Latest time [s].
+        sure: Whether it was certainly met.
+        occurrence: Emitted event, if any.
     """
 
     first: float
     last: float
     sure: bool
-    happening: Happening | None = None
+    occurrence: LoggedEvent | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Listening:
-    """One who listens.
+    """A subscriber.
 
     Args:
-        start: The start of the event context.
-        limit: Up to when moments are asked for [s].
-        environment: What names stand for.
-        past: Gives what is in the causal past at the start.
-        heard_until: Up to when all of that is heard [s]; in that instant it may have ended before.
-        armed: From when on what it listens to is there; None if it is from the start on.
+        start: Start of the event context.
+        limit: Last time of interest [s].
+        environment: Environment of the specification.
+        past: Returns the causal past at the start.
+        receives_until: Time until which it certainly receives [s]; it may have ended before in that instant.
+        armed: Start of the event's existence; None if from the start on.
     """
 
     start: Mark
     limit: float
     environment: Environment
     past: Callable[[], Past]
-    heard_until: float
+    receives_until: float
     armed: Mark | None = None
 
     @property
     def since(self) -> Mark:
-        """From when on something may be met."""
+        """First place at which it may be met."""
         return self.armed or self.start
 
 
@@ -87,32 +88,32 @@ class Moments:
 
     Args:
         history: The trace.
-        world: Its values.
-        channels: Finds events.
-        hearing: Told of the derived events that are met.
+        world: Values of the trace.
+        channels: Resolves event references.
+        received: Collects received derived events.
     """
 
     history: History
     world: World
     channels: Channels
-    hearing: Hearing
+    received: Received
 
     def of(self, specification: EventSpecification, listening: Listening, depth: int = 0) -> list[Moment]:
-        """All moments within an event context, in the order of time.
+        """Return all moments within an event context, in the order of time.
 
         Raises:
-            Undecided: The trace does not tell them.
+            Undecided: The trace lacks the data.
         """
         try:
             found = list(self._of(specification, listening, depth))
         except Undecided:
-            self.hearing.give_up(specification)
+            self.received.give_up(specification)
             raise
         return sorted(found, key=lambda moment: (moment.first, moment.last))
 
     def _of(self, specification: EventSpecification, listening: Listening, depth: int) -> Iterator[Moment]:
         if depth > _NESTING:
-            raise Undecided("events are derived from one another too deeply")
+            raise Undecided("derived events are nested too deeply")
         if isinstance(specification, OnEvent):
             occurrences = self._occurrences(specification.event, listening, depth)
             yield from self._guarded(specification, listening, occurrences, depth)
@@ -129,14 +130,16 @@ class Moments:
                 inside = replace(listening, armed=channel.start, environment=channel.environment)
                 for moment in self.of(declared.specification, inside, depth + 1):
                     for meant in self._while_meant(channel, moment):
-                        self.hearing.hear(channel.of, channel.name, meant.first, meant.last)
-                        is_sure = meant.sure and meant.first == meant.last and meant.first < listening.heard_until
+                        self.received.add(channel.of, channel.name, meant.first, meant.last)
+                        is_sure = (
+                            meant.sure and meant.first == meant.last and meant.first < listening.receives_until
+                        )
                         if is_sure and self.history.is_exact:
-                            self.hearing.due[channel.of, channel.name, meant.first] = None
-                        yield replace(meant, happening=None)
+                            self.received.due[channel.of, channel.name, meant.first] = None
+                        yield replace(meant, occurrence=None)
 
     def _while_meant(self, channel: Channel, moment: Moment) -> Iterator[Moment]:
-        """A moment, if a reference means the event then; in the instant in which that changes, it may."""
+        """Yield a moment if the reference resolves to the event then; possibly, in the instant of a change."""
         if channel.end == math.inf:
             yield moment
             return
@@ -146,22 +149,22 @@ class Moments:
 
     def _emitted(self, channel: Channel, listening: Listening) -> Iterator[Moment]:
         start, past = listening.start, None
-        for happening in self.channels.between(channel.of, channel.name, channel.start.t, listening.limit):
-            seq, t = happening.mark
-            if happening.is_derived or seq > channel.end:
+        for occurrence in self.channels.between(channel.of, channel.name, channel.start.t, listening.limit):
+            seq, t = occurrence.mark
+            if occurrence.is_derived or seq > channel.end:
                 continue
             if t == start.t:
                 past = past or listening.past()
                 if seq in past.surely:
                     continue
-                yield Moment(t, t, seq not in past.perhaps, happening)
+                yield Moment(t, t, seq not in past.perhaps, occurrence)
             else:
-                yield Moment(t, t, True, happening)
+                yield Moment(t, t, True, occurrence)
 
     def _guarded(
         self, specification: OnEvent, listening: Listening, occurrences: Iterator[Moment], depth: int
     ) -> Iterator[Moment]:
-        """The occurrences at which the condition of an event holds."""
+        """Yield the occurrences for which the condition of an event holds."""
         match specification.condition:
             case None:
                 yield from occurrences
@@ -187,23 +190,23 @@ class Moments:
     def _if_holds(
         self, expression: Expression, name: str | None, listening: Listening, moment: Moment
     ) -> Iterator[Moment]:
-        """A moment, if a condition holds then; the condition sees the occurrence by its name."""
-        environment, happening = listening.environment, moment.happening
+        """Yield a moment if a condition holds then; the condition sees the occurrence by its name."""
+        environment, occurrence = listening.environment, moment.occurrence
         if name is not None:
-            arguments = self.world.arguments.get(happening.mark.seq, {}) if happening is not None else {}
-            environment = replace(environment, bindings={**environment.bindings, name: EventObject(arguments)})
+            arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
+            environment = environment.bind(**{name: Holder((), arguments)})
         if moment.first != moment.last:
             yield replace(moment, sure=False)
             return
         begin = listening.start.seq
-        if happening is not None:
-            begin = max(begin, happening.mark.seq)
+        if occurrence is not None:
+            begin = max(begin, occurrence.mark.seq)
         values = [self._holds(expression, environment, seq) for seq in self._states(begin, moment.first)]
         if any(values):
             yield replace(moment, sure=moment.sure and all(values))
 
     def _states(self, begin: int, t: float) -> list[int]:
-        """Places of an instant at which variables may have had different values, from a record on."""
+        """Return places of an instant with possibly different values of variables, from a record on."""
         records = self.history.records
         first = max(begin, bisect_left(records, t, key=lambda record: record["t"]))
         places = [first + 1]
@@ -215,10 +218,10 @@ class Moments:
         return places
 
     def values_at(self, expression: Expression, environment: Environment, t: float) -> set[bool]:
-        """The values that a condition may have had in an instant.
+        """Return the possible values of a condition in an instant.
 
         Raises:
-            Undecided: The trace does not tell them.
+            Undecided: The trace lacks the data.
         """
         states = self._states(0, t)
         return {self._holds(expression, environment, seq) for seq in (states[0] - 1, *states)}
@@ -254,8 +257,8 @@ class Moments:
         if not all(
             isinstance(bound, int | float) and math.isfinite(bound) and bound >= 0 for bound in (low, high)
         ):
-            raise Undecided(f"`{expression.span.text}` is no duration")
-        return float(low), float(high)  # type: ignore[arg-type] # they are numbers
+            raise Undecided(f"`{expression.span.text}` is not a duration")
+        return float(low), float(high)  # type: ignore[arg-type] # numbers
 
     def _ticks(self, every: Every, listening: Listening) -> Iterator[Moment]:
         period, _ = self._seconds(every.period, listening)
@@ -278,8 +281,8 @@ class Moments:
     def _turns(
         self, expression: Expression, awaited: bool, listening: Listening, *, counts_from_start: bool
     ) -> Iterator[Moment]:
-        """When an expression becomes true, or false."""
-        last: bool | None = None  # the value that it surely had before
+        """Yield the moments at which an expression becomes true, or false."""
+        last: bool | None = None  # certain value before
         begun = self._values_before(expression, listening)
         for number, (t, value, is_sure) in enumerate(self._values(expression, listening)):
             if number > _MOST:
@@ -294,17 +297,17 @@ class Moments:
                 last = value
 
     def _values_before(self, expression: Expression, listening: Listening) -> set[bool]:
-        """The values that an expression had in the instant of the start, before: of what was invoked in the same
-        round, one who listens sees what was there when that began."""
-        if not has_labels(expression):
+        """Return the values of an expression in the instant of the start, before that. Of invocations in the same
+        delta cycle, the subscriber sees the earlier state."""
+        if not has_labels(expression, self.world.plan.methods):
             return set()
         places = self.world.instances_before(*listening.since)
         return {self._holds(expression, listening.environment, seq) for seq in places}
 
     def _values(self, expression: Expression, listening: Listening) -> Iterator[tuple[float, bool, bool]]:
-        """The values of an expression, when it may have another one, and whether it surely had that."""
+        """Yield possible changes of an expression: time, value, and whether it is certain."""
         (seq, t), last = listening.since, None
-        depends_on_labels = has_labels(expression)
+        depends_on_labels = has_labels(expression, self.world.plan.methods)
         while t <= listening.limit:
             reads = Reads()
             try:

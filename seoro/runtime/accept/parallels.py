@@ -1,8 +1,8 @@
-"""`parallel` (7.6.2.1.4): how its members lie to the first, the primary one.
+"""`parallel` (7.6.2.1.4): timing of its members relative to the first, the primary one.
 
-A secondary member starts in an interval around the start of the primary one, and ends in one around its end;
-kinds of overlap and offsets bound both. Where `start_to_start` says nothing, all start together: the standard
-leaves that open.
+A secondary member starts in an interval around the start of the primary one, and ends in one around its end. Kinds
+of overlap and offsets bound both. Without `start_to_start`, all members start together: the standard leaves that
+open.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, UNKNOWN, E
 from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import World
-from seoro.runtime.values import Range
+from seoro.runtime.values.values import Range
 
 _ANY: Final = (-inf, inf)
 _ALLOWED: Final[Mapping[Overlap, tuple[tuple[float, float], tuple[float, float]]]] = {  # starts, ends
@@ -34,7 +34,7 @@ _ALLOWED: Final[Mapping[Overlap, tuple[tuple[float, float], tuple[float, float]]
 
 
 class _Fault(NamedTuple):
-    """A member that does not lie to the primary one as it should; when that was clear, and what is wrong."""
+    """A member that violates the timing, with the time and the description of the fault."""
 
     t: float
     message: str
@@ -42,7 +42,7 @@ class _Fault(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """Offsets of secondary members from the primary one [s]."""
+    """Bounds of the offsets of secondary members from the primary one [s]."""
 
     starts: tuple[float, float]
     ends: tuple[float, float]
@@ -50,15 +50,15 @@ class Bounds(NamedTuple):
 
     @property
     def may_end_secondaries(self) -> bool:
-        """Whether secondary members that have no end of their own are ended."""
+        """Whether open-ended secondary members are ended."""
         return self.ends[1] < inf
 
 
 def bounds_of(plan: Parallel, frame: Frame, world: World, timing: Timing) -> Bounds:
-    """What the arguments of a composition say, and constraints on its offsets.
+    """Return the bounds from the arguments of a composition and the constraints on its offsets.
 
     Raises:
-        Undecided: The trace does not tell their values.
+        Undecided: The trace lacks their values.
     """
     after_starts, after_ends = (timing.offset(name, plan, frame) for name in ("start_to_start", "end_to_end"))
     overlap = timing.overlap(plan, frame)
@@ -74,14 +74,14 @@ def bounds_of(plan: Parallel, frame: Frame, world: World, timing: Timing) -> Bou
     if after_ends is not None:
         ends = _within((after_ends.low, after_ends.high), ends)
     if starts[0] > starts[1] or ends[0] > ends[1]:
-        raise Undecided(f"an offset is excluded by `overlap: {overlap.value}`")
+        raise Undecided(f"an offset contradicts `overlap: {overlap.value}`")
     return Bounds(starts, ends, plan.start_to_start is None and after_starts is None)
 
 
 def _range(expression: Expression, frame: Frame, world: World) -> tuple[float, float]:
     found = world.value(expression, frame.around.environment, frame.start.seq)
     if not isinstance(found, Range):
-        raise Undecided(f"`{expression.span.text}` is no range")
+        raise Undecided(f"`{expression.span.text}` is not a range")
     return found.low, found.high
 
 
@@ -92,13 +92,13 @@ def _within(given: tuple[float, float], allowed: tuple[float, float]) -> tuple[f
 def end_of_parallel(
     plan: Parallel, frame: Frame, bounds: Bounds | None, checking: Checking
 ) -> tuple[list[tuple[Behavior, Node]], End]:
-    """The members that were carried out, and the end of all.
+    """Check a `parallel`; return its members in the trace and its end.
 
     Args:
         plan: The composition.
-        frame: Where it was carried out.
-        bounds: What its arguments say; None if that is not known.
-        checking: What checks need.
+        frame: Its frame.
+        bounds: Bounds of its offsets; None if unknown.
+        checking: Shared data of checks.
     """
     placed = checking.place_members(plan.members, frame.children, Rule.PARALLEL, plan.span)
     found = [(plan.members[index], node) for index, node in placed]
@@ -111,7 +111,7 @@ def end_of_parallel(
 
 
 class _Members:
-    """The members that were carried out; arguments as above."""
+    """Check of a `parallel`; for the arguments see `end_of_parallel`."""
 
     def __init__(
         self, plan: Parallel, frame: Frame, bounds: Bounds, nodes: dict[int, Node], checking: Checking
@@ -124,16 +124,16 @@ class _Members:
         self._history = checking.history
 
     def check_starts(self) -> None:
-        """Members start together, or as far apart as they may."""
+        """Check that members start together, or within the bounds of their offsets."""
         findings, frame, members = self._checking.findings, self._frame, self._plan.members
         start, primary = frame.start.t, self._nodes.get(0)
         if self._nodes and min(node.start.t for node in self._nodes.values()) != start:
-            findings.violate(Rule.PARALLEL, "no member starts with it", self._plan.span, *frame.records)
+            findings.violate(Rule.PARALLEL, "no member starts at its start", self._plan.span, *frame.records)
         for index, node in self._nodes.items():
             span = members[index].span
             if self._bounds.starts_together:
                 if node.start.t != start:
-                    message = f"`{node.name}` starts at {node.start.t:g} s, and not at {start:g} s with the others"
+                    message = f"`{node.name}` starts at {node.start.t:g} s; expected {start:g} s, with the others"
                     findings.violate(Rule.PARALLEL, message, span, frame.start.seq, node.start.seq)
             elif primary is not None and index > 0 and not self._is_offset(node.start.t, primary.start.t):
                 message = f"`{node.name}` starts {_offset(node.start.t - primary.start.t)} the primary member"
@@ -151,7 +151,7 @@ class _Members:
         )
 
     def _latest_start(self, index: int) -> float:
-        """When a member has to have started that has not."""
+        """Return the latest start of a member that has not started."""
         if self._bounds.starts_together or not self._nodes:
             return self._frame.start.t
         if index > 0:
@@ -160,7 +160,7 @@ class _Members:
         return max(node.start.t for node in self._nodes.values()) - self._bounds.starts[0]
 
     def _frame_goes_on_after(self, due: float) -> bool:
-        """Whether it was neither ended nor failing in the instant at a time, and lasted until then."""
+        """Whether it continued after a time, neither ended nor failing in that instant."""
         if due == inf:
             return False
         reached = self._history.reached(due)
@@ -170,7 +170,7 @@ class _Members:
     # -------------------------------------------------------- ends
 
     def end(self) -> End:
-        """When all members had ended, or the first failed, or did not lie to the primary one as it should."""
+        """Return the end: after all members, or with the first failure or timing fault."""
         failed = [node for node in self._nodes.values() if node.status == FAILED]
         first = min(failed, key=lambda node: node.end, default=None)
         fault = min(self._faults(), default=None)
@@ -184,7 +184,7 @@ class _Members:
         skipped = [UNKNOWN for member in missing if self._checking.may_be_overridden(member)]
         ends += skipped
         if UNKNOWN in ends and self._frame.status == FAILED:
-            return UNKNOWN  # what was overridden has ended, perhaps where none may lie to the primary one
+            return UNKNOWN  # an overridden member has ended, possibly against the timing
         if any(end.status is None for end in ends) or len(skipped) < len(missing):
             cancelled = [node.end.t for node in self._nodes.values() if node.status == CANCELLED]
             return End(None, max(cancelled, default=inf))
@@ -193,7 +193,7 @@ class _Members:
         return End(SUCCEEDED, max(node.end.t for node in self._nodes.values()))
 
     def _end_of_fault(self, fault: _Fault) -> End:
-        """A fault is the composition's own failure; if it did not fail then, a rule is broken."""
+        """Return the end by a timing fault; report if the composition did not fail then."""
         node = self._nodes[fault.member]
         frame = self._frame
         has_failed = frame.status == FAILED and self._history.lasts(fault.t, frame.end.t)
@@ -205,18 +205,18 @@ class _Members:
         return End(FAILED, self._last_end(fault.t), node.records) if has_failed else UNKNOWN
 
     def _check_others_ended(self, first: Node) -> None:
-        """The others are cancelled when a member fails."""
+        """Check that the others are cancelled when a member fails."""
         for index, node in self._nodes.items():
             span = self._plan.members[index].span
             if node.start.t > first.end.t:
                 message = f"`{node.name}` starts after `{first.name}` has failed"
                 self._checking.findings.violate(Rule.OUTCOME, message, span, first.end.seq, node.start.seq)
             elif node.end.t > first.end.t and not self._history.lasts(first.end.t, node.end.t):
-                message = f"`{node.name}` goes on after `{first.name}` has failed"
+                message = f"`{node.name}` continues after `{first.name}` has failed"
                 self._checking.findings.violate(Rule.OUTCOME, message, span, first.end.seq, node.end.seq)
 
     def _last_end(self, t: float) -> float:
-        """When the last member had cleaned up after a time."""
+        """Return the time at which the last member finished its clean-up after `t`."""
         ends = [node.end.t for node in self._nodes.values() if self._history.lasts(t, node.end.t)]
         return max([t, *ends])
 
@@ -232,7 +232,7 @@ class _Members:
                 yield from self._end_faults(index, node, primary)
 
     def _overlap_fault(self, index: int, node: Node) -> Iterator[_Fault]:
-        """There has to be an instant in which all members run."""
+        """Check that there is an instant in which all members run."""
         late = [other for other in self._nodes.values() if other.start.t > node.end.t]
         missing = (member for place, member in enumerate(self._plan.members) if place not in self._nodes)
         is_missing = any(not self._checking.may_be_overridden(member) for member in missing)
@@ -247,7 +247,7 @@ class _Members:
         if node.status == SUCCEEDED and low > -inf:
             latest = reached(end + max(-low, 0.0))
             if primary.end.t > latest or self._was_cut(primary, latest):
-                yield _Fault(latest, f"`{name}` ended before the primary member, which ran on", index)
+                yield _Fault(latest, f"`{name}` ended before the primary member, which was still running", index)
             elif primary.status == SUCCEEDED and low > 0 and end < primary.end.t + low - 1e-9:
                 t = max(end, primary.end.t)
                 yield _Fault(t, f"`{name}` ended {_offset(end - primary.end.t)} the primary member", index)
@@ -266,13 +266,13 @@ class _Members:
                 yield _Fault(t, f"`{name}` ended {_offset(end - primary.end.t)} the primary member", index)
 
     def _was_cut(self, node: Node, t: float) -> bool:
-        """Whether a member still ran at a time, and was cancelled since the composition failed."""
+        """Whether a member still ran at a time, and was cancelled by the failure of the composition."""
         is_cut = node.status == CANCELLED and node.end.t >= t and self._history.lasts(t, node.end.t)
         return is_cut and self._frame.status == FAILED and not self._checking.was_overridden(node)
 
 
 def _not_after(t: float, limit: float, reached: Callable[[float], float]) -> bool:
-    """Whether a time is no later than what is due at a limit happens."""
+    """Whether a time is not after the event that is due at a limit."""
     return limit == inf or t <= limit + 1e-9 or t <= reached(limit)
 
 

@@ -1,8 +1,8 @@
-"""What a flow of control cannot see (again) when it begins to listen: its causal past in that instant (7.6.2.5).
+"""Causal pasts in an instant (7.6.2.5): occurrences that a task does not receive (again).
 
-An occurrence belongs to an instant, and a flow does not see those that it emitted or consumed itself, nor those
-that flows which it was forked from or joined did. A trace does not tell which occurrence ended a `wait`; where
-there were several that may have, they are *perhaps* in the past.
+An occurrence belongs to an instant. A task does not receive occurrences that it emitted or received itself, nor
+those of the tasks that started it or that it joined. A trace does not identify the occurrence that ended a `wait`;
+if several may have, they are *perhaps* in the past.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched
-from seoro.runtime.accept.history import Happening, History, Mark, Node
-from seoro.runtime.environment import Environment
+from seoro.runtime.accept.history import History, LoggedEvent, Mark, Node
+from seoro.runtime.values.environment import Environment
 
 
 @dataclass
 class Past:
-    """Records of events in the past of one who begins to listen.
+    """Records of events in the past of a subscriber.
 
     Args:
-        surely: What is.
-        perhaps: What may be.
+        surely: Certain ones.
+        perhaps: Possible ones.
     """
 
     surely: set[int] = field(default_factory=set)
@@ -38,15 +38,15 @@ class Pasts:
 
     Args:
         history: The trace.
-        matched: The places of rules.
-        channels: Finds the events that are referred to.
-        emitted: The records of the events that behaviors emitted, by their numbers.
+        matched: Matched behaviors.
+        channels: Resolves event references.
+        emitted: Records of emissions, by the numbers of the behaviors.
     """
 
     history: History
     matched: Matched
     channels: Channels
-    emitted: dict[int, Happening]
+    emitted: dict[int, LoggedEvent]
 
     def __post_init__(self) -> None:
         self._reactions = {node.number for _, _, nodes in self.matched.reactions for node in nodes}
@@ -59,12 +59,12 @@ class Pasts:
                 self._untils.setdefault(frame.node.number, []).append(listening)
 
     def before(self, node: Node, mark: Mark) -> Past:
-        """The past of a flow at a place within a behavior."""
+        """Return the past of a task at a place within a behavior."""
         past = Past()
         current: Node | None = node
         while current is not None:
             self._add_beginning(current, mark, past)
-            self._add_untils(current, mark, past)  # of earlier attempts
+            self._add_untils(current, mark, past)  # earlier attempts
             for earlier, joined in self._ended_before(current, mark):
                 self._add_all(earlier, joined, past)
             mark = Mark(current.start.seq, mark.t)
@@ -73,8 +73,9 @@ class Pasts:
         return past
 
     def _ended_before(self, node: Node, mark: Mark) -> Iterator[tuple[Node, Mark]]:
-        """What ended of a behavior in an instant in the flow that is at a record, and from where on that is past:
-        members that run beside each other are joined only by the end of all, or the next attempt of a modifier."""
+        """Yield the parts of a behavior that ended in an instant before a record, with their place.
+
+        Parallel members are joined by the end of all, or by the next attempt of a modifier."""
         are_beside = node.owner.type in ("parallel", "one_of")
         if are_beside:
             begun = bisect(node.attempts, mark.seq, key=lambda attempt: attempt.start.seq)
@@ -91,7 +92,7 @@ class Pasts:
                 yield child, mark
 
     def _add_beginning(self, node: Node, mark: Mark, past: Past) -> None:
-        """What a behavior that runs has emitted at its start: the events of its label, and of what it invoked."""
+        """Add the start events of a running behavior: those of its label and of its invocation."""
         if node.start.t != mark.t:
             return
         if node.number in self._labels:
@@ -103,7 +104,7 @@ class Pasts:
                 past.surely.update(seq for seq in found if seq < mark.seq)
 
     def _add_all(self, first: Node, joined: Mark, past: Past) -> None:
-        """What was emitted and consumed in a behavior that has ended, in an instant before a record."""
+        """Add the emitted and received occurrences of an ended behavior, in an instant before a record."""
         pending, t = [first], joined.t
         while pending:
             node = pending.pop()
@@ -130,7 +131,7 @@ class Pasts:
         self._add_untils(node, Mark(node.end.seq + 1, t), past)
 
     def _add_untils(self, node: Node, mark: Mark, past: Past) -> None:
-        """What met an `until` of a behavior, or of attempts of a modifier, in an instant before a record."""
+        """Add the events that met an `until` of a behavior, or of attempts, in an instant before a record."""
         for event, frame, environment in self._untils.get(node.number, ()):
             if frame.end.t == mark.t and frame.end.seq < mark.seq:
                 self._consume(event, environment, frame.start, frame.end, past)
@@ -138,7 +139,7 @@ class Pasts:
     def _consume(
         self, specification: EventSpecification, environment: Environment, start: Mark, end: Mark, past: Past
     ) -> None:
-        """What met a specification between two places, at the second one."""
+        """Add the occurrences that met a specification between two places, at the second one."""
         try:
             sources, is_all = self.channels.sources(specification, environment, start, end.t)
         except Undecided:
@@ -151,5 +152,5 @@ class Pasts:
 
 
 def _position(children: list[Node], seq: int) -> int:
-    """How many of some behaviors start before a record."""
+    """Return the number of behaviors that start before a record."""
     return bisect_left(children, seq, key=lambda child: child.start.seq)

@@ -1,6 +1,6 @@
-"""`on` and `sample`: what an instance does whenever an event occurs (7.6.2.5.5, 7.3.6.1.2).
+"""`on` and `sample`: reactions of an instance to events (7.6.2.5.5, 7.3.6.1.2).
 
-Their event contexts start with the execution of the instance. The instant in which that ends may be too late.
+Their event contexts start with the execution of the instance. The instant of its end may be too late.
 """
 
 from __future__ import annotations
@@ -11,37 +11,32 @@ from functools import partial
 
 from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample, Scenario
 from seoro.lang.source import Span
-from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.frames import CANCELLED, Frame, Matched
 from seoro.runtime.accept.held import Held
-from seoro.runtime.accept.history import Happening, History, Node
+from seoro.runtime.accept.history import LoggedEvent, Node
+from seoro.runtime.accept.instances import Holder, Instance
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
-from seoro.runtime.accept.world import EventObject, Instance, World
-from seoro.runtime.environment import Environment
-from seoro.runtime.values import HasFields
+from seoro.runtime.accept.world import Checker
+from seoro.runtime.values.environment import Environment
+from seoro.runtime.values.values import HasFields
 
 
 @dataclass(eq=False)
-class Reacting:
-    """Checks reactions.
+class ReactionChecker(Checker):
+    """Check of reactions.
 
     Args:
-        history: The trace.
-        world: Its values.
         moments: Finds when specifications are met.
-        pasts: Finds what is not seen.
-        findings: Gets what is wrong.
+        pasts: Finds causal pasts.
     """
 
-    history: History
-    world: World
     moments: Moments
     pasts: Pasts
-    findings: Findings
 
     def check(self, matched: Matched) -> None:
-        """Check all of them."""
+        """Check all reactions."""
         reactions = {(instance.number, id(on)): nodes for instance, on, nodes in matched.reactions}
         for instance, frame in matched.executions:
             for directive in instance.declaration.on:
@@ -52,9 +47,9 @@ class Reacting:
         for holder, within in held.first_by().items():
             for sample in self.world.samples_of(holder):
                 if within is None:
-                    reason = f"which scenario held a `{holder.types[0]}` first is not told"
+                    reason = f"the trace does not show which scenario held a `{holder.types[0]}` first"
                     self.findings.skip(Rule.SAMPLE, reason, sample.span)
-                    self.moments.hearing.give_up(sample.event)
+                    self.moments.received.give_up(sample.event)
                 else:
                     self._sample(sample, holder, *within)
 
@@ -66,38 +61,35 @@ class Reacting:
         frame: Frame,
         own: frozenset[int] = frozenset(),
     ) -> list[Moment]:
-        """When an event is met for an instance; what its own reaction emitted it may not have seen."""
+        """Return the moments of an event for an instance; emissions of its own reaction may not count."""
         past = partial(self.pasts.before, frame.node, frame.start)
         has_end = isinstance(instance.declaration, Scenario) or not frame.held
-        heard_until = self._end(instance, frame) if has_end else frame.start.t
-        listening = Listening(frame.start, frame.end.t, environment, past, heard_until)
+        receives_until = self._end(instance, frame) if has_end else frame.start.t
+        listening = Listening(frame.start, frame.end.t, environment, past, receives_until)
         found = self.moments.of(event, listening)
         return [
-            replace(each, sure=False) if each.happening is not None and each.happening.mark.seq in own else each
+            replace(each, sure=False) if each.occurrence is not None and each.occurrence.mark.seq in own else each
             for each in found
         ]
 
     def _on(self, directive: On, instance: Instance, frame: Frame, nodes: tuple[Node, ...]) -> None:
         emitted = (self.pasts.emitted.get(node.number) for node in nodes)
-        own = frozenset(happening.mark.seq for happening in emitted if happening is not None)
-        try:
+        own = frozenset(occurrence.mark.seq for occurrence in emitted if occurrence is not None)
+        with self.findings.undecided(Rule.ON, directive.span):
             found = self._found(directive.event, instance.environment, instance, frame, own)
-        except Undecided as why:
-            self.findings.skip(Rule.ON, why, directive.span)
-            return
-        for number, member in enumerate(directive.members):
-            mine = [node for node in nodes if self.pasts.matched.plans.get(node.number) is member]
-            times = Counter(node.start.t for node in mine)
-            records = {node.start.t: node.start.seq for node in mine}
-            span = member.span if number else directive.span
-            self._compare(found, times, records, Rule.ON, span, self._end(instance, frame))
+            for number, member in enumerate(directive.members):
+                mine = [node for node in nodes if self.pasts.matched.plans.get(node.number) is member]
+                times = Counter(node.start.t for node in mine)
+                records = {node.start.t: node.start.seq for node in mine}
+                span = member.span if number else directive.span
+                self._compare(found, times, records, Rule.ON, span, self._end(instance, frame))
 
     def _end(self, instance: Instance, frame: Frame) -> float:
-        """When an instance ended [s]; a behavior that holds until something lasts longer than what it invoked."""
+        """Return the end of an instance [s]; a held behavior lasts longer than its invocation."""
         ends = [
-            happening.mark.t
+            occurrence.mark.t
             for phase in (Phase.END, Phase.FAIL)
-            for happening in self.history.events.get((instance.number, phase.value), ())
+            for occurrence in self.history.events.get((instance.number, phase.value), ())
         ]
         ends += [child.end.t for child in frame.children if child.status == CANCELLED]  # its `do`
         return min([*ends, frame.end.t])
@@ -111,74 +103,68 @@ class Reacting:
         span: Span,
         end: float,
     ) -> None:
-        """Compare when something was done with when it should have been, before the end [s] of the instance."""
+        """Compare the times of reactions with those of the event, before the end [s] of the instance."""
         for t, count in times.items():
             if count > sum(moment.first <= t <= moment.last for moment in found):
-                message = f"it reacts {_times(count)} at {t:g} s, and its event has not occurred so often"
+                message = f"it reacts {_times(count)} at {t:g} s, but its event has not occurred as often"
                 self.findings.violate(rule, message, span, records[t])
         due = Counter(moment.first for moment in found if moment.sure and moment.first == moment.last)
         for t, count in due.items():
             if times[t] < count and t < end:
-                seen = [m.happening.mark.seq for m in found if m.happening is not None and m.first == t]
-                message = f"it reacts {_times(times[t])} at {t:g} s, and its event occurs {_times(count)}"
+                seen = [m.occurrence.mark.seq for m in found if m.occurrence is not None and m.first == t]
+                message = f"it reacts {_times(times[t])} at {t:g} s, but its event occurs {_times(count)}"
                 self.findings.violate(rule, message, span, *seen)
 
     # -------------------------------------------------------- sampled variables
 
     def _sample(self, sample: Sample, holder: HasFields, instance: Instance, frame: Frame) -> None:
-        """A sampled variable of an instance, or of what that holds, takes its value whenever its event occurs."""
+        """Check that a sampled variable changes whenever its event occurs."""
         environment = self.world.scope_of(holder, instance.environment)
         changes = [
             change
             for change in self.history.changes.get((self.world.number(holder) or 0, sample.field), ())
-            if change.told.get("by") == frame.node.number and frame.start.seq < change.mark.seq
+            if change.recorded.get("by") == frame.node.number and frame.start.seq < change.mark.seq
         ]
         changes = [change for change in changes if change.mark.t <= frame.end.t]
-        try:
+        with self.findings.undecided(Rule.SAMPLE, sample.span):
             found = self._found(sample.event, environment, instance, frame)
-        except Undecided as why:
-            self.findings.skip(Rule.SAMPLE, why, sample.span)
-            return
-        times = Counter(change.mark.t for change in changes)
-        records = {change.mark.t: change.mark.seq for change in changes}
-        self._compare(found, times, records, Rule.SAMPLE, sample.span, self._end(instance, frame))
-        for change in changes:
-            self._check_value(sample, self._scopes(sample, environment, found, change.mark.t), change)
+            times = Counter(change.mark.t for change in changes)
+            records = {change.mark.t: change.mark.seq for change in changes}
+            self._compare(found, times, records, Rule.SAMPLE, sample.span, self._end(instance, frame))
+            for change in changes:
+                self._check_value(sample, self._scopes(sample, environment, found, change.mark.t), change)
 
     def _scopes(
         self, sample: Sample, environment: Environment, found: list[Moment], t: float
     ) -> list[Environment]:
-        """The scopes in which a value may have been sampled: one for each occurrence that `as` may stand for."""
+        """Return the environments of a sample: one for each occurrence that `as` may be bound to."""
         if not isinstance(sample.event, OnEvent) or sample.event.name is None:
             return [environment]
         scopes: list[Environment] = []
         for moment in found:
             if moment.first <= t <= moment.last:
-                happening = moment.happening
-                arguments = self.world.arguments.get(happening.mark.seq, {}) if happening is not None else {}
-                bindings = {**environment.bindings, sample.event.name: EventObject(arguments)}
-                scopes.append(replace(environment, bindings=bindings))
+                occurrence = moment.occurrence
+                arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
+                scopes.append(environment.bind(**{sample.event.name: Holder((), arguments)}))
         return scopes
 
-    def _check_value(self, sample: Sample, scopes: list[Environment], change: Happening) -> None:
-        """The value is what the expression had in one of the rounds of that instant."""
+    def _check_value(self, sample: Sample, scopes: list[Environment], change: LoggedEvent) -> None:
+        """Check that the value is one that the expression had in a delta cycle of that instant."""
         if not scopes:
-            return  # it reacted to nothing, which is reported
+            return  # a reaction without event: reported elsewhere
         records, seq, t = self.history.records, change.mark.seq, change.mark.t
         places = [seq]
         while seq > 0 and records[seq - 1]["t"] == t and len(places) < 50:
             seq -= 1
             if records[seq]["kind"] in ("variable", "instance"):
                 places.append(seq)
-        try:
-            told = self.world.decode(change.told["exact"])
+        with self.findings.undecided(Rule.SAMPLE, sample.span):
+            recorded = self.world.decode(change.recorded["exact"])
             values = [self.world.value(sample.value, scope, place) for scope in scopes for place in [*places, seq]]
-        except Undecided as why:
-            self.findings.skip(Rule.SAMPLE, why, sample.span)
-            return
-        if all(type(value) is type(told) and value != told for value in values):
-            message = f"`{sample.field}` takes the value {told}, and `{sample.value.span.text}` is {values[0]}"
-            self.findings.violate(Rule.SAMPLE, message, sample.span, change.mark.seq)
+            if all(type(value) is type(recorded) and value != recorded for value in values):
+                expected = f"{values[0]} from `{sample.value.span.text}`"
+                message = f"`{sample.field}` takes the value {recorded}; expected {expected}"
+                self.findings.violate(Rule.SAMPLE, message, sample.span, change.mark.seq)
 
 
 def _times(count: int) -> str:

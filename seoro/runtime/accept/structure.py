@@ -1,7 +1,7 @@
-"""Reading a trace, and what it has to be like whatever the scenario says.
+"""Reading a trace, and checking the structure that all traces have.
 
-Records are numbered from 0 without gaps, time never goes back, what starts has one end, within that of what it is
-carried out in, and the run has a start, an end, and one behavior that is all of it.
+Records are numbered from 0 without gaps, and time never goes back. Each behavior has one start and one end, within
+those of the behavior around it. The run has a start, an end, and one root behavior.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Any, Final
 
 from seoro.runtime.accept.findings import Findings, Rule
-from seoro.runtime.accept.history import Attempt, Happening, History, Mark, Node, Record
+from seoro.runtime.accept.history import Attempt, History, LoggedEvent, Mark, Node, Record
 
 _REACTIONS = ("emit", "call")
 _STATUSES: Final = frozenset({"succeeded", "failed", "cancelled"})
@@ -37,11 +37,11 @@ _FIELDS: Final[dict[str, dict[str, Any]]] = {
 
 
 def read_history(records: Iterable[object], findings: Findings) -> History | None:
-    """Read a trace; None if it has no run at all.
+    """Read a trace; return None if it has no run.
 
     Args:
         records: The records.
-        findings: Gets what is wrong with the structure.
+        findings: Collects violations of the structure.
     """
     read = _Reader(findings)
     for record in records:
@@ -50,46 +50,41 @@ def read_history(records: Iterable[object], findings: Findings) -> History | Non
 
 
 class _Reader:
-    """Reads record by record; what is not well formed is left out and told."""
+    """Reads records; malformed ones are reported and skipped."""
 
     def __init__(self, findings: Findings) -> None:
         self._findings = findings
-        self._records: list[Record] = []
+        self._history = History()
         self._last = 0.0
-        self._next = 0  # the number of the next record
-        self._nodes: dict[int, Node] = {}
+        self._next = 0  # expected number of the next record
         self._open: dict[int, Node] = {}
-        self._attempts: dict[int, Mark] = {}  # that are open, by modifier
+        self._attempts: dict[int, Mark] = {}  # open attempts, by modifier
         self._root: Node | None = None
         self._run: Record | None = None
         self._end: Record | None = None
-        self._events: dict[tuple[int, str], list[Happening]] = {}
-        self._changes: dict[tuple[int, str], list[Happening]] = {}
-        self._instances: list[Record] = []
-        self._times: list[float] = []
 
     def _wrong(self, message: str, *records: int) -> None:
         self._findings.violate(Rule.STRUCTURE, message, None, *records)
 
     def take(self, record: object) -> None:
         """Read a record."""
-        place = len(self._records)
+        place = len(self._history.records)
         if not isinstance(record, dict) or not _is_stamped(record):
             self._wrong("a record needs `seq`, `t` and `kind`", place)
             return
         if record["seq"] != self._next:
-            self._wrong(f"a record has the number {record['seq']} where {self._next} is due", place)
+            self._wrong(f"a record has the number {record['seq']}; expected {self._next}", place)
         self._next = record["seq"] + 1
         record = {**record, "seq": place}
         if record["t"] < self._last:
             self._wrong(f"time goes back from {self._last:g} s to {record['t']:g} s", place - 1, place)
             record = {**record, "t": self._last}
         self._last = record["t"]
-        if not self._times or self._times[-1] != self._last:
-            self._times.append(self._last)
-        self._records.append(record)
+        if not self._history.times or self._history.times[-1] != self._last:
+            self._history.times.append(self._last)
+        self._history.records.append(record)
         if self._end is not None:
-            self._wrong("there is a record after `run.end`", place)
+            self._wrong("a record follows `run.end`", place)
         missing = [
             name
             for name, kinds in _FIELDS.get(record["kind"], {}).items()
@@ -119,56 +114,56 @@ class _Reader:
             case "instance":
                 self._instance(record, mark)
             case "event":
-                self._happen(self._events, record, record.get("event"), mark)
+                self._add_event(self._history.events, record, record.get("event"), mark)
             case "variable":
-                self._happen(self._changes, record, record["field"], mark)
+                self._add_event(self._history.changes, record, record["field"], mark)
             case _:
-                pass  # logs and coverage say nothing about what is accepted
+                pass  # logs and coverage are not checked
 
     def _start(self, record: Record, mark: Mark) -> None:
         number, parent = record["id"], record["parent"]
-        if number in self._nodes:
-            self._wrong(f"behavior {number} starts twice", self._nodes[number].start.seq, mark.seq)
+        if number in self._history.nodes:
+            self._wrong(f"behavior {number} starts twice", self._history.nodes[number].start.seq, mark.seq)
             return
         around = self._open.get(parent) if parent is not None else None
-        ended = self._nodes.get(parent) if parent is not None and around is None else None
+        ended = self._history.nodes.get(parent) if parent is not None and around is None else None
         if ended is not None and ended.end.t == mark.t and record["type"] in _REACTIONS:
-            around = ended  # which reacts to its own end
+            around = ended  # reacts to its own end
         if parent is not None and around is None:
-            self._wrong(f"behavior {number} starts in behavior {parent}, which does not run", mark.seq)
-            around = self._nodes.get(parent)
+            self._wrong(f"behavior {number} starts in behavior {parent}, which is not running", mark.seq)
+            around = self._history.nodes.get(parent)
         kind, name, path, source = (str(record[name]) for name in ("type", "name", "path", "source"))
         arguments = record.get("arguments") or {}
         if not isinstance(arguments, dict):
-            self._wrong(f"`arguments` of behavior {number} are no object", mark.seq)
+            self._wrong(f"invalid `arguments` of behavior {number}; expected an object", mark.seq)
             arguments = {}
         node = Node(number, around, kind, name, path, source, mark, mark, arguments=arguments)
-        self._nodes[number] = self._open[number] = node
+        self._history.nodes[number] = self._open[number] = node
         if around is not None:
             around.children.append(node)
         elif self._root is None:
             self._root = node
         else:
-            self._wrong("there is a second behavior that is in no other", self._root.start.seq, mark.seq)
+            self._wrong("duplicate root behavior", self._root.start.seq, mark.seq)
 
     def _finish_node(self, record: Record, mark: Mark) -> None:
         node = self._open.pop(record["id"], None)
         if node is None:
-            self._wrong(f"behavior {record['id']} ends and does not run", mark.seq)
+            self._wrong(f"behavior {record['id']} ends, but is not running", mark.seq)
             return
         node.end, node.status, node.reason = mark, record["status"], record["reason"]
         if node.status not in _STATUSES:
-            self._wrong(f"behavior {node.number} ends as {node.status!r}", mark.seq)
+            self._wrong(f"invalid end of behavior {node.number}: {node.status!r}", mark.seq)
         running = [child.number for child in node.children if child.number in self._open]
         if running:
             self._wrong(f"behavior {node.number} ends before {running[0]}, which runs in it", mark.seq)
         if node.number in self._attempts:
-            self._wrong(f"modifier {node.number} ends before what it modifies", mark.seq)
+            self._wrong(f"modifier {node.number} ends before the modified behavior", mark.seq)
 
     def _cancel(self, record: Record, mark: Mark) -> None:
         node = self._open.get(record["id"])
         if node is None:
-            self._wrong(f"behavior {record['id']} is cancelled and does not run", mark.seq)
+            self._wrong(f"behavior {record['id']} is cancelled, but is not running", mark.seq)
         elif node.cancelled is None:
             node.cancelled = mark
 
@@ -177,7 +172,7 @@ class _Reader:
         node, started = self._open.get(number), self._attempts.pop(number, None)
         is_start = record["kind"] == "attempt.start"
         if node is None or is_start is not (started is None):
-            self._wrong(f"an attempt of modifier {number} does not begin and end in turn", mark.seq)
+            self._wrong(f"an attempt of modifier {number} does not start and end in turn", mark.seq)
             return
         if started is None:
             self._attempts[number] = mark
@@ -187,53 +182,44 @@ class _Reader:
     def _instance(self, record: Record, mark: Mark) -> None:
         node = self._open.get(record["behavior"])
         if node is None:
-            self._wrong(f"behavior {record['behavior']} invokes something and does not run", mark.seq)
+            self._wrong(f"behavior {record['behavior']} invokes an instance, but is not running", mark.seq)
             return
         node.instances.append(record["instance"])
-        node.told.append(mark.seq)
-        self._instances.append(record)
+        node.recorded.append(mark.seq)
+        self._history.instances.append(record)
 
-    def _happen(
-        self, where: dict[tuple[int, str], list[Happening]], record: Record, name: object, mark: Mark
+    def _add_event(
+        self, where: dict[tuple[int, str], list[LoggedEvent]], record: Record, name: object, mark: Mark
     ) -> None:
-        """Take what happened to an instance; what backends tell belongs to none."""
+        """Add an event of an instance; events of backends belong to none."""
         of = record.get("of")
         if isinstance(of, int) and isinstance(name, str):
-            where.setdefault((of, name), []).append(Happening(mark, of, name, record))
+            where.setdefault((of, name), []).append(LoggedEvent(mark, of, name, record))
 
     def finish(self) -> History | None:
-        """What was read."""
-        last = Mark(len(self._records) - 1, self._last)
+        """Return the trace."""
+        last = Mark(len(self._history.records) - 1, self._last)
         for node in self._open.values():
             self._wrong(f"behavior {node.number} has no end", node.start.seq)
             node.end = last
         if self._run is None:
-            self._wrong("there is no `run.start`", 0)
+            self._wrong("missing `run.start`", 0)
         if self._end is None:
-            self._wrong("there is no `run.end`", max(last.seq, 0))
+            self._wrong("missing `run.end`", max(last.seq, 0))
         elif self._end["duration"] != self._end["t"]:
             self._wrong("the duration of the run is not the time of its end", self._end["seq"])
         if self._root is None:
-            self._wrong("no behavior is the run itself", 0)
+            self._wrong("missing root behavior", 0)
         if self._run is None or self._end is None or self._root is None:
             return None
-        cleanups = sorted(
+        history = self._history
+        history.cleanups = sorted(
             (node.cancelled.t, node.end.t)
-            for node in self._nodes.values()
+            for node in self._history.nodes.values()
             if node.cancelled is not None and node.end.t > node.cancelled.t
         )
-        return History(
-            self._records,
-            self._run,
-            self._end,
-            self._root,
-            self._nodes,
-            self._events,
-            self._changes,
-            self._instances,
-            self._times,
-            cleanups,
-        )
+        history.run, history.end, history.root = self._run, self._end, self._root
+        return history
 
 
 def _is_stamped(record: Record) -> bool:

@@ -1,19 +1,19 @@
-"""The times that constraints leave to a behavior: `duration`, `overlap` and offsets of `it` (7.3.13, 7.6.2.4).
+"""Times that constraints leave to a behavior: `duration`, `overlap` and offsets of `it` (7.3.13, 7.6.2.4).
 
-What constraints leave open about a time is decided while the behavior runs. So the trace has to keep within a
-window: from the least to the most that any values leave which meet all hard constraints. These compare times with
-other values; between the values that occur in them nothing changes, so that it is enough to try those, and what
-lies a nanosecond beside them. Constraints that compute with times are not decided.
+The run decides about times that constraints leave open. The trace therefore has to keep within a window: from the
+minimum to the maximum of all values that meet the hard constraints. These compare times with other values, and
+nothing changes between the compared values: it is enough to try those values, and those a nanosecond beside them.
+Constraints that compute with times are not decided.
 """
 
 from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from math import inf
-from typing import Final, cast
+from typing import Final
 
 from seoro.lang.plan import (
     Behavior,
@@ -29,35 +29,28 @@ from seoro.lang.plan import (
     Not,
     Overlap,
 )
-from seoro.runtime.accept.about_times import expressions_of, is_time, times_in
+from seoro.runtime.accept.constrained_times import expressions_of, is_time, times_in
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.frames import Frame, Matched
-from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.environment import Environment
-from seoro.runtime.values import HasFields, Range, Value
+from seoro.runtime.accept.instances import Holder, Instance
+from seoro.runtime.accept.world import World
+from seoro.runtime.values.environment import Environment
+from seoro.runtime.values.values import HasFields, Range, Value
 
-_FOREVER: Final = 1e9  # [s]; no constraint asks for more
+_FOREVER: Final = 1e9  # [s]; upper limit of all times
 _BESIDE: Final = 1e-9  # [s]
 _MOST: Final = 24  # values to try
 _KINDS: Final = EnumType("overlap_kind", tuple((kind.value, number) for number, kind in enumerate(Overlap)))
 
 
 @dataclass(frozen=True, eq=False)
-class _It:
-    """What is modified, with its times."""
-
-    types: tuple[str, ...]
-    fields: ChainMap[str, Value]
-
-
-@dataclass(frozen=True, eq=False)
-class Said:
-    """A constraint on times, where it applies.
+class TimeConstraint:
+    """A constraint on times in its context.
 
     Args:
         constraint: The constraint.
-        environment: What names stand for in it, but for `it`.
-        names: The times that it is about.
+        environment: Its environment, without `it`.
+        names: The times that it bounds.
     """
 
     constraint: Constraint
@@ -67,11 +60,11 @@ class Said:
 
 @dataclass(frozen=True)
 class Window:
-    """What constraints leave of a duration.
+    """Permitted durations.
 
     Args:
-        bounds: The least and the most [s].
-        is_all: Whether all between is left, so that nothing else ends what is carried out.
+        bounds: Minimum and maximum [s].
+        is_all: Whether all values between are permitted, so that nothing else ends the behavior.
     """
 
     bounds: Range
@@ -80,21 +73,21 @@ class Window:
 
 @dataclass(eq=False)
 class Timing:
-    """Finds what constraints leave.
+    """Finds permitted times.
 
     Args:
-        world: The values of the trace.
-        matched: The modifiers that were found.
+        world: Values of the trace.
+        matched: Matched modifiers.
     """
 
     world: World
     matched: Matched
 
-    def said(self, behavior: Behavior | None, frame: Frame, it: Instance | None) -> list[Said]:
-        """The constraints on times of what is carried out in a frame.
+    def said(self, behavior: Behavior | None, frame: Frame, it: Instance | None) -> list[TimeConstraint]:
+        """Return the constraints on times of the content of a frame.
 
         Raises:
-            Undecided: The trace does not tell of the values of a modifier.
+            Undecided: The trace lacks the values of a modifier.
         """
         if it is not None and "duration" in it.declaration.structure.fields:
             return []
@@ -108,22 +101,25 @@ class Timing:
             bindings: dict[str, Value | HasFields] = {}
             if application.actor is not None:
                 bindings["actor"] = self.world.value(application.actor, environment, frame.start.seq)
-            holder = cast(HasFields, _It((), ChainMap(fields)))
+            holder = Holder((), fields)
             found += self._of(
-                modifier.structure.members, Environment(holder, bindings, scenario=environment.outermost)
+                modifier.structure.members,
+                Environment(holder, environment.plan, bindings, scenario=environment.outermost),
             )
         return found
 
-    def _of(self, members: Iterable[ConstraintMember | object], environment: Environment) -> Iterator[Said]:
+    def _of(
+        self, members: Iterable[ConstraintMember | object], environment: Environment
+    ) -> Iterator[TimeConstraint]:
         for member in members:
             if isinstance(member, Constraint) and (names := times_in(member.condition)):
-                yield Said(member, environment, names)
+                yield TimeConstraint(member, environment, names)
 
     def duration(self, behavior: Behavior | None, frame: Frame, it: Instance | None) -> Window | None:
-        """What constraints leave of the duration [s]; None if none that is decided is about it.
+        """Return the permitted durations; None without a decided constraint.
 
         Raises:
-            Undecided: The trace does not tell.
+            Undecided: The trace lacks the data.
         """
         said = [each for each in self.said(behavior, frame, it) if "duration" in each.names]
         hard = [each for each in said if not each.constraint.is_default]
@@ -143,10 +139,10 @@ class Timing:
         return Window(Range(min(lows), inf if high >= _FOREVER else high), is_all)
 
     def offset(self, name: str, behavior: Behavior, frame: Frame) -> Range | None:
-        """What constraints leave of an offset [s]; None if none is about it.
+        """Return the permitted values of an offset [s]; None without a constraint.
 
         Raises:
-            Undecided: The trace does not tell.
+            Undecided: The trace lacks the data.
         """
         said = self._all_of(name, behavior, frame)
         if not said:
@@ -159,10 +155,10 @@ class Timing:
         return Range(-inf if low <= -_FOREVER else low, inf if high >= _FOREVER else high)
 
     def overlap(self, behavior: Behavior, frame: Frame) -> Overlap | None:
-        """The kind of overlap that constraints leave; None if none is about it.
+        """Return the permitted kind of overlap; None without a constraint.
 
         Raises:
-            Undecided: They leave several, or the trace does not tell.
+            Undecided: Several kinds are permitted, or the trace lacks the data.
         """
         said = self._all_of("overlap", behavior, frame)
         if not said:
@@ -172,48 +168,46 @@ class Timing:
             raise Undecided("constraints leave several kinds of `overlap`")
         return found[0]
 
-    def _all_of(self, name: str, behavior: Behavior, frame: Frame) -> list[Said]:
+    def _all_of(self, name: str, behavior: Behavior, frame: Frame) -> list[TimeConstraint]:
         said = [each for each in self.said(behavior, frame, None) if name in each.names]
         if any(each.names != {name} or each.constraint.is_default for each in said):
-            raise Undecided(f"constraints on `{name}` that others may override, or that are about more than it")
+            raise Undecided(f"constraints on `{name}` may be overridden, or also constrain other times")
         return said
 
     # -------------------------------------------------------- what meets constraints
 
-    def _holds(self, said: list[Said], it: Instance | None, frame: Frame, times: dict[str, Value]) -> bool:
-        shown = _It((), ChainMap(times)) if it is None else _It(it.types, ChainMap(times, it.fields))
+    def _holds(
+        self, said: list[TimeConstraint], it: Instance | None, frame: Frame, times: dict[str, Value]
+    ) -> bool:
+        shown = Holder((), times) if it is None else Holder(it.types, ChainMap(times, it.fields))
         seq = max(frame.start.seq, it.seq + 1) if it is not None else frame.start.seq
         for each in said:
-            bindings = {**each.environment.bindings, "it": cast(HasFields, shown)}
-            if not self.world.value(each.constraint.condition, replace(each.environment, bindings=bindings), seq):
+            if not self.world.value(each.constraint.condition, each.environment.bind(it=shown), seq):
                 return False
         return True
 
-    def _values(self, said: list[Said], it: Instance | None, frame: Frame) -> list[float]:
-        """The times at which it may change whether constraints hold [s]."""
+    def _values(self, said: list[TimeConstraint], it: Instance | None, frame: Frame) -> list[float]:
+        """Return the times at which the truth of constraints may change [s]."""
         found = {0.0, -_FOREVER, _FOREVER}
         seq = max(frame.start.seq, it.seq + 1) if it is not None else frame.start.seq
         for each in said:
             if not _only_compares(each.constraint.condition):
                 raise Undecided("a constraint computes with times")
-            bindings = dict(each.environment.bindings)
-            if it is not None:
-                bindings["it"] = it
-            environment = replace(each.environment, bindings=bindings)
+            environment = each.environment if it is None else each.environment.bind(it=it)
             for operand in _operands(each.constraint.condition):
                 value = self.world.value(operand, environment, seq)
                 bounds = [value.low, value.high] if isinstance(value, Range) else [value]
                 numbers = (float(bound) for bound in bounds if isinstance(bound, int | float))
                 found.update(number + beside for number in numbers for beside in (-_BESIDE, 0.0, _BESIDE))
         if len(found) > _MOST:
-            raise Undecided("too many constraints are about times")
+            raise Undecided("too many constraints on times")
         if said and said[0].names == {"duration"}:
             found = {value for value in found if value >= 0}
         return sorted(found)
 
 
 def _only_compares(expression: Expression) -> bool:
-    """Whether times in a condition are only compared, as they are."""
+    """Whether times in a condition are only compared, without computation."""
     match expression:
         case Logic(_, left, right):
             return _only_compares(left) and _only_compares(right)
@@ -226,7 +220,7 @@ def _only_compares(expression: Expression) -> bool:
 
 
 def _operands(expression: Expression) -> Iterator[Expression]:
-    """What a condition compares with times."""
+    """Yield the values that a condition compares with times."""
     match expression:
         case Logic(_, left, right):
             yield from _operands(left)

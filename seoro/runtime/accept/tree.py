@@ -1,8 +1,8 @@
-"""Matching the behaviors of a trace with those of the plan, from the outside to the inside (7.6.1.4).
+"""Matching of the behaviors of a trace with those of the plan, from the outside to the inside (7.6.1.4).
 
-Each behavior of the trace has to be one that the scenario invokes there. What lies around it (`until`, modifiers,
-its duration) is taken off layer by layer; then its members are matched, and their order and times checked. The
-rules that need more than that get the places where they apply.
+Each behavior of the trace must be one that the scenario invokes at that place. Its layers (`until`, modifiers, its
+duration) are removed one by one; then its members are matched, and their order and times checked. Rules that need
+more data receive the places where they apply.
 """
 
 from __future__ import annotations
@@ -23,14 +23,13 @@ from seoro.lang.plan import (
     OneOf,
     Override,
     Parallel,
-    Plan,
     Scenario,
     Serial,
     Wait,
 )
 from seoro.lang.source import Span
 from seoro.runtime.accept.compositions import Checking, end_of_one_of, end_of_serial
-from seoro.runtime.accept.findings import Findings, Rule, Undecided
+from seoro.runtime.accept.findings import Rule, Undecided
 from seoro.runtime.accept.frames import (
     CANCELLED,
     FAILED,
@@ -40,23 +39,26 @@ from seoro.runtime.accept.frames import (
     Frame,
     Matched,
     check_end,
-    emits_of_end,
+    ending_emit,
+    is_modifier,
     is_of,
-    stands_at,
+    modifier_of_held,
     title_of,
 )
-from seoro.runtime.accept.history import History, Node
+from seoro.runtime.accept.history import Node
+from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of, layers_of_run
-from seoro.runtime.accept.own_acts import Reactions, late_reactions
+from seoro.runtime.accept.modifier_reactions import Reactions, late_reactions
+from seoro.runtime.accept.overriding import overrides_in
 from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
+from seoro.runtime.accept.running import environment_in, override_scope, running_instance
 from seoro.runtime.accept.timing import Timing
-from seoro.runtime.accept.world import Instance, World
-from seoro.runtime.environment import Environment
+from seoro.runtime.accept.world import Checker
 
 
 @dataclass(frozen=True, eq=False)
 class _Course:
-    """A behavior that is being matched.
+    """A behavior being matched.
 
     Args:
         plan: The behavior; None for the run itself.
@@ -68,72 +70,42 @@ class _Course:
 
 
 @dataclass(eq=False)
-class Tree:
-    """Matches a trace with a plan.
+class Tree(Checker):
+    """Matches a trace with a plan."""
 
-    Args:
-        plan: The plan.
-        history: The trace.
-        world: Its values.
-        findings: Gets what is wrong.
-    """
-
-    plan: Plan
-    history: History
-    world: World
-    findings: Findings
     matched: Matched = field(default_factory=Matched)
     _pending: list[Callable[[], None]] = field(default_factory=list)
     _executed: set[int] = field(default_factory=set)  # numbers of instances
 
     def match(self) -> Matched | None:
-        """Match all of it; None if the trace is of another scenario."""
-        overridden = frozenset(override.overridden[-1] for override in self._overrides())
+        """Match the whole trace; return None if it is from another scenario."""
+        overridden = frozenset(override.overridden[-1] for override in overrides_in(self.world.plan))
         self._checking = Checking(self.history, self.findings, overridden)
         root = self.history.root
-        if root.type != "scenario" or root.name != self.plan.entry:
-            message = f"the run is `{root.name}`, not the scenario `{self.plan.entry}`"
+        if root.type != "scenario" or root.name != self.world.plan.entry:
+            message = f"the run is `{root.name}`; expected the scenario `{self.world.plan.entry}`"
             self.findings.violate(Rule.TREE, message, None, root.start.seq)
             return None
         entry = self.world.instances.get(root.instances[0]) if root.instances else None
         if entry is None:
-            self.findings.violate(Rule.STRUCTURE, "nothing tells of the values of the run", None, root.start.seq)
+            self.findings.violate(Rule.STRUCTURE, "the values of the run are missing", None, root.start.seq)
             return None
-        declared = self.plan.scenarios[self.plan.entry]
+        declared = self.world.plan.scenarios[self.world.plan.entry]
         course = _Course(None, declared.span)
         frame = Frame(root, root, root.start, root.end, root.status, tuple(root.children), entry)
-        self._layers(course, layers_of_run(self.plan), frame)
+        self._layers(course, layers_of_run(self.world.plan), frame)
         while self._pending:
             self._pending.pop()()
         return self.matched
 
-    def _overrides(self) -> list[Override]:
-        found: list[Override] = []
-        for scenario in self.plan.scenarios.values():
-            found += [each for each in scenario.modifiers if isinstance(each, Override)]
-            pending = [scenario.body] if scenario.body is not None else []
-            while pending:
-                behavior = pending.pop()
-                match behavior:
-                    case Serial() | Parallel() | OneOf():
-                        pending += behavior.members
-                        found += [each for each in behavior.modifications if isinstance(each, Override)]
-                    case InvokeAction() | InvokeScenario():
-                        found += [each for each in behavior.modifications if isinstance(each, Override)]
-                    case _:
-                        pass
-        for modifier in self.plan.modifiers.values():
-            found += [each for each in modifier.modifiers if isinstance(each, Override)]
-        return found
-
     # -------------------------------------------------------- behaviors
 
     def _behavior(self, plan: Behavior, node: Node, around: Instance, cuts: frozenset[str]) -> None:
-        """Match a behavior that is known to be the one."""
+        """Match a behavior with its plan."""
         self.matched.plans[node.number] = plan
         self.matched.around[node.number] = around
         if node.name != title_of(plan) and plan.label is not None:
-            message = f"it is called `{node.name}`, and has the label `{plan.label}`"
+            message = f"it is named `{node.name}`; expected the label `{plan.label}`"
             self.findings.violate(Rule.TREE, message, plan.span, node.start.seq)
         if plan.label is not None:
             self.matched.labels.append((plan.label, node, around))
@@ -149,53 +121,53 @@ class Tree:
             case CallMethod():
                 self._zero_time(node, plan)
             case InvokeAction() | InvokeScenario():
-                for number, told in enumerate(node.instances):
-                    instance = self.world.instances.get(told)
+                for number, recorded in enumerate(node.instances):
+                    instance = self.world.instances.get(recorded)
                     if instance is not None:
                         instance.node = node
                         self.matched.invocations.append((plan, instance, around))
                         if plan.label is not None:
                             insort(around.labels.setdefault(plan.label, []), instance, key=attrgetter("seq"))
                     self._check_declared(plan, node, number)
-                self._layers(_Course(plan, plan.span), layers_of(plan, self.plan), frame)
+                self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
             case Serial() | Parallel() | OneOf():
-                self._layers(_Course(plan, plan.span), layers_of(plan, self.plan), frame)
+                self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
 
     def _check_declared(self, plan: InvokeAction | InvokeScenario, node: Node, number: int) -> None:
         instance = self.world.instances.get(node.instances[number])
         name = plan.action if isinstance(plan, InvokeAction) else plan.scenario
         if instance is not None and instance.declaration.name != name:
-            message = f"`{instance.declaration.name}` is invoked, and not `{name}`"
+            message = f"`{instance.declaration.name}` is invoked; expected `{name}`"
             self.findings.violate(Rule.DIRECT, message, plan.span, node.start.seq, instance.seq)
 
     def _alone(self, node: Node, plan: Behavior) -> None:
         for child in node.children:
-            self.findings.violate(Rule.TREE, f"`{child.name}` is no part of it", plan.span, child.start.seq)
+            self.findings.violate(Rule.TREE, f"`{child.name}` is not part of it", plan.span, child.start.seq)
 
     def _zero_time(self, node: Node, plan: Behavior) -> None:
-        """What takes no time can only succeed; if its expressions have no value, the run ends as an error."""
+        """Check a behavior that takes no time: it succeeds, or the run ends as an error."""
         self._alone(node, plan)
         if node.start.t != node.end.t:
-            message = f"it takes {node.end.t - node.start.t:g} s, and should take no time"
+            message = f"it takes {node.end.t - node.start.t:g} s; expected no time"
             self.findings.violate(Rule.EMIT, message, plan.span, *node.records)
         if node.status != SUCCEEDED and self.history.end["status"] != "error":
-            message = f"`{node.name}` takes no time, and can only succeed"
+            message = f"`{node.name}` takes no time and can only succeed"
             self.findings.violate(Rule.OUTCOME, message, plan.span, *node.records)
 
     # -------------------------------------------------------- layers
 
     def _layers(self, course: _Course, layers: Sequence[Layer], frame: Frame) -> None:
-        """Take off what lies around a behavior, the outermost first."""
+        """Remove the layers around a behavior, the outermost first."""
         for position, layer in enumerate(layers):
             match layer:
                 case Untils():
-                    self.matched.untils.append((layer, frame, self._environment(frame)))
+                    self.matched.untils.append((layer, frame, environment_in(frame, self.world)))
                     frame = frame.loose(SUCCEEDED)
                 case Duration():
-                    self.matched.durations.append((layer, frame, self._carried_out(frame)))
+                    self.matched.durations.append((layer, frame, running_instance(frame, self.world)))
                     frame = frame.loose(SUCCEEDED, FAILED)
                 case Override():
-                    self.matched.overrides.append((layer, frame, self._override_scope(layer, frame)))
+                    self.matched.overrides.append((layer, frame, override_scope(layer, frame, self.world)))
                 case ModifierApplication():
                     self._modifier(course, layer, layers[position + 1 :], frame)
                     return
@@ -203,11 +175,11 @@ class Tree:
 
     def _modifier(self, course: _Course, layer: ModifierApplication, rest: Sequence[Layer], frame: Frame) -> None:
         what = f"the modifier `{layer.modifier}`"
-        node = self._only_child(frame, Rule.MODIFIER, what, layer.span, partial(_is_modifier, layer))
+        node = self._only_child(frame, Rule.MODIFIER, what, layer.span, partial(is_modifier, layer))
         if node is None:
             return
-        modifier = self.plan.modifiers[layer.modifier]
-        self.matched.modifiers.append((layer, modifier, node, self._environment(frame)))
+        modifier = self.world.plan.modifiers[layer.modifier]
+        self.matched.modifiers.append((layer, modifier, node, environment_in(frame, self.world)))
         check_end(frame, self._checking.end_of(node), Rule.MODIFIER, layer.span, self.history, self.findings)
         reactions = Reactions(modifier, node)
         children = [child for child in node.children if child not in reactions.nodes]
@@ -219,9 +191,9 @@ class Tree:
         )
         if is_ended:
             reactions.check_end(inside, self.history, self.findings)
-        if modifier.library is None and not node.attempts:  # else Python carries it out
+        if modifier.library is None and not node.attempts:  # otherwise implemented in Python
             if not children and node.status == FAILED:
-                return  # Python failed before it carried anything out
+                return  # its function failed before it ran the behavior
             inside = replace(inside, cuts=inside.cuts | frame.cuts)
             self._pending.append(partial(self._layers, course, (*layers_in(modifier.modifiers), *rest), inside))
             return
@@ -240,56 +212,24 @@ class Tree:
     def _only_child(
         self, frame: Frame, rule: Rule, what: str, span: Span, is_it: Callable[[Node], bool]
     ) -> Node | None:
-        """The behavior in a frame that has no other; None if it was ended before that started."""
+        """Return the only behavior in a frame; None if the frame ended before that started."""
         found = [child for child in frame.children if is_it(child)]
         for other in [child for child in frame.children if child not in found] + found[1:]:
-            self.findings.violate(rule, f"`{other.name}` is carried out besides {what}", span, other.start.seq)
+            self.findings.violate(rule, f"`{other.name}` runs besides {what}", span, other.start.seq)
         if not found:
             check_end(frame, End(None, frame.start.t), rule, span, self.history, self.findings)
             return None
         if found[0].start.t != frame.start.t:
-            message = f"{what} starts at {found[0].start.t:g} s, and not at {frame.start.t:g} s"
+            message = f"{what} starts at {found[0].start.t:g} s; expected {frame.start.t:g} s"
             self.findings.violate(rule, message, span, frame.start.seq, found[0].start.seq)
         return found[0]
 
-    def _environment(self, frame: Frame) -> Environment:
-        """What names stand for in what modifies a behavior: `it` is what is carried out."""
-        environment = frame.around.environment
-        instance = self._carried_out(frame)
-        if instance is None:
-            return environment
-        return replace(environment, bindings={**environment.bindings, "it": instance})
-
-    def _override_scope(self, override: Override, frame: Frame) -> Instance:
-        """The scenario whose labels an override has."""
-        instance = self._carried_out(frame)
-        if instance is not None and any(each is override for each in instance.declaration.modifiers):
-            return instance
-        return frame.around
-
-    def _carried_out(self, frame: Frame) -> Instance | None:
-        """What is carried out in a frame: a new instance, or the first, made before the modifiers begin."""
-        owner = frame.owner
-        position = bisect(owner.told, frame.start.seq)
-        is_inside = position < len(owner.told) and owner.told[position] < frame.end.seq
-        number = owner.instances[position if is_inside else max(position - 1, 0)] if owner.instances else -1
-        return self.world.instances.get(number)
-
-    # -------------------------------------------------------- what is carried out
-
-    def _of_held(self, frame: Frame) -> ModifierApplication | None:
-        """The modifier of a struct or an actor, held by what is carried out, that stands next in a frame."""
-        nodes = [child for child in frame.children if child.type == "modifier"]
-        for type_ in self.plan.objects.values():
-            for applied in type_.modifiers:
-                if isinstance(applied, ModifierApplication) and any(_is_modifier(applied, node) for node in nodes):
-                    return applied
-        return None
+    # -------------------------------------------------------- content
 
     def _core(self, course: _Course, frame: Frame) -> None:
         match course.plan:
             case None | InvokeScenario() | InvokeAction():
-                held = self._of_held(frame)
+                held = modifier_of_held(frame, self.world.plan)
                 if held is None:
                     self._invocation(course, frame)
                 else:
@@ -324,21 +264,21 @@ class Tree:
             self._pending.append(partial(self._behavior, member, node, frame.around, cuts))
 
     def _invocation(self, course: _Course, frame: Frame) -> None:
-        """An instance is carried out: a scenario does its `do`, and both react to events."""
+        """Match an instance: the `do` of a scenario, and reactions."""
         owner = frame.owner
-        instance = self._carried_out(frame)
+        instance = running_instance(frame, self.world)
         is_cut = frame.status in frame.cuts and frame.start.t == frame.end.t
         if instance is None or (instance.number in self._executed and not is_cut):
             if not is_cut:
-                self.findings.violate(Rule.STRUCTURE, "nothing tells of its values", course.span, *frame.records)
+                self.findings.violate(Rule.STRUCTURE, "its values are missing", course.span, *frame.records)
             return
         instance.node = owner
         if not is_cut:
             self._executed.add(instance.number)
         is_inside = frame.start.seq < instance.seq
-        t, due = instance.told["t"], frame.start
+        t, due = instance.recorded["t"], frame.start
         if t != due.t if is_inside else not owner.start.t <= t <= due.t:
-            message = f"it gets its values at {t:g} s, and starts at {due.t:g} s"
+            message = f"it gets its values at {t:g} s, but starts at {due.t:g} s"
             self.findings.violate(Rule.VALUE, message, course.span, due.seq, instance.seq)
         if course.plan is None and instance.number == owner.instances[0]:
             self.matched.invocations.append((None, instance, instance))
@@ -350,14 +290,14 @@ class Tree:
             self._body(body, instance, frame)
             return
         for child in others:
-            message = f"`{child.name}` is no part of `{instance.declaration.name}`"
+            message = f"`{child.name}` is not part of `{instance.declaration.name}`"
             self.findings.violate(Rule.TREE, message, course.span, child.start.seq)
         if isinstance(instance.declaration, Scenario):
             end = End(SUCCEEDED, frame.start.t)
             check_end(frame, end, Rule.DIRECT, course.span, self.history, self.findings)
 
     def _reactions(self, instance: Instance, frame: Frame) -> list[Node]:
-        """Take out what an instance does by itself; returns the rest."""
+        """Match the reactions of an instance; return the other behaviors."""
         late = late_reactions(instance, frame) if instance.declaration.on else ()
         others = [*frame.children, *(child for child in late if child not in frame.children)]
         for directive in instance.declaration.on:
@@ -372,30 +312,15 @@ class Tree:
         return others
 
     def _body(self, body: Behavior, instance: Instance, frame: Frame) -> None:
-        """The `do` of a scenario: it starts and ends with it, unless `emit end` or `emit fail` ends it before."""
+        """Match the `do` of a scenario, which lasts as long, unless `emit end` or `emit fail` ends it before."""
         node = self._only_child(frame, Rule.DIRECT, "its `do`", body.span, lambda child: is_of(child, body))
         if node is None:
             return
         if node.status == CANCELLED:
-            ending = self._ending_emit(instance, frame)
+            ending = ending_emit(instance, frame)
             end = UNKNOWN if ending is not None or self._checking.was_overridden(node) else End(None, node.end.t)
         else:
             end = End(node.status, node.end.t, node.records)
-        if end is UNKNOWN or self._ending_emit(instance, frame) is None:
+        if end is UNKNOWN or ending_emit(instance, frame) is None:
             check_end(frame, end, Rule.DIRECT, body.span, self.history, self.findings)
         self._pending.append(partial(self._behavior, body, node, instance, frozenset({CANCELLED})))
-
-    def _ending_emit(self, instance: Instance, frame: Frame) -> Node | None:
-        """The `emit end` or `emit fail` of an instance that was carried out within a frame."""
-        for start in emits_of_end(instance):
-            pending = [*frame.node.children]
-            while pending:
-                node = pending.pop()
-                if node.type == "emit" and stands_at(node, start.span):
-                    return node
-                pending += node.children
-        return None
-
-
-def _is_modifier(application: ModifierApplication, node: Node) -> bool:
-    return node.type == "modifier" and node.name == application.modifier and stands_at(node, application.span)

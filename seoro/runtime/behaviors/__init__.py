@@ -1,1 +1,1 @@
-"""The behaviors of the language: one construct, one file."""
+"""Behaviors of the language: one construct per module."""

@@ -1,9 +1,9 @@
-"""Invocation of an action: Python carries it out.
+"""Invocation of an action, implemented in Python.
 
-Its arguments are evaluated when the invocation starts. It succeeds when its function returns and fails when that
-raises `ActionFailed` or its backend refuses a request. Any other exception is a fault of the test and ends the run
-as an error, as does a backend that is lost. Its `start`, then its `end` or `fail` occur for items that sample it.
-Until it returns, its flow is as open-ended as its function says.
+Its arguments are evaluated when the invocation starts. It succeeds when its function returns, and fails when that
+raises `ActionFailed` or its backend refuses a request. Other exceptions are faults of the test, and end the run as
+an error, as does a lost backend. Its events `start`, then `end` or `fail` occur for items that sample it. Its task
+is open-ended until it returns, if its function is.
 """
 
 from __future__ import annotations
@@ -13,104 +13,107 @@ from collections.abc import Awaitable
 from functools import partial
 
 from seoro.lang.plan import InvokeAction
-from seoro.runtime.actions import BoundAction
+from seoro.runtime.actions.calling import call_action
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.actions.driver import ActionDriver
 from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.invoke import run_instance
-from seoro.runtime.blocking import Meter, place_of_thread
-from seoro.runtime.context import ActionContext
-from seoro.runtime.drive import Drive
-from seoro.runtime.instances import Instance
-from seoro.runtime.place import Place, invoked_name, name_of
-from seoro.runtime.uses import Use
+from seoro.runtime.execution.blocking import Meter, place_of_thread
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.exclusive_use import Use
+from seoro.runtime.execution.names import invoked_name, name_of
+from seoro.runtime.functions.actions import BoundAction
+from seoro.runtime.instances.instances import Instance
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
 
 
-def run_action(plan: InvokeAction, instance: Instance, place: Place) -> Awaitable[Outcome]:
-    """Carry it out."""
-    if not (instance.reacts or place.services.coverage.concerns(instance)):
-        return _carry_out(plan, instance, place)
-    return run_instance(instance, place, lambda inside: _carry_out(plan, instance, inside))
+def run_action(plan: InvokeAction, instance: Instance, context: ExecutionContext) -> Awaitable[Outcome]:
+    """Run an action."""
+    if not (instance.reacts or context.services.covers(instance)):
+        return _carry_out(plan, instance, context)
+    return run_instance(instance, context, lambda inside: _carry_out(plan, instance, inside))
 
 
-async def _carry_out(plan: InvokeAction, instance: Instance, place: Place) -> Outcome:
-    """Carry out an instance of an action."""
-    services = place.services
+async def _carry_out(plan: InvokeAction, instance: Instance, context: ExecutionContext) -> Outcome:
+    """Run an instance of an action."""
+    services = context.services
     bound = services.actions[plan.action]
     outcome = SUCCEEDED
-    place.flow.open_ended = bound.mark.open_ended
+    if bound.mark.open_ended:
+        services.open_ended.add(context.task)
     try:
         part = bound.part_of(instance.fields)
         if part is None:
-            await _drive(bound, instance, plan, place)
+            await _drive(bound, instance, plan, context)
         else:
             use = Use(instance.actor, part)
-            async with services.common.uses.alone(use, place.flow, name_of(plan), plan.span):
-                await _drive(bound, instance, plan, place)
+            async with services.common.uses.alone(use, context.task, name_of(plan), plan.span):
+                await _drive(bound, instance, plan, context)
     except Exception as error:
-        outcome = judge(error, invoked_name(plan), plan.span, place)
+        outcome = judge(error, invoked_name(plan), plan.span, context)
     except SystemExit as error:
         services.decide(RunStatus.ERROR, f"`{invoked_name(plan)}` raised SystemExit: {error}", plan.span)
     except asyncio.CancelledError:
-        if place.flow.ended is None:
-            reason = f"`{invoked_name(plan)}` raised CancelledError, and nothing has cancelled it"
+        if not context.task.is_cancelled:
+            reason = f"`{invoked_name(plan)}` raised CancelledError, but was not cancelled"
             services.decide(RunStatus.ERROR, reason, plan.span)
     finally:
-        place.flow.open_ended = False
-    if place.flow.ended is not None:  # it was cancelled, whatever became of its clean-up
+        services.open_ended.discard(context.task)
+    if context.task.is_cancelled:  # regardless of the result of its clean-up
         if outcome.failed:
             services.trace.log(outcome.reason, "warning", plan.span)
         raise asyncio.CancelledError
     if services.decision is not None:
-        await place.agenda.step(place.flow)  # to be cancelled by the end of the run
+        await context.task.step()  # to be cancelled by the end of the run
     return outcome
 
 
-def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, place: Place) -> Drive:
-    """Drive the function of an action to its end, and tell of what it does that harms others."""
-    watch = _Watch(bound, plan, place)
-    context = watch.context
-    coroutine = bound.call(context, instance.actor, instance.fields)
+def _drive(bound: BoundAction, instance: Instance, plan: InvokeAction, context: ExecutionContext) -> ActionDriver:
+    """Create the driver for the function of an action, which reports blocking and overruns."""
+    watch = _Watch(bound, plan, context)
+    ctx = watch.ctx
+    coroutine = call_action(bound, ctx, instance.actor, instance.fields)
     watch.meter.attach(coroutine)
-    return Drive(coroutine, place.flow, place.agenda, watch.meter, watch)
+    return ActionDriver(coroutine, context.task, context.scheduler, watch.meter, watch)
 
 
 class _Watch:
-    """Tells of what an action does that harms others.
+    """Reports blocking and overruns of an action.
 
     Args:
         bound: The action.
         plan: Its invocation.
-        place: Where it is carried out.
+        context: Context of the invocation.
     """
 
-    __slots__ = ("_bound", "_place", "_plan", "context", "meter")
+    __slots__ = ("_bound", "_context", "_plan", "ctx", "meter")
 
-    def __init__(self, bound: BoundAction, plan: InvokeAction, place: Place) -> None:
+    def __init__(self, bound: BoundAction, plan: InvokeAction, context: ExecutionContext) -> None:
         self._bound = bound
         self._plan = plan
-        self._place = place
-        common = place.services.common
-        # Nothing here refers back to this, so that it is freed without the help of the garbage collector.
+        self._context = context
+        common = context.services.common
+        # No reference back to this object, so that it is freed without the garbage collector.
         self.meter = Meter(common.share, partial(common.warn_of_blocking, plan.action, plan.span))
-        self.context = ActionContext(place, plan, self.meter)
+        self.ctx = ActionContext(context, plan, self.meter)
 
     @property
     def grace(self) -> float:
-        """The time for its clean-up [s]."""
-        return self.context.grace
+        """Time for the clean-up [s]."""
+        return self.ctx.grace
 
     def cancelled(self) -> None:
-        """It is told that it is cancelled."""
-        self._place.services.trace.record("behavior.cancel", id=self._place.parent)
+        """Record the cancellation."""
+        self._context.services.trace.record("behavior.cancel", id=self._context.number)
 
     def overrun(self) -> None:
-        """Its clean-up has taken longer than that."""
-        name, context, place = self._plan.action, self.context, self._place
-        text = f"the clean-up of `{name}` took longer than {context.grace:g} s"
+        """End the run as an error because the clean-up takes too long."""
+        name, ctx, context = self._plan.action, self.ctx, self._context
+        text = f"the clean-up of `{name}` took longer than {ctx.grace:g} s"
         where = self.meter.place
-        if context.thread is not None:
-            text = f"the thread of `{name}` has not ended {context.grace:g} s after it was cancelled"
-            where = place_of_thread(context.thread, self._bound.function)
-        place.flow.overran = True
+        if ctx.thread is not None:
+            text = f"the thread of `{name}` has not ended {ctx.grace:g} s after it was cancelled"
+            where = place_of_thread(ctx.thread, self._bound.function)
+        context.task.overran = True
         text = f"{text}; it is at {where}" if where else text
-        place.services.decide(RunStatus.ERROR, text, self._plan.span)
+        context.services.decide(RunStatus.ERROR, text, self._plan.span)

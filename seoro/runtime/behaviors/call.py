@@ -1,19 +1,19 @@
-"""`call` (7.2.2.4.7): a method is carried out, in no time, and its result is dropped."""
+"""`call` (7.2.2.4.7): calls a method, in no time, and drops its result."""
 
 from __future__ import annotations
 
 from seoro.lang.plan import CallMethod
-from seoro.runtime.environment import Environment
-from seoro.runtime.evaluate import evaluate
-from seoro.runtime.methods import invoke
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.functions.methods import invoke
+from seoro.runtime.values.environment import Environment
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 
 def run_call(plan: CallMethod, environment: Environment) -> Outcome:
-    """Carry it out.
+    """Call the method.
 
     Raises:
-        EvaluationError: The method is undefined, or failed.
+        EvaluationError: The method is undefined or failed.
     """
     invoke(plan.call, environment, evaluate)
     return SUCCEEDED

@@ -1,33 +1,34 @@
-"""What becomes of an exception in Python that carries out an action or a modifier."""
+"""Consequences of exceptions in Python code of actions and modifiers."""
 
 from __future__ import annotations
 
 from seoro.errors import ActionFailed, BackendLost, BackendRefused, BackendStopped
 from seoro.lang.source import Span
-from seoro.runtime.evaluate import EvaluationError
-from seoro.runtime.explain import explain_action
-from seoro.runtime.instances import Instance
-from seoro.runtime.place import Place
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.instances.instances import Instance
+from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
 
 
-def judge(error: Exception, name: str, span: Span, place: Place) -> Outcome:
-    """The outcome of a function that raised; faults and lost backends end the run as an error, stops cancel it.
+def judge(error: Exception, name: str, span: Span, context: ExecutionContext) -> Outcome:
+    """Return the outcome of a function that raised. Faults and lost backends end the run; stops cancel it.
 
     Args:
-        error: What it raised.
-        name: What it carries out.
-        span: Where that stands.
-        place: Where it is carried out.
+        error: The exception.
+        name: Name of the action or modifier.
+        span: Its invocation.
+        context: Context of the invocation.
     """
-    services = place.services
+    services = context.services
     match _cause(error):
         case BackendStopped() as stopped:
             services.decide(RunStatus.CANCELLED, str(stopped), span)
         case ActionFailed() | BackendRefused() as refusal:
-            invoked = place.invoked.instance if place.invoked is not None else None
-            instance = invoked if isinstance(invoked, Instance) else place.instance
-            return failure(f"`{name}` failed: {refusal}", span, explain_action(place, instance))
+            from seoro.runtime.explain.explain import explain_action  # noqa: PLC0415 - for failures
+
+            invoked = context.invoked.instance if context.invoked is not None else None
+            instance = invoked if isinstance(invoked, Instance) else context.instance
+            return failure(f"`{name}` failed: {refusal}", span, explain_action(context, instance))
         case BackendLost() as lost:
             services.decide(RunStatus.ERROR, str(lost), span)
         case EvaluationError() as valueless:
@@ -35,11 +36,11 @@ def judge(error: Exception, name: str, span: Span, place: Place) -> Outcome:
         case fault:
             services.fault = fault
             services.decide(RunStatus.ERROR, f"`{name}` raised {type(fault).__name__}: {fault}", span)
-    return SUCCEEDED  # of no account: the run is ended
+    return SUCCEEDED  # has no effect: the run is ending
 
 
 def _cause(error: Exception) -> Exception:
-    """What went wrong; of what several tasks of an action raised, a fault or a lost backend before a failure."""
+    """Return the decisive exception of a group: a fault or a lost backend takes precedence over a failure."""
     if not isinstance(error, ExceptionGroup):
         return error
     causes = [_cause(part) for part in error.exceptions]

@@ -1,88 +1,93 @@
-"""Limits of time on what is carried out, and behaviors without an end of their own.
+"""Time limits of behaviors, and open-ended behaviors.
 
-A limit acts when the instant has otherwise settled: what ends by itself in that very instant is in time. What is
-open-ended (an action whose implementation says so, a modifier that holds) is at home in what ends it.
+- A limit acts when the instant has otherwise settled: a behavior that ends in that instant is in time.
+- Open-ended behaviors (an action marked so, a modifier that holds) are meant to be ended from outside.
 """
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Awaitable, Callable, Iterator
-from functools import partial
+from collections.abc import Awaitable, Callable, Collection, Sequence
 
-from seoro.runtime.agenda import Agenda, Flow, Limit, Scope
-from seoro.runtime.explain import explained
-from seoro.runtime.place import Place
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.kernel.cancel_scope import CancelScope
+from seoro.runtime.kernel.task import Scope, Task
+from seoro.runtime.kernel.timers import Deadline
 from seoro.runtime.verdict import Outcome, Status
 
-_CUT_OFF = Outcome(Status.CANCELLED, "it came to its limit")
+_CUT_OFF = Outcome(Status.CANCELLED, "it reached its limit")
+
+
+class BoundedScope(CancelScope):
+    """Scope that the scenario ends, for example by `until`."""
+
+    __slots__ = ()
 
 
 async def within_limit(
-    place: Place,
+    context: ExecutionContext,
     limit: float,
     behave: Callable[[], Awaitable[Outcome]],
-    judge: Callable[[Scope], Outcome] = lambda scope: _CUT_OFF,
-    has_end: bool = False,
+    judge: Callable[[CancelScope], Outcome] = lambda scope: _CUT_OFF,
+    scope_type: type[CancelScope] = CancelScope,
 ) -> tuple[Outcome, bool]:
-    """Carry something out, and end it when it still runs after a time.
+    """Run a behavior, and cancel it at a time limit.
 
     Args:
-        place: Where it is carried out.
-        limit: After what time it ends [s].
-        behave: Carries it out.
-        judge: The outcome of what comes to its limit, from the scope that still runs then.
-        has_end: Whether the limit is an end that was asked for.
+        context: Its context.
+        limit: Time limit [s].
+        behave: Runs the behavior.
+        judge: Returns the outcome at the limit, given the scope.
+        scope_type: Type of its scope.
 
     Returns:
-        The outcome, and whether it came to its limit.
+        The outcome, and whether the limit cancelled the behavior.
     """
-    agenda, flow = place.agenda, place.flow
-    with agenda.scope(flow) as scope:
-        scope.has_end = has_end
-        reached = Limit(scope, lambda: agenda.end(scope, _explained(judge(scope), place, scope)))
-        agenda.at(agenda.now + limit, reached)
+    scheduler = context.scheduler
+    with scope_type(context.task) as scope:
+        reached = Deadline(scope, lambda: scope.cancel(_explained(judge(scope), context, scope)))
+        scheduler.act_at(scheduler.now + limit, reached)
         try:
             return await behave(), False
-        except asyncio.CancelledError:
-            if not agenda.left(scope):
-                raise
-            assert scope.outcome is not None, "it was ended"
-            return scope.outcome, True
         finally:
             reached.over = True
+    outcome: Outcome = scope.outcome
+    return outcome, True
 
 
-def _explained(outcome: Outcome, place: Place, scope: Scope) -> Outcome:
-    """What is asked for why something came to its limit; that it has succeeded needs no explanation."""
-    return outcome if outcome.status is Status.SUCCEEDED else explained(outcome, place, scope)
+def _explained(outcome: Outcome, context: ExecutionContext, scope: CancelScope) -> Outcome:
+    """Explain an outcome at the limit, unless it is a success."""
+    return outcome if outcome.status is Status.SUCCEEDED else context.explained(outcome, scope)
 
 
-def is_open_ended(agenda: Agenda, scope: Scope) -> bool:
-    """Whether something that still runs in a scope has no end of its own."""
-    return any(map(partial(_is_endless, scope), _running(agenda, scope)))
+def is_open_ended(tasks: Sequence[Task], outermost: Scope | None, open_ended: Collection[Task]) -> bool:
+    """Whether any behavior that runs in the tasks is open-ended.
+
+    Args:
+        tasks: The tasks.
+        outermost: Scope in which they run; surrounding scopes do not count.
+        open_ended: Tasks that run an open-ended behavior.
+    """
+    return any(_is_endless(task, outermost, open_ended) for task in _innermost(tasks))
 
 
-def is_all_open_ended(agenda: Agenda, scope: Scope) -> bool:
-    """Whether nothing that still runs in a scope has an end of its own."""
-    return all(map(partial(_is_endless, scope), _running(agenda, scope)))
+def is_all_open_ended(tasks: Sequence[Task], outermost: Scope | None, open_ended: Collection[Task]) -> bool:
+    """Whether all behaviors that run in the tasks are open-ended; see `is_open_ended`."""
+    return all(_is_endless(task, outermost, open_ended) for task in _innermost(tasks))
 
 
-def _running(agenda: Agenda, scope: Scope) -> Iterator[Flow]:
-    """The flows in a scope that do not wait for flows that they forked."""
-    flows = [scope.flow, *scope.flows]
-    forked_from = {flow.parent.flow for flow in flows[1:] if flow.parent is not None}
-    return (flow for flow in flows if flow not in forked_from)
+def _innermost(tasks: Sequence[Task]) -> list[Task]:
+    """Return the tasks that do not wait for other tasks of the list."""
+    parents = {task.parent for task in tasks[1:]}
+    return [task for task in tasks if task not in parents]
 
 
-def _is_endless(outermost: Scope, flow: Flow) -> bool:
-    """Whether what a flow carries out is open-ended, and nothing around it in a scope is going to end it."""
-    if not flow.open_ended:
+def _is_endless(task: Task, outermost: Scope | None, open_ended: Collection[Task]) -> bool:
+    """Whether a task runs an open-ended behavior, without a scope around it that will end it."""
+    if task not in open_ended:
         return False
-    innermost = flow.scopes[-1]
-    for scope in (innermost, *innermost.around):
-        if scope is outermost:
-            break
-        if scope.has_end:
+    scope = task.scope
+    while scope is not None and scope is not outermost:
+        if isinstance(scope, BoundedScope):
             return False
+        scope = scope.outer
     return True

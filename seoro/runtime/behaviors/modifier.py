@@ -1,10 +1,10 @@
-"""Modifiers (7.3.12): Python carries out atomic ones; a compound one is what it applies and constrains, and what
-it does by itself. Its instance lives as long as what it modifies, each time that is carried out: its event
-contexts start with that, and its own `start`, `end` and `fail` are those of all that it modifies.
+"""Modifiers (7.3.12). Python implements atomic ones; a compound modifier applies others, constrains, and reacts.
+Its instance lives as long as the modified behavior, in each run. Its event contexts start with that run. Its
+events `start`, `end` and `fail` are those of the modified behavior.
 
-A function gets the behavior, with the modifiers that stand closer to it, as its child. Each run of the child
-starts that anew, and draws anew; between two runs lies a round, so that a loop of runs that take no time is found.
-A function waits for its context and its child only: all else would hold up the round.
+A function receives the behavior, including closer modifiers, as its child. Each run of the child starts it anew,
+with new random draws; between two runs lies a delta cycle, so that loops without time are detected. A function may
+wait for its context and its child only: other waits would block the delta cycle.
 """
 
 from __future__ import annotations
@@ -18,45 +18,46 @@ from functools import partial
 from typing import Any, NoReturn, TypeAlias
 
 from seoro.errors import BackendLost
-from seoro.runtime.agenda import Waiter
-from seoro.runtime.applied import Applied, Modifying
+from seoro.runtime.behaviors.contract import Carry
 from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.limits import within_limit
-from seoro.runtime.behaviors.members import Carry
-from seoro.runtime.contacts import senses
-from seoro.runtime.contracts import Interrupt
-from seoro.runtime.evaluate import EvaluationError
-from seoro.runtime.explain import explained
+from seoro.runtime.contracts.modifiers import Interrupt
+from seoro.runtime.execution.contacts import senses
+from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.explanation import Explanation
-from seoro.runtime.place import Place
+from seoro.runtime.instances.applied import Applied, Modifying
+from seoro.runtime.kernel.cancel_scope import CancelScope
+from seoro.runtime.kernel.task import Waiter
+from seoro.runtime.parameters.modifiers import actor_of, enter_modifier
+from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
 Within: TypeAlias = Callable[[Iterable[Modifying], Carry], Carry]
-"""How something is carried out within modifications, the outermost first."""
+"""Nests a behavior in modifications, the outermost first."""
 
 
-async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Within) -> Outcome:
-    """Carry out what is modified, by its modifier."""
-    services, name = place.services, applied.modifier.name
-    services.count_start(applied.plan.span, len(place.position))
+async def run_modifier(applied: Applied, context: ExecutionContext, inner: Carry, within: Within) -> Outcome:
+    """Run a modified behavior by its modifier."""
+    services, name = context.services, applied.modifier.name
+    services.count_start(applied.plan.span, len(context.position))
     number = services.new_id()
-    path, source = f"{place.path}/{name}", str(applied.plan.span)
+    path, source = f"{context.path}/{name}", str(applied.plan.span)
     fields = {"type": "modifier", "name": name, "path": path, "source": source}
     trace = services.trace
     arguments = trace.exact.fields(applied.fields) if trace.is_observed else {}
-    trace.record("behavior.start", id=number, parent=place.parent, **fields, arguments=arguments)
-    inside = place.inside(number)
-    instance = applied.enter(f"{place.path}/{applied.name}", services.plan.structures)
+    trace.record("behavior.start", id=number, parent=context.number, **fields, arguments=arguments)
+    inside = context.inside(number)
+    instance = enter_modifier(applied, f"{context.path}/{applied.name}", services.plan.structures)
 
-    def carry(_: Place) -> Awaitable[Outcome]:
+    def carry(_: ExecutionContext) -> Awaitable[Outcome]:
         if name in services.modifiers:
             return _run_function(applied, inside, partial(_attempt, inner))
         return within(applied.modifiers, inner)(inside)
 
     try:
-        if instance.reacts or services.coverage.concerns(instance):
-            own = replace(inside, path=instance.path, position=(*place.position, *applied.position))
+        if instance.reacts or services.covers(instance):
+            own = inside.of_modifier(instance, applied.position)
             outcome = await run_instance(instance, own, carry)
         else:
             outcome = await carry(inside)
@@ -67,14 +68,15 @@ async def run_modifier(applied: Applied, place: Place, inner: Carry, within: Wit
     return outcome
 
 
-async def _attempt(inner: Carry, place: Place) -> Outcome:
-    """Carry out what is modified once, between records of its own."""
-    trace, modifier = place.services.trace, place.parent
-    trace.record("attempt.start", modifier=modifier, path=place.path)
+async def _attempt(inner: Carry, context: ExecutionContext) -> Outcome:
+    """Run the modified behavior once, between records of the attempt."""
+    trace, modifier = context.services.trace, context.number
+    if trace.is_observed:
+        trace.record("attempt.start", modifier=modifier, path=context.path)
     try:
-        if place.invoked is not None and place.invoked.is_watched:
-            place.invoked.renew(place)
-        outcome = await inner(place)
+        if context.invoked is not None and context.invoked.is_watched:
+            context.invoked.renew(context)
+        outcome = await inner(context)
     except (asyncio.CancelledError, EvaluationError):
         trace.record("attempt.end", modifier=modifier, status=Status.CANCELLED.value, reason="")
         raise
@@ -82,35 +84,35 @@ async def _attempt(inner: Carry, place: Place) -> Outcome:
     return outcome
 
 
-async def _run_function(applied: Applied, place: Place, inner: Carry) -> Outcome:
-    bound, span = place.services.modifiers[applied.modifier.name], applied.plan.span
+async def _run_function(applied: Applied, context: ExecutionContext, inner: Carry) -> Outcome:
+    bound, span = context.services.modifiers[applied.modifier.name], applied.plan.span
     arguments = {name: applied.fields[name] for name in applied.modifier.structure.fields}
     waiting = _Waiting()
-    context, child = _Context(applied, place, waiting), _Child(applied, place, inner, waiting)
+    ctx, child = _Context(applied, context, waiting), _Child(applied, context, inner, waiting)
     try:
-        outcome = await _Driven(bound.call(context, applied.actor, child, arguments), waiting)
+        outcome = await _Driven(bound.call(ctx, actor_of(applied), child, arguments), waiting)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"it returned {outcome!r}, not an `Outcome`")
     except Exception as error:
-        outcome = judge(error, applied.modifier.name, span, place)
-    if place.flow.ended is not None:  # it was cancelled, whatever it makes of that
+        outcome = judge(error, applied.modifier.name, span, context)
+    if context.task.is_cancelled:  # regardless of the function's result
         raise asyncio.CancelledError
-    if place.services.decision is not None:
-        await place.agenda.step(place.flow)  # to be cancelled by the end of the run
+    if context.services.decision is not None:
+        await context.task.step()  # to be cancelled by the end of the run
     if not outcome.failed or outcome.span is not None:
         return outcome
     return replace(outcome, span=span, explanation=outcome.explanation or child.explanation)
 
 
 class _Waiting:
-    """Whether a function waits for what it has been given."""
+    """Mark of permitted waits: those for the context or the child."""
 
     def __init__(self) -> None:
         self.is_given = False
 
     @contextmanager
     def given(self) -> Generator[None]:
-        """While it waits for its context or its child."""
+        """Mark a permitted wait."""
         self.is_given = True
         try:
             yield
@@ -119,11 +121,11 @@ class _Waiting:
 
 
 class _Driven:
-    """A function of a modifier, driven such that it waits for nothing else.
+    """Driver of a modifier's function that forbids all other waits.
 
     Args:
-        coroutine: What it returned.
-        waiting: What it waits for.
+        coroutine: Coroutine of the function.
+        waiting: Marks permitted waits.
     """
 
     def __init__(self, coroutine: Coroutine[Any, Any, Outcome], waiting: _Waiting) -> None:
@@ -136,9 +138,9 @@ class _Driven:
             try:
                 awaited = self._coroutine.send(None) if error is None else self._coroutine.throw(error)
             except StopIteration as returned:
-                return returned.value  # type: ignore[no-any-return] # checked by who awaits this
+                return returned.value  # type: ignore[no-any-return] # checked by the caller
             if not self._waiting.is_given:
-                error = RuntimeError("a modifier waits for its context and its child only")
+                error = RuntimeError("a modifier may wait for its context and its child only")
                 continue
             error = None
             try:
@@ -150,121 +152,117 @@ class _Driven:
 class _Context:
     """`ModifierContext` of one application."""
 
-    def __init__(self, applied: Applied, place: Place, waiting: _Waiting) -> None:
+    def __init__(self, applied: Applied, context: ExecutionContext, waiting: _Waiting) -> None:
         self._span = applied.plan.span
-        self._place = place
+        self._context = context
         self._waiting = waiting
 
     @property
     def now(self) -> float:
-        return self._place.agenda.now
+        return self._context.scheduler.now
 
     def log(self, message: str, level: str = "info") -> None:
-        self._place.services.trace.log(message, level, self._span)
+        self._context.services.trace.log(message, level, self._span)
 
     async def sleep(self, duration: float) -> None:
-        waiter = Waiter(self._place.flow)
-        self._place.agenda.at(self.now + duration, waiter)
+        waiter = Waiter(self._context.task)
+        self._context.scheduler.wake_at(self.now + duration, waiter)
         await self._wait(waiter)
 
     async def hold(self) -> NoReturn:
-        flow = self._place.flow
-        flow.open_ended = True
+        task, open_ended = self._context.task, self._context.services.open_ended
+        open_ended.add(task)
         try:
-            await self._wait(Waiter(flow))
+            await self._wait(Waiter(task))
         finally:
-            flow.open_ended = False
-        raise AssertionError("nothing fires this")
+            open_ended.discard(task)
+        raise AssertionError("this waiter is never woken")
 
     async def _wait(self, waiter: Waiter) -> None:
-        waits = self._place.services.waits
-        waits[waiter.flow] = self._span
-        try:
-            with self._waiting.given():
-                await self._place.agenda.wait(waiter)
-        finally:
-            del waits[waiter.flow]
+        with self._context.waiting(self._span), self._waiting.given():
+            await self._context.scheduler.wait(waiter)
 
     def allow_contact(self, entities: Sequence[str]) -> AbstractContextManager[None]:
-        place = self._place
-        return place.services.contacts.allow(place.position, None, frozenset(entities) or None)
+        context = self._context
+        return context.services.contacts.allow(context.position, None, frozenset(entities) or None)
 
     @contextmanager
     def forbid_contact(
         self, robots: Sequence[str], allowed: Sequence[str], interrupt: Interrupt, *, also_struck: bool
     ) -> Generator[None]:
-        place = self._place
-        services = place.services
+        context = self._context
+        services = context.services
         homes = services.homes.robots(robots)
         unobserved = [home for home in homes if not senses(home)]
         if unobserved:
             who = ", ".join(f"{home.name} of {home.backend.name}" for home in unobserved)
-            reason = f"contacts cannot be forbidden: those of {who} are unobserved"
+            reason = f"cannot forbid contacts: those of {who} are not reported"
             services.decide(RunStatus.ERROR, reason, self._span)
         contacts, names = services.contacts, frozenset(allowed)
         with (
-            contacts.allow(place.position, None, names),
-            contacts.forbid(place.position, homes, interrupt.make, also_struck=also_struck),
+            contacts.allow(context.position, None, names),
+            contacts.forbid(context.position, homes, interrupt.trigger, also_struck=also_struck),
         ):
             yield
 
 
-async def _interruptible(place: Place, interrupt: Interrupt, behave: Callable[[], Awaitable[Outcome]]) -> Outcome:
+async def _interruptible(
+    context: ExecutionContext, interrupt: Interrupt, behave: Callable[[], Awaitable[Outcome]]
+) -> Outcome:
     """Carry something out, and cancel it when an interrupt is made."""
-    agenda = place.agenda
-    with agenda.scope(place.flow) as scope:
+    scheduler = context.scheduler
+    with CancelScope(context.task) as scope:
 
         def end() -> None:
-            if not agenda.is_ended(scope):
-                agenda.end(scope, explained(Outcome(Status.CANCELLED, interrupt.reason), place, scope))
+            if not scope.is_cancelled:
+                scope.cancel(context.explained(Outcome(Status.CANCELLED, interrupt.reason), scope))
 
-        interrupt.when_made(lambda: agenda.tell(lambda: agenda.after_round(place.position, end)))
+        interrupt.on_interrupt(
+            lambda: scheduler.act_in_instant(lambda: scheduler.at_commit(context.position, end))
+        )
         try:
             return await behave()
-        except asyncio.CancelledError:
-            if not agenda.left(scope):
-                raise
-            assert scope.outcome is not None, "it was ended"
-            return scope.outcome
         finally:
-            interrupt.when_made(None)
+            interrupt.on_interrupt(None)
+    outcome: Outcome = scope.outcome
+    return outcome
 
 
 class _Child:
     """`Child` of one application."""
 
-    def __init__(self, applied: Applied, place: Place, inner: Carry, waiting: _Waiting) -> None:
+    def __init__(self, applied: Applied, context: ExecutionContext, inner: Carry, waiting: _Waiting) -> None:
         self._span = applied.plan.span
-        self._place = place
+        self._context = context
         self._inner = inner
         self._waiting = waiting
         self._runs = 0
-        self.explanation: Explanation | None = None  # of what was cut off at its limit
+        self.explanation: Explanation | None = None  # of a run that was cancelled at its limit
 
     async def run(self, limit: float | None = None, interrupt: Interrupt | None = None) -> Outcome | None:
-        place, agenda = self._place, self._place.agenda
-        if place.flow.ended is not None:
+        context = self._context
+        if context.task.is_cancelled:
             raise asyncio.CancelledError  # the modifier has not let itself be cancelled
         self._runs += 1
-        place = place.again(self._runs)
+        context = context.run_again(self._runs)
         with self._waiting.given():
             if self._runs > 1:
-                place.services.count_start(self._span, len(place.position))
-                await agenda.step(place.flow)
-            behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, place)
+                context.services.count_start(self._span, len(context.position))
+                await context.task.step()
+            behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, context)
             if interrupt is not None:
-                behave = partial(_interruptible, place, interrupt, behave)
+                behave = partial(_interruptible, context, interrupt, behave)
             began = time.monotonic()
             if limit is None:
                 outcome, is_cut_off = await behave(), False
             else:
-                outcome, is_cut_off = await within_limit(place, limit, behave)
+                outcome, is_cut_off = await within_limit(context, limit, behave)
             if interrupt is not None and interrupt.reason and outcome.status is Status.CANCELLED:
                 self.explanation = outcome.explanation
                 return None
             if not is_cut_off:
                 return outcome
-            if limit and (loss := place.services.homes.loss_since(began)):
+            if limit and (loss := context.services.homes.loss_since(began)):
                 raise BackendLost(loss)
             self.explanation = outcome.explanation
             return None

@@ -1,4 +1,4 @@
-"""Carrying out any behavior: its start and end in the trace, its predefined events, and the choice of its kind."""
+"""Execution of any behavior: dispatch by kind, records of its start and end, and its predefined events."""
 
 from __future__ import annotations
 
@@ -23,138 +23,153 @@ from seoro.lang.plan import (
     Until,
     Wait,
 )
-from seoro.runtime.agenda import Scope
-from seoro.runtime.applied import Applied, Modifying, with_nested
 from seoro.runtime.behaviors.action import run_action
 from seoro.runtime.behaviors.call import run_call
+from seoro.runtime.behaviors.contract import Carry
 from seoro.runtime.behaviors.duration import run_duration
 from seoro.runtime.behaviors.emit import run_emit
 from seoro.runtime.behaviors.invoke import begin_composition, begin_invocation, run_composed
-from seoro.runtime.behaviors.members import Carry
-from seoro.runtime.behaviors.modifier import run_modifier
 from seoro.runtime.behaviors.one_of import run_one_of
-from seoro.runtime.behaviors.overlap import timing_of
 from seoro.runtime.behaviors.override import end_labelled, is_overridden, run_override, start_labelled
 from seoro.runtime.behaviors.parallel import run_parallel
 from seoro.runtime.behaviors.records import record_end, record_start
 from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.behaviors.serial import run_serial
+from seoro.runtime.behaviors.timing import timing_of
 from seoro.runtime.behaviors.until import run_until
 from seoro.runtime.behaviors.wait import run_wait
-from seoro.runtime.choose.times import DURATION
-from seoro.runtime.evaluate import EvaluationError
-from seoro.runtime.holding import newly_held
-from seoro.runtime.instances import Instance
-from seoro.runtime.place import Place, type_of
-from seoro.runtime.stack import descend
-from seoro.runtime.verdict import CANCELLED, Cancelled, Outcome, RunStatus
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.names import type_of
+from seoro.runtime.execution.running import BehaviorScope
+from seoro.runtime.instances.applied import Applied, Modifying, modifiers_of, with_nested
+from seoro.runtime.instances.holding import newly_held
+from seoro.runtime.instances.instances import Instance
+from seoro.runtime.instances.times import DURATION
+from seoro.runtime.kernel.stack import descend
+from seoro.runtime.kernel.task import Task
+from seoro.runtime.values.environment import EvaluationError
+from seoro.runtime.verdict import CANCELLED, Cancelled, Outcome
 
-LEVELS = 8  # of behaviors that await each other directly
+LEVELS = 8  # of nested behaviors that await each other directly
 
 
-def perform(behavior: Behavior, place: Place) -> Awaitable[Outcome]:
-    """Carry out a behavior, from its start, which is a step, to its end.
+def perform(behavior: Behavior, context: ExecutionContext) -> Awaitable[Outcome]:
+    """Run a behavior from its start, which is a step, to its end.
 
     Raises:
-        asyncio.CancelledError: Something around it was ended.
+        asyncio.CancelledError: A surrounding scope was cancelled.
     """
-    carrying = recorded(behavior, place, partial(_carry_modified, behavior))
-    return carrying if len(place.position) % LEVELS else descend(carrying)
+    running = recorded(behavior, context, partial(_carry_modified, behavior))
+    return running if len(context.position) % LEVELS else descend(running)
 
 
-async def recorded(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
-    """Carry out a behavior in a given way, with its records and events."""
-    services = place.services
-    agenda = services.agenda
-    await agenda.step(place.flow)
-    if behavior.label is not None and (overridden := is_overridden(behavior.label, place)) is not None:
-        message = f"`{behavior.label}` does not start: {overridden.reason}"
+def perform_member(
+    task: Task, behavior: Behavior, index: int, context: ExecutionContext
+) -> Coroutine[Any, Any, Outcome]:
+    """Run a member of a composition in a task of its own.
+
+    Args:
+        task: The task.
+        behavior: The member.
+        index: Its index in the composition.
+        context: Context of the composition.
+    """
+    return recorded(behavior, context.member(index, behavior, task), partial(_carry_modified, behavior))
+
+
+async def recorded(behavior: Behavior, context: ExecutionContext, carry: Carry) -> Outcome:
+    """Run a behavior by `carry`, with its records and events."""
+    services, label = context.services, behavior.label
+    await context.task.step()
+    if label is not None and (overridden := is_overridden(label, context)) is not None:
+        message = f"`{label}` does not start: {overridden.reason}"
         services.trace.log(message, "debug", behavior.span)
         return overridden
-    number = record_start(behavior, place)
-    if behavior.label is not None:
-        services.events.emit(place.instance.phase(behavior.label, Phase.START), {}, place.flow.past)
-    with agenda.scope(place.flow) as scope:
+    number = context.number = record_start(behavior, context)
+    outcome = CANCELLED
+    if label is not None:
+        _emit_phase(label, Phase.START, context)
+    with BehaviorScope(behavior, context) as scope:
+        if label is not None:
+            start_labelled(label, context, scope)
         try:
-            carrying = _evaluating(behavior, place.inside(number), carry)
-            if behavior.label is not None:
-                carrying = _labelled(behavior.label, place, scope, carrying)
-            outcome = await carrying
+            try:
+                services.count_start(behavior.span, len(context.position))
+                outcome = await carry(context)
+            except EvaluationError as error:
+                await _end_run(error, context)
+            finally:
+                if label is not None:
+                    end_labelled(label, context, scope)
         except asyncio.CancelledError:
-            if not agenda.left(scope):
-                record_end(number, CANCELLED, place)
-                if services.is_ending:
-                    flow = place.flow
-                    took = time.monotonic() - flow.delivered_at
-                    services.cancelled.append(
-                        Cancelled(place.path, type_of(behavior), behavior.span, took, flow.overran)
-                    )
-                raise
-            assert scope.outcome is not None, "it was ended"
-            outcome = scope.outcome
-    record_end(number, outcome, place)
-    if behavior.label is not None:
-        phase = Phase.FAIL if outcome.failed else Phase.END
-        services.events.emit(place.instance.phase(behavior.label, phase), {}, place.flow.past)
+            if not scope.is_cancelled_itself:
+                _record_cancelled(number, behavior, context)
+            raise
+    outcome = scope.outcome or outcome
+    record_end(number, outcome, context)
+    if label is not None:
+        _emit_phase(label, Phase.FAIL if outcome.failed else Phase.END, context)
     return outcome
 
 
-async def _labelled(label: str, place: Place, scope: Scope, carrying: Coroutine[Any, Any, Outcome]) -> Outcome:
-    """Carry out a behavior that others find under its label meanwhile."""
-    start_labelled(label, place, scope)
-    try:
-        return await carrying
-    finally:
-        end_labelled(label, place, scope)
+def _emit_phase(label: str, phase: Phase, context: ExecutionContext) -> None:
+    """Emit a predefined event of a label."""
+    events = context.services.events
+    events.emit(events.phase(context.instance, label, phase), {}, context.task.past)
 
 
-async def _evaluating(behavior: Behavior, place: Place, carry: Carry) -> Outcome:
-    """Carry out; an expression without a value ends the run as an error."""
-    try:
-        place.services.count_start(behavior.span, len(place.position))
-        return await carry(place)
-    except EvaluationError as error:
-        place.services.decide(RunStatus.ERROR, str(error), error.span)
-    await place.agenda.step(place.flow)
-    raise AssertionError("the run has ended, and this flow with it")
+async def _end_run(error: EvaluationError, context: ExecutionContext) -> None:
+    """End the run as an error because an expression has no value."""
+    context.services.fail(error)
+    await context.task.step()
+    raise AssertionError("the end of the run has cancelled this task")
 
 
-def _carry_modified(behavior: Behavior, place: Place) -> Awaitable[Outcome]:
-    """Carry out a behavior within what modifies it."""
-    match behavior:  # that it is something else takes longer to find than that it is this
+def _record_cancelled(number: int, behavior: Behavior, context: ExecutionContext) -> None:
+    """Record the end of a behavior that was cancelled with a surrounding scope."""
+    services, task = context.services, context.task
+    record_end(number, CANCELLED, context)
+    if services.is_ending:
+        took = time.monotonic() - task.cancelled_at
+        services.cancelled.append(Cancelled(context.path, type_of(behavior), behavior.span, took, task.overran))
+
+
+def _carry_modified(behavior: Behavior, context: ExecutionContext) -> Awaitable[Outcome]:
+    """Run a behavior within its modifications."""
+    match behavior:  # the most frequent kinds first: each further case takes time
         case InvokeAction() | InvokeScenario():
-            begun = begin_invocation(behavior, place)
+            begun = begin_invocation(behavior, context)
         case Wait():
-            return run_wait(behavior, place)
+            return run_wait(behavior, context)
         case Emit():
-            return _at_once(run_emit(behavior, place, place.environment(), place.flow.past))
+            return _at_once(run_emit(behavior, context, context.environment(), context.task.past))
         case CallMethod():
-            return _at_once(run_call(behavior, place.environment()))
+            return _at_once(run_call(behavior, context.environment()))
         case Serial() | Parallel() | OneOf():
-            begun = begin_composition(behavior, place)
+            begun = begin_composition(behavior, context)
         case _:
             assert_never(behavior)
-    carry = lasting(begun.place, within(begun.own, partial(_carry_out, behavior)))
-    return within(begun.modifying, carry)(begun.place)
+    carry = lasting(begun.context, within(begun.own, partial(_carry_out, behavior)))
+    return within(begun.modifying, carry)(begun.context)
 
 
 async def _at_once(outcome: Outcome) -> Outcome:
     return outcome
 
 
-def lasting(place: Place, carry: Carry) -> Carry:
-    """How something is carried out that has a `duration`, if anything is said about that."""
-    has_duration = place.invoked is not None and DURATION in place.invoked.instance.windows
+def lasting(context: ExecutionContext, carry: Carry) -> Carry:
+    """Nest a behavior in its `duration`, if it has one."""
+    has_duration = context.invoked is not None and DURATION in context.invoked.instance.windows
     return partial(run_duration, inner=carry) if has_duration else carry
 
 
 def within(modifying: Iterable[Modifying], carry: Carry) -> Carry:
-    """How something is carried out within what modifies it: what is written last is closest to it."""
+    """Nest a behavior in its modifications; the last one in the text is the closest."""
     modifying = tuple(modifying)
     if not modifying:
         return carry
     for is_until, group in groupby(reversed(modifying), lambda each: isinstance(each, Until)):
-        if is_until:  # those that stand in a row are one
+        if is_until:  # adjacent directives form one
             directives = [each for each in group if isinstance(each, Until)]
             carry = partial(run_until, directives[::-1], inner=carry)
             continue
@@ -163,57 +178,60 @@ def within(modifying: Iterable[Modifying], carry: Carry) -> Carry:
     return carry
 
 
-def carry_scenario(place: Place) -> Awaitable[Outcome]:
-    """Carry out the scenario that is invoked at a place."""
-    instance = place.take_invoked()
-    return _held_within(instance, lambda inside: run_scenario(instance, inside, perform), place)
+def carry_scenario(context: ExecutionContext) -> Awaitable[Outcome]:
+    """Run the scenario that is invoked in a context."""
+    instance = context.take_invoked()
+    return _held_within(instance, lambda inside: run_scenario(instance, inside, perform), context)
 
 
-def _held_within(instance: Instance, carry: Carry, place: Place) -> Awaitable[Outcome]:
-    """Carry out an instance within the modifiers of the structs and actors that it is the first to hold."""
-    if not place.services.has_modified_objects:
-        return carry(place)
+def _held_within(instance: Instance, carry: Carry, context: ExecutionContext) -> Awaitable[Outcome]:
+    """Run an instance within the modifiers of the structs and actors that it is the first to hold."""
+    if not context.services.has_modified_objects:
+        return carry(context)
     modifying: list[Applied] = []
-    for held, path in newly_held(instance, place.services.modified):
-        for applied in with_nested(held.modifiers):
-            applied.turn_to(instance)
+    for held, path in newly_held(instance, context.services.modified):
+        modifiers = modifiers_of(held)
+        for applied in with_nested(modifiers):
+            applied.rebind(instance)
             applied.holder = path
-        modifying += held.modifiers
-    return within(modifying, carry)(place)
+        modifying += modifiers
+    return within(modifying, carry)(context)
 
 
-def _modify(modifying: Modifying, place: Place, inner: Carry) -> Awaitable[Outcome]:
-    """Carry out what is modified, by what modifies it; of that, there may be any number."""
-    return descend(_carry_within(modifying, place, inner))
+def _modify(modifying: Modifying, context: ExecutionContext, inner: Carry) -> Awaitable[Outcome]:
+    """Run a modified behavior on the stack of `carried`: modifications may be nested deeply."""
+    return descend(_carry_within(modifying, context, inner))
 
 
-async def _carry_within(modifying: Modifying, place: Place, inner: Carry) -> Outcome:
+async def _carry_within(modifying: Modifying, context: ExecutionContext, inner: Carry) -> Outcome:
     match modifying:
         case Applied():
-            return await run_modifier(modifying, place, inner, within)
+            from seoro.runtime.behaviors.modifier import run_modifier  # noqa: PLC0415 - few have modifiers
+
+            return await run_modifier(modifying, context, inner, within)
         case Override():
-            return await run_override(modifying, place, inner)
+            return await run_override(modifying, context, inner)
         case Until():
-            raise AssertionError("carried out with those in its row")
+            raise AssertionError("combined with adjacent directives")
         case _:
             assert_never(modifying)
 
 
 def _carry_out(
-    behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario, place: Place
+    behavior: Serial | Parallel | OneOf | InvokeAction | InvokeScenario, context: ExecutionContext
 ) -> Awaitable[Outcome]:
     match behavior:
         case InvokeAction():
-            instance = place.take_invoked()
-            return _held_within(instance, partial(run_action, behavior, instance), place)
+            instance = context.take_invoked()
+            return _held_within(instance, partial(run_action, behavior, instance), context)
         case Serial():
-            return run_composed(place, lambda inside: run_serial(behavior, inside, perform))
+            return run_composed(context, lambda inside: run_serial(behavior, inside, perform))
         case Parallel():
-            timing = timing_of(behavior, place)
-            return run_composed(place, lambda inside: run_parallel(behavior, timing, inside, perform))
+            timing = timing_of(behavior, context)
+            return run_composed(context, lambda inside: run_parallel(behavior, timing, inside, perform_member))
         case OneOf():
-            return run_composed(place, lambda inside: run_one_of(behavior, inside, perform))
+            return run_composed(context, lambda inside: run_one_of(behavior, inside, perform_member))
         case InvokeScenario():
-            return carry_scenario(place)
+            return carry_scenario(context)
         case _:
             assert_never(behavior)

@@ -1,52 +1,48 @@
-"""The records that behaviors leave in the trace."""
+"""Trace records of behaviors."""
 
 from __future__ import annotations
 
 from seoro.lang.plan import Behavior
-from seoro.runtime.choose.times import DURATION
-from seoro.runtime.instances import Instance
-from seoro.runtime.place import Place, name_of, type_of
-from seoro.runtime.services import Running, Services
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.names import name_of, type_of
+from seoro.runtime.execution.services import Services
+from seoro.runtime.instances.instances import Instance
+from seoro.runtime.instances.times import DURATION
 from seoro.runtime.verdict import Outcome
 
 
-def record_start(behavior: Behavior, place: Place) -> int:
-    """Record the start of a behavior; returns its number."""
-    services = place.services
+def record_start(behavior: Behavior, context: ExecutionContext) -> int:
+    """Record the start of a behavior; return its number."""
+    services = context.services
     number = services.new_id()
-    services.running.setdefault(place.flow, []).append(Running(behavior, place, services.agenda.now))
     if not services.trace.is_observed:
         return number
     services.trace.record(
         "behavior.start",
         id=number,
-        parent=place.parent,
+        parent=context.number,
         type=type_of(behavior),
         name=name_of(behavior),
-        path=place.path,
+        path=context.path,
         source=str(behavior.span),
     )
     return number
 
 
-def record_end(number: int, outcome: Outcome, place: Place) -> None:
-    """Record the end of the behavior with that number."""
-    services = place.services
-    stack = services.running[place.flow]
-    stack.pop()
-    if not stack:
-        del services.running[place.flow]
+def record_end(number: int, outcome: Outcome, context: ExecutionContext) -> None:
+    """Record the end of a behavior."""
+    services = context.services
     if services.trace.is_observed:
         services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
 
 
 def record_instance(instance: Instance, behavior: int | None, services: Services) -> None:
-    """Record the values of a new instance, apart from those of its times.
+    """Record the values of a new instance, except its times.
 
     Args:
         instance: The instance.
-        behavior: Number of the behavior that invokes it.
-        services: Of the run.
+        behavior: Number of the invoking behavior.
+        services: Services of the run.
     """
     trace = services.trace
     if trace.is_observed:
@@ -59,5 +55,5 @@ def record_instance(instance: Instance, behavior: int | None, services: Services
 
 
 def _is_time(name: str, instance: Instance) -> bool:
-    """Whether a field of an instance is none of its declaration, but what `it` has for its duration."""
+    """Whether a field of an instance is the added `duration` of `it` rather than a declared one."""
     return name == DURATION and name not in instance.declaration.structure.fields

@@ -1,23 +1,24 @@
 """`serial` (7.3.13.1, 7.6.2.1): members one after another.
 
-Each member starts in the instant in which its predecessor ended. It fails with its first failing member.
+- Each member starts in the instant in which its predecessor ended.
+- It fails with its first failing member.
 """
 
 from __future__ import annotations
 
 from seoro.lang.plan import Serial
-from seoro.runtime.behaviors.members import Perform
-from seoro.runtime.place import Place
+from seoro.runtime.behaviors.contract import Perform
+from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 
-async def run_serial(plan: Serial, place: Place, perform: Perform) -> Outcome:
-    """Carry it out."""
+async def run_serial(plan: Serial, context: ExecutionContext, perform: Perform) -> Outcome:
+    """Run the members one after another."""
     for index, member in enumerate(plan.members):
-        outcome = await perform(member, place.member(index, member))
+        outcome = await perform(member, context.member(index, member))
         if outcome.failed:
             break
     else:
         outcome = SUCCEEDED
-    await place.agenda.step(place.flow)
+    await context.task.step()
     return outcome

@@ -1,53 +1,50 @@
-"""`until` (7.6.2.5.4): a behavior ends exactly when the event occurs, not before or after.
+"""`until` (7.6.2.5.4): a behavior ends exactly when an event occurs, neither before nor after.
 
-Its event context starts with the behavior; what that itself emits counts. The directives that stand in a row are
-one, which any of their events meets. Where 7.6.2.5.4 is silent: what has finished its work before the event
-holds until then; what fails before the event ends at once; what the event ends takes no further step.
+- Its event context starts with the behavior; events that the behavior itself emits count.
+- Adjacent directives form one: any of their events ends the behavior.
+- 7.6.2.5.4 is silent on the rest. A behavior that has finished before the event holds until then. A failure before
+  the event ends it at once; a behavior ended by the event takes no further step.
 """
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Sequence
 from contextlib import ExitStack
+from functools import partial
 
 from seoro.lang.plan import Until
-from seoro.runtime.agenda import Scope, Waiter
-from seoro.runtime.behaviors.members import Carry
-from seoro.runtime.conditions import Context
-from seoro.runtime.events import Occurrence
-from seoro.runtime.listening import Listener
-from seoro.runtime.past import Past
-from seoro.runtime.place import Place
+from seoro.runtime.behaviors.contract import Carry
+from seoro.runtime.behaviors.limits import BoundedScope
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.kernel.cancel_scope import CancelScope
+from seoro.runtime.kernel.channel import Occurrence
+from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 
-async def run_until(directives: Sequence[Until], place: Place, inner: Carry) -> Outcome:
-    """Carry out a behavior until one of some events."""
-    agenda, flow = place.agenda, place.flow
-    past = flow.past.fork()
-    with agenda.scope(flow) as scope:
-        scope.has_end = True
-        try:
-            with ExitStack() as armed:
-                if _arm(directives, place, past, scope, armed):
-                    await agenda.step(flow)  # to be ended before it begins
-                outcome = await inner(place)
-                await agenda.step(flow)
-                if not outcome.failed:
-                    await _hold(directives, place)
-        except asyncio.CancelledError:
-            if not agenda.left(scope):
-                raise
-            assert scope.outcome is not None, "it was ended"
-            outcome = scope.outcome
-    flow.past.join(past, agenda.instant)
-    return outcome
+async def run_until(directives: Sequence[Until], context: ExecutionContext, inner: Carry) -> Outcome:
+    """Run a behavior until one of the events."""
+    task, past, outcome = context.task, context.task.past.fork(), SUCCEEDED
+    with BoundedScope(task) as scope, ExitStack() as subscriptions:
+        if _subscribe(directives, context, past, scope, subscriptions):
+            await task.step()  # cancelled before it begins
+        outcome = await inner(context)
+        await task.step()
+        if not outcome.failed:
+            with context.waiting(directives[0].span):
+                await scope.wait_cancelled()
+    task.past.join(past)
+    return scope.outcome or outcome
 
 
-def _arm(directives: Sequence[Until], place: Place, past: Past, scope: Scope, armed: ExitStack) -> bool:
-    """Listen for the events; says whether one has occurred already."""
-    agenda = place.agenda
+def _subscribe(
+    directives: Sequence[Until],
+    context: ExecutionContext,
+    past: CausalPast,
+    scope: CancelScope,
+    subscriptions: ExitStack,
+) -> bool:
+    """Subscribe to the events, the first of which ends the scope; return whether it has occurred already."""
     is_met = False
 
     def meet(_: Occurrence) -> bool:
@@ -55,24 +52,14 @@ def _arm(directives: Sequence[Until], place: Place, past: Past, scope: Scope, ar
         if is_met:
             return False
         is_met = True
-        agenda.after_round(place.position, end)
+        scope.cancel_at_commit(context.position, SUCCEEDED)
         return True
 
-    def end() -> None:
-        if not agenda.is_ended(scope):
-            agenda.end(scope, SUCCEEDED)
-
     for number, directive in enumerate(directives):
-        purpose = f"{place.purpose} until {number}"
-        listener = Listener(place.services, Context(agenda.now, past, place.position, purpose))
-        armed.callback(listener.listen(directive.event, place.environment(), meet))
+        purpose = partial(_purpose, context, number)
+        subscriptions.enter_context(context.subscribe(directive.event, past, meet, purpose))
     return is_met
 
 
-async def _hold(directives: Sequence[Until], place: Place) -> None:
-    """Wait for the event that ends this."""
-    place.services.waits[place.flow] = directives[0].span
-    try:
-        await place.agenda.wait(Waiter(place.flow))
-    finally:
-        del place.services.waits[place.flow]
+def _purpose(context: ExecutionContext, number: int) -> str:
+    return f"{context.purpose()} until {number}"

@@ -12,7 +12,7 @@ Operation = Arithmetic | Concatenate | Compare | Logic
 
 
 def joined(operation: Operation) -> object:
-    """Equal for operators in a row that are translated together: `and`, `or`, and `+` of strings."""
+    """Return a key that is equal for adjacent operators translated together: `and`, `or`, `+` of strings."""
     match operation:
         case Logic("and" | "or" as operator):
             return operator
@@ -23,10 +23,10 @@ def joined(operation: Operation) -> object:
 
 
 def operated(operation: Operation, left: Symbolic, right: Symbolic) -> terms.Term:
-    """An operation on two operands of which one is not known.
+    """Return the term of an operation with an unknown operand.
 
     Raises:
-        NotSymbolic: It has no form as a term.
+        NotSymbolic: It has no term.
     """
     match operation:
         case Arithmetic(operator, number=number):
@@ -39,7 +39,7 @@ def operated(operation: Operation, left: Symbolic, right: Symbolic) -> terms.Ter
 
 
 def junction(operator: str, members: list[Symbolic]) -> Symbolic:
-    """`and` or `or` of some values of which none is known, except that the last one may decide."""
+    """Return the term of `and` or `or`; all members but the last are unknown."""
     if len(members) == 1:
         return members[0]
     if not members:

@@ -1,58 +1,55 @@
-"""Chooses the values of an instance and of all that it holds (7.3.6, 7.3.11), with the solver.
+"""Choice of the values of an instance and its objects (7.3.6, 7.3.11), with the solver.
 
-What decides is collected, defaults that are overridden are dropped, lists get their sizes, and what remains is one
-problem for the solver: a cell for each scalar that is not given, a term for each constraint. A value that turns
-out to be of a conditional subtype gets what that adds, and the rest is chosen again.
+Rules are collected, overridden defaults are dropped, and lists get their sizes. The rest is one problem for the
+solver: a cell for each free scalar, a term for each constraint. If a value turns out to be of a conditional
+subtype, the members of the subtype are added, and the rest is chosen again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from typing import cast
 
 from seoro.errors import CONFLICT
 from seoro.lang import solve
 from seoro.lang.plan import (
     Expression,
-    Index,
     Latent,
     ListType,
-    Literal,
-    Size,
-    parts,
 )
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import holds
+from seoro.runtime.choose.computation import Computation, assign
 from seoro.runtime.choose.domains import domain_of
-from seoro.runtime.choose.fields import Compute, Fields, make_room
 from seoro.runtime.choose.forms import NotYet, all_of
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.refusals import Rules, no_bounds, no_solution
 from seoro.runtime.choose.request import Request
+from seoro.runtime.choose.sizes import mentions
 from seoro.runtime.choose.slots import Rule, Slot
 from seoro.runtime.choose.symbolic import Translation
-from seoro.runtime.choose.times import Window
 from seoro.runtime.choose.widening import Widening
-from seoro.runtime.environment import EvaluationError, NoChoice
-from seoro.runtime.values import Actor, Range, Struct, Value
+from seoro.runtime.instances.times import Window
+from seoro.runtime.values.environment import EvaluationError, NoSolution
+from seoro.runtime.values.fields import Fields, make_room
+from seoro.runtime.values.values import Actor, Range, Struct, Value
 
-MAX_SIZE = 1000  # of a list whose size is chosen
-SIZES_TRIED = 64  # from the smallest on; beyond that, any size will do
+MAX_SIZE = 1000  # of a list with a chosen size
+SIZES_TRIED = 64  # smallest first; beyond that, any size is accepted
 
 
 def choose(request: Request) -> dict[str, Window]:
-    """Choose the values of an instance; its fields have them afterwards.
+    """Choose the values of an instance, and set its fields.
 
     Returns:
-        The windows of its times that anything is said about.
+        Windows of its constrained times.
 
     Raises:
-        NoChoice: There are none that meet all constraints, or nothing bounds a number or a string.
+        NoSolution: No values meet all constraints, or a number or a string is unbounded.
         EvaluationError: An expression has no value.
     """
-    gathering = Gathering(request.structures)
+    gathering = Gathering(request.environment.plan)
     if request.value is not None:
         gathering.add_value(request.value, request.roots[0], request.given)
     else:
@@ -61,7 +58,7 @@ def choose(request: Request) -> dict[str, Window]:
     around = request.around or request.environment
     if request.times is not None:
         gathering.add_times(request.times, request.holder, request.environment)
-        it = replace(around, bindings={**around.bindings, "it": request.holder})
+        it = around.bind(it=request.holder)
         gathering.add_constraints(tuple(request.times.constraints()), it, INVOCATION)
     gathering.add_constraints(request.constraints, around, INVOCATION)
     for other in request.attached:
@@ -74,7 +71,7 @@ def choose(request: Request) -> dict[str, Window]:
 
 
 class _Choice:
-    """One choice, from what was gathered to the values."""
+    """One choice, from the collected rules to the values."""
 
     def __init__(self, gathering: Gathering, request: Request) -> None:
         self._gathering = gathering
@@ -84,19 +81,18 @@ class _Choice:
         self._holder, self._times = request.holder, request.times
         self._translation = Translation(self._slots, request.evaluate, self._put)
         self._pins: list[solve.Constraint] = []
-        self._is_final = False
-        self._open: set[int] = set()  # whose values are being computed, by identity
+        self._computation = Computation(gathering.slots, request.evaluate)
         self._names: dict[str, int] = {}
 
     def run(self) -> dict[str, Window]:
-        """Choose, until the values are of no subtypes that have not been taken into account."""
+        """Choose until no value is of a further subtype."""
         while True:
             self._size_lists()
             self._prepare()
             rules = dict(self._constraints())
             try:
                 values = self._solve(rules, self._pins).values
-            except NoChoice as reason:
+            except NoSolution as reason:
                 found = self._certain(rules) if isinstance(reason.__cause__, solve.Unbounded) else []
                 if not found:
                     raise
@@ -111,7 +107,7 @@ class _Choice:
         return windows | self._defined_windows()
 
     def _add_latents(self, found: list[tuple[Slot, Latent]]) -> None:
-        """Add what values get that are of conditional subtypes, and keep them what they are."""
+        """Add the members of conditional subtypes, and keep the values in these subtypes."""
         for slot, latent in found:
             decider = self._slots.of(slot.made)[latent.field]
             if decider.cell is not None:
@@ -121,12 +117,11 @@ class _Choice:
         self._gathering.expand()
 
     def _certain(self, rules: Rules) -> list[tuple[Slot, Latent]]:
-        """The subtypes that values are of whatever is chosen, nearest to the base first."""
+        """Return the subtypes that values certainly have, nearest to the base first."""
         problem = self._problem(rules, self._pins)
         found: list[tuple[Slot, Latent]] = []
         for slot, latent in self._gathering.latents:
-            made = slot.made
-            assert made is not None
+            made = slot.instance
             if latent.type not in made.types and latent.base in made.types:
                 deciding = self._deciding(made, latent)
                 if deciding is not None and all(_is_certain(problem, condition) for condition in deciding):
@@ -134,17 +129,16 @@ class _Choice:
         return found
 
     def _deciding(self, made: Struct | Actor, latent: Latent) -> tuple[terms.Term, ...] | None:
-        """The conditions of a subtype; None if one is about a field that only another subtype has."""
+        """Return the conditions of a subtype; None if one needs a field of another subtype."""
         try:
-            return self._translation.deciding(made, latent.type)
+            return self._translation.subtypes.deciding(made, latent.type)
         except NotYet:
             return None
 
     def _conditional(self) -> Iterator[tuple[solve.Constraint, Rule | None]]:
-        """What holds for values if they turn out to be of subtypes, as far as they have the fields for it."""
+        """Yield the constraints of possible subtypes, as far as the values have the fields."""
         for slot, latent in self._gathering.latents:
-            made = slot.made
-            assert made is not None
+            made = slot.instance
             if latent.type in made.types:
                 continue
             deciding = self._deciding(made, latent)
@@ -156,7 +150,7 @@ class _Choice:
                     yield solve.Constraint(term, rule.span, rule.span.text), rule
 
     def _widen(self, rules: Rules, values: Mapping[solve.Cell, solve.Value]) -> dict[str, Window]:
-        """Make times as wide as they can be."""
+        """Widen the windows of times as far as possible."""
         assert self._times is not None
         written = {each: rule is not None for each, rule in rules.items()} | dict.fromkeys(self._pins, False)
         widening = Widening(written, values)
@@ -165,7 +159,7 @@ class _Choice:
         return windows
 
     def _defined_windows(self) -> dict[str, Window]:
-        """The windows of times that are said to be equal to something."""
+        """Return the windows of times that are defined by equalities."""
         found: dict[str, Window] = {}
         for name in self._times.names if self._times is not None else ():
             definition = self._slots.of(self._holder)[name].definition
@@ -175,9 +169,8 @@ class _Choice:
         return found
 
     def _is_of(self, slot: Slot, latent: Latent) -> bool:
-        """Whether a value has turned out to be of a subtype that it has not been given yet."""
-        made = slot.made
-        assert made is not None
+        """Whether a value is of a subtype whose members are not added yet."""
+        made = slot.instance
         if latent.type in made.types or latent.base not in made.types:
             return False
         return made.fields[latent.field] == latent.value
@@ -185,11 +178,11 @@ class _Choice:
     # ------------------------------------------------------------ cells and constraints
 
     def _prepare(self) -> None:
-        """Drop what is overridden, and give every scalar a cell."""
+        """Drop overridden rules, and give every scalar a cell."""
         self._gathering.settle_defaults()
         for slot in self._slots.all:
             if isinstance(slot.holder.fields, Fields):
-                slot.holder.fields.compute = self._computing(slot.holder)
+                slot.holder.fields.compute = self._computation.of(slot.holder)
             domain = domain_of(slot.type)
             if domain is not None and slot.limits is not None:
                 domain = solve.Real(*slot.limits)
@@ -197,7 +190,7 @@ class _Choice:
                 self._slots.stand_for(slot, solve.Cell(self._unique(slot.path), slot.span, domain))
 
     def _unique(self, path: str) -> str:
-        """The name of a cell; a field and a global parameter may be called alike."""
+        """Return a unique name for a cell; a field and a global parameter may have the same path."""
         count = self._names[path] = self._names.get(path, 0) + 1
         return path if count == 1 else f"{path} ({count})"
 
@@ -215,10 +208,10 @@ class _Choice:
             raise no_bounds(unbounded, rules) from unbounded
         except (solve.NeedsSolver, solve.Undecided) as undecided:
             places = tuple((cell.span, "") for cell in undecided.cells)
-            raise NoChoice(str(undecided), "E0443", places) from undecided
+            raise NoSolution(str(undecided), "E0443", places) from undecided
 
     def _constraints(self) -> Iterator[tuple[solve.Constraint, Rule | None]]:
-        """What has to hold, each with the rule that it comes from."""
+        """Yield all constraints with their rules."""
         for rule in self._gathering.rules:
             term = self._term(rule)
             if term is not None and term != terms.Const(True):
@@ -233,7 +226,7 @@ class _Choice:
                 yield solve.Constraint(term, slot.span, f"{slot.path}.lower() <= {slot.path}.upper()"), None
 
     def _term(self, rule: Rule) -> terms.Term | None:
-        """A rule as a term; None if it has no say, or is about what does not exist yet."""
+        """Return the term of a rule; None if it is settled, or about a missing field."""
         if rule.is_void or rule.is_done or (rule.subject is not None and rule.subject.definition is rule):
             return None
         try:
@@ -248,7 +241,7 @@ class _Choice:
         return self._translation.equality(rule.subject, rule.value, rule.environment)
 
     def _is_postponed(self, rule: Rule) -> bool:
-        """Whether a rule is about a field of a subtype that a value has not turned out to be of."""
+        """Whether a rule is about a field of a subtype that a value does not have."""
         if rule.condition is None or rule.is_void or rule.is_done:
             return False
         try:
@@ -260,12 +253,12 @@ class _Choice:
     # ------------------------------------------------------------ lists
 
     def _size_lists(self) -> None:
-        """Give each list that is made here a size: the smallest that its constraints allow (7.3.5.2.1)."""
+        """Give each list the smallest size that its constraints allow (7.3.5.2.1)."""
         while True:
             unsized = [slot for slot in self._slots.all if self._is_unsized(slot)]
             if not unsized:
                 return
-            least, mentioned = self._mentioned()
+            least, mentioned = mentions(self._gathering.rules, self._slots)
             for slot in unsized:
                 low = least.get(id(slot), 0)
                 domain = solve.Integer(low, MAX_SIZE)
@@ -286,30 +279,8 @@ class _Choice:
         is_made = isinstance(slot.type, ListType) and not slot.is_given and slot.definition is None
         return is_made and not slot.is_sized
 
-    def _mentioned(self) -> tuple[dict[int, int], set[int]]:
-        """How many members of lists constraints mention, and the lists whose sizes they mention, by identity."""
-        least: dict[int, int] = {}
-        sized: set[int] = set()
-        for rule in self._gathering.rules:
-            pending: list[Expression] = [rule.condition] if rule.condition is not None else []
-            while pending:
-                current = pending.pop()
-                match current:
-                    case Index(items, Literal(int(position))):
-                        slot = self._slots.find(items, rule.environment)
-                        if slot is not None:
-                            least[id(slot)] = max(least.get(id(slot), 0), position + 1)
-                    case Size(items):
-                        slot = self._slots.find(items, rule.environment)
-                        if slot is not None:
-                            sized.add(id(slot))
-                    case _:
-                        pass
-                pending += parts(current)
-        return least, sized
-
     def _smallest(self, slot: Slot) -> int:
-        """The smallest size that constraints allow; they may leave so many to try that any will do."""
+        """Return the smallest permitted size; after `SIZES_TRIED` sizes, any permitted one."""
         size = slot.size
         assert size is not None
         rules = dict(self._constraints())
@@ -320,7 +291,7 @@ class _Choice:
             pin = solve.Constraint(term, slot.span, f"{slot.path}.size() == {candidate}")
             try:
                 self._solve(rules, [*self._pins, pin], explain=False)
-            except NoChoice as reason:
+            except NoSolution as reason:
                 if not isinstance(reason.__cause__, solve.Conflict):
                     raise
             else:
@@ -332,52 +303,19 @@ class _Choice:
     # ------------------------------------------------------------ values
 
     def _put(self, chosen: Mapping[solve.Cell, solve.Value]) -> None:
-        """Put values of cells into the instances."""
+        """Put the values of cells into the instances."""
         for slot in self._slots.all:
             if slot.cell is not None and slot.cell in chosen:
-                _assign(slot, cast(Value, chosen[slot.cell]))
-
-    def _computing(self, holder: object) -> Compute:
-        slots = self._slots.of(holder)
-
-        def compute(name: str) -> Value:
-            return self._value(slots[name])
-
-        return compute
-
-    def _value(self, slot: Slot) -> Value:
-        """The value of what is no cell; once all cells are final, it stays."""
-        if slot.definition is not None:
-            value = self._defined(slot, slot.definition)
-        elif "lower" in slot.parts:
-            low, high = (part.holder.fields[part.key] for part in slot.parts.values())
-            value = Range(cast(float, low), cast(float, high))
-        elif isinstance(slot.type, ListType):
-            value = tuple(part.holder.fields[part.key] for part in slot.parts.values())
-        else:
-            raise KeyError(slot.key)
-        if self._is_final:
-            _assign(slot, value)
-        return value
-
-    def _defined(self, slot: Slot, definition: Rule) -> Value:
-        assert definition.value is not None
-        if id(slot) in self._open:
-            raise EvaluationError(f"the value of `{slot.path}` depends on itself", slot.span)
-        self._open.add(id(slot))
-        try:
-            return self._evaluate(definition.value, replace(definition.environment, path=slot.path))
-        finally:
-            self._open.remove(id(slot))
+                assign(slot, cast(Value, chosen[slot.cell]))
 
     def _finish(self) -> None:
-        """Compute what is no cell, check what could not be told before, and leave plain fields behind."""
-        self._is_final = True
+        """Compute values without cells, check postponed constraints, and leave plain fields."""
+        self._computation.is_final = True
         for slot in self._slots.all:
             slot.holder.fields[slot.key]
         for rule in self._gathering.rules:
             if self._is_postponed(rule) and not self._evaluate(cast(Expression, rule.condition), rule.environment):
-                raise NoChoice("this constraint cannot hold", CONFLICT, ((rule.span, ""),))
+                raise NoSolution("this constraint cannot hold", CONFLICT, ((rule.span, ""),))
         holders = {id(slot.holder): slot.holder for slot in self._slots.all}
         for holder in holders.values():
             fields = holder.fields
@@ -389,11 +327,7 @@ class _Choice:
 
 
 def _is_certain(problem: solve.Problem, condition: terms.Term) -> bool:
-    """Whether a condition holds whatever is chosen."""
+    """Whether a condition holds for all values."""
     if not terms.cells_of(condition):
         return holds(condition, {})
     return solve.follows(problem, condition)
-
-
-def _assign(slot: Slot, value: Value) -> None:
-    slot.holder.fields[slot.key] = value  # type: ignore[index] # all holders have a dict

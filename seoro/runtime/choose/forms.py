@@ -1,4 +1,4 @@
-"""Symbolic values: what depends on values that are not chosen yet, taken apart until only scalars are terms."""
+"""Symbolic values: values that depend on unchosen ones, decomposed until only scalars are terms."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import TypeAlias, cast, get_args
 from seoro.lang import frozen, solve
 from seoro.lang.plan import Expression, Literal, Number
 from seoro.lang.solve import terms
-from seoro.runtime.conversions import to_number
-from seoro.runtime.values import Actor, HasFields, Range, Struct, Value
+from seoro.runtime.values.conversions import to_number
+from seoro.runtime.values.values import Actor, HasFields, Range, Struct, Value
 
 
 class SymbolicList(frozen.Value):
-    """A list of which some members are not known."""
+    """A list with unknown members."""
 
     items: tuple[Symbolic, ...]
 
 
 class SymbolicRange(frozen.Value):
-    """A range of which a bound is not known; the lower one comes first."""
+    """A range with an unknown bound; the lower bound comes first."""
 
     low: Symbolic
     high: Symbolic
@@ -33,18 +33,18 @@ NUMBERS: Mapping[Number, terms.Number] = {number: terms.Number(number.value) for
 
 
 class NotSymbolic(Exception):
-    """An expression has no form as a term."""
+    """An expression has no term."""
 
 
 class NotYet(Exception):
-    """An expression names a field that a value has only if it turns out to be of a conditional subtype."""
+    """An expression names a field that a value has only as a conditional subtype."""
 
 
 def as_term(value: Symbolic) -> terms.Term:
-    """A scalar as a term.
+    """Return a scalar as a term.
 
     Raises:
-        NotSymbolic: It is none.
+        NotSymbolic: It has no term.
     """
     if isinstance(value, TERMS):
         return cast(terms.Term, value)
@@ -54,17 +54,17 @@ def as_term(value: Symbolic) -> terms.Term:
 
 
 def listed(items: tuple[Symbolic, ...]) -> Symbolic:
-    """A list, symbolic if one of its members is."""
+    """Return a list, symbolic if a member is."""
     if any(isinstance(item, UNKNOWN) for item in items):
         return SymbolicList(items)
     return cast("tuple[Value, ...]", items)
 
 
 def items_of(value: Symbolic) -> tuple[Symbolic, ...]:
-    """The members of a list.
+    """Return the members of a list.
 
     Raises:
-        NotSymbolic: They are not known one by one.
+        NotSymbolic: They are unknown.
     """
     if isinstance(value, SymbolicList):
         return value.items
@@ -74,14 +74,14 @@ def items_of(value: Symbolic) -> tuple[Symbolic, ...]:
 
 
 def ordered_range(first: terms.Term, second: terms.Term) -> SymbolicRange:
-    """A range between two bounds, which may come in any order (7.4.2.8.1)."""
+    """Return the range between two bounds in any order (7.4.2.8.1)."""
     is_ascending = terms.Compare("<=", first, second)
     low = terms.IfThenElse(is_ascending, first, second)
     return SymbolicRange(low, terms.IfThenElse(is_ascending, second, first))
 
 
 def converted(value: Symbolic, number: Number) -> Symbolic:
-    """A number as one of another type; of a list or a range, each part. Bounds that wrap may change places."""
+    """Convert a number, or each part of a list or a range; bounds that wrap may swap."""
     match value:
         case SymbolicList(items):
             return SymbolicList(tuple(converted(item, number) for item in items))
@@ -97,17 +97,17 @@ def converted(value: Symbolic, number: Number) -> Symbolic:
 
 
 def any_of(conditions: list[terms.Term]) -> Symbolic:
-    """Whether one of some conditions is true."""
+    """Return the disjunction of conditions."""
     return terms.Or(tuple(conditions)) if conditions else False
 
 
 def all_of(conditions: list[terms.Term]) -> terms.Term:
-    """Whether all of some conditions are true."""
+    """Return the conjunction of conditions."""
     return terms.And(tuple(conditions)) if len(conditions) != 1 else conditions[0]
 
 
 def count_of(conditions: list[terms.Term]) -> terms.Term:
-    """How many of some conditions are true."""
+    """Return the number of true conditions."""
     total: terms.Term = terms.Const(0)
     for condition in conditions:
         one = terms.IfThenElse(condition, terms.Const(1), terms.Const(0))
@@ -116,7 +116,7 @@ def count_of(conditions: list[terms.Term]) -> terms.Term:
 
 
 def bounds_of(value: Symbolic) -> tuple[Symbolic, Symbolic] | None:
-    """The bounds of a range; None if it is none."""
+    """Return the bounds of a range; None for other values."""
     match value:
         case SymbolicRange(low, high):
             return low, high
@@ -127,7 +127,7 @@ def bounds_of(value: Symbolic) -> tuple[Symbolic, Symbolic] | None:
 
 
 def same(left: Symbolic, right: Symbolic) -> terms.Term:
-    """That two values are equal: structs and actors if they are the same one (7.4.2.4.2), others part by part."""
+    """Return the equality of two values: identity of structs and actors (7.4.2.4.2), parts of others."""
     ranges = bounds_of(left), bounds_of(right)
     if ranges[0] is not None and ranges[1] is not None:
         (low, high), (lower, upper) = ranges[0], ranges[1]
@@ -143,7 +143,7 @@ def same(left: Symbolic, right: Symbolic) -> terms.Term:
 
 
 def compare(operator: str, left: Symbolic, right: Symbolic) -> terms.Term:
-    """A comparison of two values."""
+    """Return the comparison of two values."""
     if operator in {"==", "!="}:
         equal = same(left, right)
         return equal if operator == "==" else terms.Not(equal)
@@ -151,7 +151,7 @@ def compare(operator: str, left: Symbolic, right: Symbolic) -> terms.Term:
 
 
 def contains(item: Symbolic, container: Symbolic) -> Symbolic:
-    """Whether a range or a list contains a value, or all of a range or a list (7.4.2.4.1)."""
+    """Return the containment of a value, or of all of a range or a list (7.4.2.4.1)."""
     bounds = bounds_of(container)
     if bounds is not None:
         low, high = as_term(bounds[0]), as_term(bounds[1])
@@ -167,7 +167,7 @@ def contains(item: Symbolic, container: Symbolic) -> Symbolic:
 
 
 def with_operands(expression: Expression, found: list[Symbolic]) -> Expression:
-    """An operation on values in the place of its operands."""
+    """Return an operation with values as operands."""
     values = iter(found)
     changes: dict[str, object] = {}
     for name in expression.__match_args__:

@@ -1,9 +1,8 @@
-"""Collects what decides about an instance: its slots, those of all that it holds, and the constraints on them.
+"""Collection of the slots of an instance and of its objects, and of the constraints on them.
 
-Types are gone through from the outside to the inside, since constraints outside may say what a slot inside holds:
-one that has to be equal to another value is no new one. Constraints are then put into the order of 7.3.11.3.2, in
-which those of inner instances come before those around them. Arguments come after what their instance says
-(7.3.5.1.3), and what is set from outside last.
+Types are expanded from the outside to the inside, since outer constraints may define an inner slot: a slot that
+equals another value needs no new one. Constraints are then sorted as in 7.3.11.3.2: those of inner instances come
+first. Arguments come after the constraints of their instance (7.3.5.1.3), overrides by the user last.
 """
 
 from __future__ import annotations
@@ -22,45 +21,45 @@ from seoro.lang.plan import (
     Latent,
     ListType,
     Literal,
+    Plan,
     RangeType,
     RemoveDefault,
     StructType,
     Structure,
     StructureMember,
-    Structures,
 )
-from seoro.runtime.applied import Applied, apply, with_nested
-from seoro.runtime.choose.fields import Fields
 from seoro.runtime.choose.plain import empty, scope_of
 from seoro.runtime.choose.slots import Holder, Rule, Slot, Slots, slots_named
 from seoro.runtime.choose.subjects import Removal, Subjects
-from seoro.runtime.choose.times import OVERLAP, Times, kind_value
-from seoro.runtime.environment import Calls, Environment, EvaluationError, NoChoice
-from seoro.runtime.values import Actor, HasFields, Struct, Value
+from seoro.runtime.instances.applied import Applied, apply, with_nested
+from seoro.runtime.instances.times import OVERLAP, Times, kind_value
+from seoro.runtime.values.environment import Calls, Environment, EvaluationError, NoSolution
+from seoro.runtime.values.fields import Fields
+from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 
-NESTED = 8  # instances of one type, each inside of the one before
-INVOCATION = 1  # the depths, negated, of what stands around the instance
+NESTED = 8  # nested instances of one type
+INVOCATION = 1  # negated depth of constraints around the instance
 OVERRIDE = 2
-OF_OBJECTS = -3  # the position of modifiers of what an instance holds, among what modifies it
+OF_OBJECTS = -3  # position of modifiers of held objects among the modifications
 
 
 class Gathering:
     """Slots and rules of one choice.
 
     Args:
-        structures: The structures of all types.
+        plan: The plan.
     """
 
-    def __init__(self, structures: Structures) -> None:
+    def __init__(self, plan: Plan) -> None:
         self.slots = Slots()
         self.rules: list[Rule] = []
         self.latents: list[tuple[Slot, Latent]] = []
         self._arguments: list[tuple[Slot, tuple[int, int]]] = []  # with their places in the order
-        self._structures = structures
+        self._plan = plan
         self._subjects = Subjects(self.slots)
         self._count = 0  # of rules and removals
         self._queue: deque[Slot] = deque()
-        self._within: dict[int, tuple[str, ...]] = {}  # by the identity of what is made here
+        self._within: dict[int, tuple[str, ...]] = {}  # by the identity of the tree node
 
     # ------------------------------------------------------------ the instance itself
 
@@ -72,31 +71,31 @@ class Gathering:
         environment: Environment,
         level: int = 0,
     ) -> None:
-        """Add the fields and constraints of the instance itself, or of a modifier of it at the level of that."""
+        """Add the fields and constraints of the instance, or of a modifier at its level."""
         self._add_members(structure.members, holder, environment, -level, given)
         order = self._order(-level)
         self._arguments += [(slot, order) for name, slot in self.slots.of(holder).items() if name in given]
 
     def add_value(self, slot: Slot, structure: Structure, given: Mapping[str, Value]) -> None:
-        """Add a value that is made by itself: its fields, its constraints, and the subtypes that it may be of."""
+        """Add a constructed value: its fields, constraints and possible subtypes."""
         assert slot.made is not None
         slot.structure, slot.is_given = structure, False
         self.slots.add(slot)
         self._add_made(slot, structure, given)
 
     def add_times(self, times: Times, holder: HasFields, environment: Environment) -> None:
-        """Add the parameters that a behavior has for its times; what arguments say about them is apart."""
+        """Add the timing parameters of a behavior; arguments are added separately."""
         given = {OVERLAP: kind_value(times.overlap)} if times.overlap and times.is_overlap_given else {}
         for declared, limits in times.declarations():
             self._add_field(declared, holder, environment, 0, given)
             self.slots.of(holder)[declared.name].limits = limits
 
     def add_constraints(self, members: Sequence[ConstraintMember], environment: Environment, level: int) -> None:
-        """Add constraints from around the instance.
+        """Add constraints from outside the instance.
 
         Args:
             members: The constraints.
-            environment: Their scope.
+            environment: Their environment.
             level: `INVOCATION` or `OVERRIDE`.
         """
         for member in members:
@@ -161,7 +160,7 @@ class Gathering:
     # ------------------------------------------------------------ expansion
 
     def expand(self) -> None:
-        """Go on from the outside to the inside, until every slot is a cell, made here, given or defined."""
+        """Expand from the outside to the inside, until every slot is a cell, constructed, given or defined."""
         while self._queue:
             slot = self._queue.popleft()
             if slot.is_given:
@@ -191,10 +190,10 @@ class Gathering:
             definition.is_done = True
             type_, arguments = definition.value.type, definition.value.arguments
         if slot.within.count(type_.name) >= NESTED:
-            what = f"`{slot.path}` would hold instances of `{type_.name}` without end"
-            hint = "say which one it is, such as `keep(a.other == b)`"
-            raise NoChoice(what, "E0443", ((slot.span, "nothing says which one it is"),), hint)
-        structure = slot.structure = self._structures.of(type_)
+            what = f"`{slot.path}` would hold endlessly nested instances of `{type_.name}`"
+            hint = "define it by an equality, such as `keep(a.other == b)`"
+            raise NoSolution(what, "E0443", ((slot.span, "no equality defines it"),), hint)
+        structure = slot.structure = self._plan.structures.of(type_)
         made = empty(structure, slot.path, Fields())
         self.slots.make(slot, made)
         self._within[id(made)] = (*slot.within, type_.name)
@@ -207,8 +206,7 @@ class Gathering:
             self._add_rule(rule)
 
     def _add_made(self, slot: Slot, structure: Structure, given: Mapping[str, Value]) -> None:
-        made = slot.made
-        assert made is not None
+        made = slot.instance
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         self._add_members(structure.members, made, inside, slot.depth, given)
         self._add_modifiers(slot, inside)
@@ -216,16 +214,15 @@ class Gathering:
         self.latents += [(slot, latent) for latent in structure.latents]
 
     def _add_modifiers(self, slot: Slot, inside: Environment) -> None:
-        """Add the modifiers that are members of the types of a value, and that it has not been given yet."""
-        made = slot.made
-        assert made is not None
+        """Add modifiers that are members of the types of a value, once each."""
+        made = slot.instance
         present = {applied.plan.span for applied in made.modifiers}
-        declared = self._structures.applied_to(made.types)
-        new = [each for each in declared if each.span not in present]
+        declared = self._plan.object_type(made.types)
+        new = [each for each in declared.modifiers if each.span not in present] if declared is not None else []
         if not new:
             return
         self._count += 1
-        modifying = apply(new, self._structures.modifiers, inside, made, (OF_OBJECTS, self._count))
+        modifying = apply(new, self._plan.modifiers, inside, made, (OF_OBJECTS, self._count))
         made.modifiers += tuple(each for each in modifying if isinstance(each, Applied))
         for applied in with_nested(modifying):
             attached = applied.attached(inside.calls or Calls())
@@ -238,7 +235,7 @@ class Gathering:
         self._add_parts(slot, ("lower", "upper"), type_)
 
     def size_list(self, slot: Slot, size: int) -> None:
-        """Give a list that is made here its members."""
+        """Add the members of a list."""
         assert isinstance(slot.type, ListType)
         self._add_parts(slot, tuple(str(position) for position in range(len(slot.parts), size)), slot.type)
 
@@ -253,9 +250,8 @@ class Gathering:
         self._subjects.fill(slot)
 
     def add_latent(self, slot: Slot, latent: Latent) -> None:
-        """Add what a conditional subtype adds to a value that turned out to be of it."""
-        made = slot.made
-        assert made is not None
+        """Add the members of a conditional subtype to a value of that type."""
+        made = slot.instance
         made.latent.insert(0, latent.type)
         for member in latent.members:
             if isinstance(member, FieldDeclaration) and member.name in self.slots.of(made):
@@ -268,9 +264,8 @@ class Gathering:
         self._subjects.add_fields()
 
     def rules_of(self, slot: Slot, latent: Latent) -> Iterator[Rule]:
-        """The hard constraints of a conditional subtype on a value that may turn out to be of it."""
-        made = slot.made
-        assert made is not None
+        """Yield the hard constraints of a possible conditional subtype."""
+        made = slot.instance
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         for member in latent.members:
             if isinstance(member, Constraint) and not member.is_default:
@@ -279,20 +274,20 @@ class Gathering:
     # ------------------------------------------------------------ what overrides what
 
     def _definition(self, slot: Slot) -> Rule | None:
-        """The equality that says what a slot holds, of those that are known by now; hard ones before defaults."""
+        """Return the known equality that defines a slot; hard ones before defaults."""
         found = self._subjects.equalities(slot)
         self._override(found, slot)
         active = [rule for rule in found if not rule.is_void and not self._leads_back(rule, slot)]
         return min(active, key=lambda rule: (rule.is_default, rule.order), default=None)
 
     def _leads_back(self, rule: Rule, slot: Slot) -> bool:
-        """Whether what a slot is equal to has its value from the slot itself."""
+        """Whether the definition of a slot depends on the slot itself."""
         assert rule.value is not None
         other = self.slots.find(rule.value, rule.environment)
         return other is not None and self.slots.source(other) is slot
 
     def _override(self, rules: list[Rule], slot: Slot) -> None:
-        """Void the defaults among equalities of a slot that others come after."""
+        """Void the defaults of a slot that later equalities override."""
         orders = [rule.order for rule in rules]
         removed = self._subjects.removed(slot)
         last = max([*orders, removed] if removed is not None else orders, default=None)
@@ -300,7 +295,7 @@ class Gathering:
             rule.is_void = rule.is_void or (rule.is_default and last is not None and rule.order < last)
 
     def settle_defaults(self) -> None:
-        """Void every default that something after it overrides or removes (7.3.11.3.2)."""
+        """Void every default that is overridden or removed (7.3.11.3.2)."""
         overriding: dict[int, tuple[int, int]] = {}  # by the slot
         for slot, order in (*self._subjects.places(), *self._arguments):
             overriding[id(slot)] = max(overriding.get(id(slot), order), order)
@@ -313,5 +308,5 @@ class Gathering:
 
 
 def _is_no_number(value: Expression | None) -> bool:
-    """Whether a value is `nan`, to which nothing is equal."""
+    """Whether a value is `nan`, which equals nothing."""
     return isinstance(value, Literal) and value.value != value.value

@@ -1,4 +1,4 @@
-"""Expressions that have no form in terms: they are evaluated for values of the cells that they depend on."""
+"""Expressions without terms: they are evaluated for values of the cells that they depend on."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from dataclasses import replace
 from typing import TypeAlias, cast
 
 from seoro.lang import solve
-from seoro.lang.plan import Binding, Call, Construct, Expression, Self, parts
+from seoro.lang.plan import Binding, Call, Construct, Expression, Self, Structures, parts, walk
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import evaluate as evaluate_term
 from seoro.runtime.choose.forms import TERMS, Symbolic, SymbolicList, SymbolicRange
 from seoro.runtime.choose.slots import Slot, Slots
-from seoro.runtime.environment import Deferred, Environment, Evaluate, EvaluationError
-from seoro.runtime.values import HasFields, Range, Value
+from seoro.runtime.values.environment import Deferred, Environment, Evaluate, EvaluationError
+from seoro.runtime.values.values import HasFields, Range, Value
 
 _Valuation: TypeAlias = Callable[[Mapping[solve.Cell, solve.Value]], solve.Value]
 
-CHOICE_COST = 2000  # of an expression that chooses values itself, in terms
+CHOICE_COST = 2000  # of an expression that chooses values itself, relative to a term
 
 
 class Opaques:
-    """Makes opaque terms of the expressions of one choice.
+    """Makes opaque terms from expressions.
 
     Args:
-        slots: The slots that get values; those of scalars have cells.
-        evaluate: Evaluates expressions of which everything is known.
-        put: Puts tentative values into the instances, for what is evaluated.
-        open_slots: Slots whose definitions are being looked into, now.
+        slots: Slots of the choice; those of scalars have cells.
+        evaluate: Evaluates expressions.
+        put: Puts tentative values into the instances, for evaluation.
+        open_slots: Slots whose definitions are being examined.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Opaques:
         self._open = open_slots
 
     def term(self, expression: Expression, environment: Environment) -> terms.Term:
-        """An expression as a term that is opaque."""
+        """Return the opaque term of an expression."""
         cells: dict[solve.Cell, None] = {}
         for slot in self._named(expression, environment):
             self._collect(slot, cells)
@@ -56,12 +56,12 @@ class Opaques:
                 raise terms.Unevaluable(str(error)) from error
 
         on = tuple(cells)
-        if _chooses(expression):
+        if _chooses(expression, environment.plan.structures):
             return terms.Opaque(on, _remembered(on, value), expression.span.text, CHOICE_COST)
         return terms.Opaque(on, value, expression.span.text, terms.OPAQUE_COST)
 
     def _named(self, expression: Expression, environment: Environment) -> list[Slot]:
-        """The slots that an expression may look at; of its own instance, all, if a method may."""
+        """Return the slots that an expression may read; all of its instance, if a method may read them."""
         found: list[Slot] = []
         pending = [expression]
         while pending:
@@ -85,7 +85,7 @@ class Opaques:
         return found
 
     def _bound(self, value: Symbolic) -> list[Slot]:
-        """The slots that the value of a binding is about."""
+        """Return the slots of a bound value."""
         match value:
             case SymbolicList(items):
                 return [slot for item in items for slot in self._bound(item)]
@@ -97,7 +97,7 @@ class Opaques:
                 return list(self._slots.of(value).values())
 
     def _collect(self, slot: Slot, cells: dict[solve.Cell, None]) -> None:
-        """The cells on which the value of a slot depends."""
+        """Collect the cells on which the value of a slot depends."""
         if slot.is_given:
             return
         if slot.cell is not None:
@@ -116,7 +116,7 @@ class Opaques:
 
 
 def _remembered(cells: tuple[solve.Cell, ...], value: _Valuation) -> _Valuation:
-    """The same, which asks for no value twice: a choice takes a millisecond, and a search makes thousands."""
+    """Cache a valuation: a choice takes a millisecond, and a search makes thousands."""
     known: dict[tuple[solve.Value | None, ...], solve.Value | terms.Unevaluable] = {}
 
     def remembered(chosen: Mapping[solve.Cell, solve.Value]) -> solve.Value:
@@ -134,19 +134,14 @@ def _remembered(cells: tuple[solve.Cell, ...], value: _Valuation) -> _Valuation:
     return remembered
 
 
-def _chooses(expression: Expression) -> bool:
-    """Whether values of an instance have to be chosen to evaluate an expression."""
-    pending = [expression]
-    while pending:
-        current = pending.pop()
-        if isinstance(current, Construct) and not current.structures.of(current.type).is_plain:
-            return True
-        pending += parts(current)
-    return False
+def _chooses(expression: Expression, structures: Structures) -> bool:
+    """Whether evaluation of an expression chooses values of an instance."""
+    made = (part.type for part in walk(expression) if isinstance(part, Construct))
+    return not all(structures.of(type_).is_plain for type_ in made)
 
 
 def _concrete(environment: Environment, chosen: Mapping[solve.Cell, solve.Value]) -> Environment:
-    """The environment with values in the place of what is symbolic among its bindings."""
+    """Return the environment with values instead of symbolic bindings."""
     bindings = {name: _value(value, chosen) for name, value in environment.bindings.items()}
     return replace(environment, bindings=bindings)
 

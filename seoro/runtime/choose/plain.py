@@ -1,4 +1,4 @@
-"""Instances of which given values and defaults decide everything: nearly all, so they are made without ado."""
+"""Plain instances, decided by given values and defaults: the usual case."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from seoro.lang.plan import ActorType, FieldDeclaration, ListType, StructType, Structure, Structures
-from seoro.runtime.choose.fields import Fields, make_room
-from seoro.runtime.environment import Environment, Evaluate, EvaluationError
-from seoro.runtime.values import Actor, HasFields, Struct, Value
+from seoro.runtime.values.environment import Environment, Evaluate, EvaluationError
+from seoro.runtime.values.fields import Fields, make_room
+from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 
 
 def is_plain(structure: Structure, given: Mapping[str, Value]) -> bool:
-    """Whether nothing has to be chosen for an instance."""
+    """Whether an instance needs no choice."""
     return structure.is_plain and (not structure.open_fields or structure.open_fields <= given.keys())
 
 
 def is_given(structure: Structure, given: Mapping[str, Value]) -> bool:
-    """Whether nothing has to be chosen or computed for an instance, as all of its fields are given."""
+    """Whether all fields of an instance are given, so that it needs neither choice nor computation."""
     return structure.is_plain and structure.fields.keys() == given.keys()
 
 
 def fill(
     fields: Fields, structure: Structure, structures: Structures, environment: Environment, evaluate: Evaluate
 ) -> None:
-    """Give the fields of a plain structure the values that they do not have yet.
+    """Fill the missing fields of a plain structure.
 
     Args:
-        fields: The fields, with those values that are given.
-        structure: What the instance is made of.
-        structures: The structures of all types.
-        environment: The scope of the instance, for defaults.
+        fields: The fields, including given values.
+        structure: The structure of the instance.
+        structures: Structures of all types.
+        environment: Environment of the defaults.
         evaluate: Evaluates them.
 
     Raises:
@@ -75,13 +75,13 @@ def make_plain(
     environment: Environment,
     evaluate: Evaluate,
 ) -> Struct | Actor:
-    """A value of a plain structure.
+    """Construct a value of a plain structure.
 
     Args:
-        structure: What it is made of.
+        structure: Its structure.
         given: Values of fields.
-        structures: The structures of all types.
-        environment: The scope around; its path is that of the value.
+        structures: Structures of all types.
+        environment: Surrounding environment; its path is that of the value.
         evaluate: Evaluates defaults.
     """
     fields = Fields()
@@ -92,12 +92,12 @@ def make_plain(
 
 
 def empty(structure: Structure, path: str, fields: Fields) -> Struct | Actor:
-    """A value without fields yet."""
+    """Return a value without fields."""
     if isinstance(structure.type, ActorType):
         return Actor(structure.type, path, fields)
     return Struct(structure.type, fields)
 
 
 def scope_of(made: HasFields, environment: Environment) -> Environment:
-    """The scope of the members of a value that is made in another scope."""
+    """Return the environment of the members of a value constructed in another environment."""
     return replace(environment, instance=made, scenario=environment.outermost)

@@ -11,23 +11,23 @@ from seoro.lang.solve.terms import cells_of
 from seoro.lang.source import Span
 from seoro.runtime.choose.gather import OVERRIDE
 from seoro.runtime.choose.slots import Rule
-from seoro.runtime.environment import NoChoice
+from seoro.runtime.values.environment import NoSolution
 
-Rules: TypeAlias = Mapping[solve.Constraint, Rule | None]  # what has to hold, with what it comes from
-_MOST = 3  # constraints that are shown beside a number without bounds
+Rules: TypeAlias = Mapping[solve.Constraint, Rule | None]  # constraints with their rules
+_MOST = 3  # constraints shown for an unbounded number
 
 
-def no_bounds(unbounded: solve.Unbounded, rules: Rules) -> NoChoice:
-    """The message about a value that nothing bounds, with the constraints that are about it."""
+def no_bounds(unbounded: solve.Unbounded, rules: Rules) -> NoSolution:
+    """Return the message for an unbounded value, with its constraints."""
     name, span = unbounded.cell.name, unbounded.cell.span
     about = [rule for each, rule in rules.items() if rule is not None and unbounded.cell in cells_of(each.term)]
     reason = f"`{name}` has no value: give it a default, a constraint or an override"
     where = "nothing gives it a value, or bounds it" if not about else "nothing bounds it on both sides"
     others = tuple((rule.span, "this leaves it without a bound") for rule in about[:_MOST])
-    return NoChoice(reason, "E0443", ((span, where), *others))
+    return NoSolution(reason, "E0443", ((span, where), *others))
 
 
-def no_solution(conflict: solve.Conflict, rules: Rules) -> NoChoice:
+def no_solution(conflict: solve.Conflict, rules: Rules) -> NoSolution:
     """Return the message for contradictory constraints."""
     places: list[tuple[Span, str]] = []
     written = [each for each in conflict.constraints if rules.get(each) is not None]
@@ -40,10 +40,10 @@ def no_solution(conflict: solve.Conflict, rules: Rules) -> NoChoice:
         else:
             text = "this has to hold"
         places.append((constraint.span, text))
-    places += [(cell.span, f"`{cell.name}` can be no such value") for cell in conflict.limits]
+    places += [(cell.span, f"`{cell.name}` cannot have such a value") for cell in conflict.limits]
     what = "these constraints cannot hold together" if len(places) > 1 else "this constraint cannot hold"
     hint = "a default gives way to a later `keep` with the parameter alone on its left side, `keep(x == 3)` or "
     hint += "`keep(x in [1..3])`, and to `remove_default(x)`"
     has_default = any(constraint.strength is solve.Strength.DEFAULT for constraint in conflict.constraints)
     message = f"{what}: {conflict.reason}" if conflict.reason else what
-    return NoChoice(message, CONFLICT, tuple(places), hint if has_default else "")
+    return NoSolution(message, CONFLICT, tuple(places), hint if has_default else "")

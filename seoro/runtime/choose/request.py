@@ -1,58 +1,39 @@
-"""What values are asked for, of an instance and of what modifies it."""
+"""`Request`: an instance and its modifiers whose values are to be chosen."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from seoro.lang import frozen
-from seoro.lang.plan import Constraint, ConstraintMember, Structure, Structures
+from seoro.lang.plan import Constraint, ConstraintMember, Structure
 from seoro.runtime.choose.slots import Slot
-from seoro.runtime.choose.times import Times
-from seoro.runtime.environment import Environment, Evaluate
-from seoro.runtime.values import HasFields, Value
-
-
-class Attached(frozen.Value):
-    """A modifier of an instance, whose values are chosen with those of the instance.
-
-    Args:
-        structure: What it is made of.
-        environment: Its scope; it is the instance there.
-        given: Values that it has from the start.
-        constraints: What its arguments say.
-        around: The scope of those.
-    """
-
-    structure: Structure
-    environment: Environment
-    given: Mapping[str, Value]
-    constraints: tuple[ConstraintMember, ...]
-    around: Environment
+from seoro.runtime.instances.applied import Attached
+from seoro.runtime.instances.times import Times
+from seoro.runtime.values.environment import Environment, Evaluate
+from seoro.runtime.values.values import HasFields, Value
 
 
 class Request(frozen.Value):
-    """What values are asked for.
+    """Request for the values of an instance.
 
     Args:
         holder: The instance; its fields are `Fields`, and get the values.
-        roots: What it is made of; for the entry scenario, the global parameters first.
-        given: Values that it has from the start.
-        environment: Its scope.
-        constraints: What else holds for it, in an invocation.
-        around: The scope of that, in which `it` is the instance; its own if there is none around it.
-        overrides: What is set from outside.
-        structures: The structures of all types.
+        roots: Its structures; for the entry scenario, the global parameters first.
+        given: Given values.
+        environment: Its environment.
+        constraints: Constraints of its invocation.
+        around: Environment of those, with the instance as `it`; by default, its own.
+        overrides: Constraints by the user.
         evaluate: Evaluates expressions.
-        value: The place of the instance, if it is a struct or an actor.
-        attached: What modifies it.
-        times: Its parameters for times; None if it is no behavior.
+        value: Slot of the instance, if it is a struct or an actor.
+        attached: Its modifiers.
+        times: Its timing parameters; None if it has none.
     """
 
     holder: HasFields
     roots: tuple[Structure, ...]
     given: Mapping[str, Value]
     environment: Environment
-    structures: Structures
     evaluate: Evaluate
     constraints: tuple[ConstraintMember, ...] = ()
     around: Environment | None = None

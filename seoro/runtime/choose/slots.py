@@ -1,4 +1,4 @@
-"""Slots: the places of an instance and of all that it holds which get values when it comes into being."""
+"""Slots: places of an instance and its objects that get values when it is created."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from seoro.lang.plan import (
     parts,
 )
 from seoro.lang.source import Span
-from seoro.runtime.choose.fields import Fields
-from seoro.runtime.environment import Deferred, Environment
-from seoro.runtime.values import Actor, HasFields, Struct
+from seoro.runtime.values.environment import Deferred, Environment
+from seoro.runtime.values.fields import Fields
+from seoro.runtime.values.values import Actor, HasFields, Struct
 
 if TYPE_CHECKING:
     from seoro.lang.solve import Cell
 
 
 class Holder(Value):
-    """What has the members of a list, or the bounds of a range, while they are chosen."""
+    """Holder of the members of a list or the bounds of a range while they are chosen."""
 
     fields: Fields
 
@@ -41,15 +41,15 @@ class Rule:
     """A constraint on an instance.
 
     Args:
-        order: Later ones override defaults: those of inner instances come first, then by the text.
-        environment: Its scope.
-        condition: What has to be true; None if it is that the subject has the value.
+        order: Later rules override earlier defaults: rules of inner instances come first, then by the text.
+        environment: Its environment.
+        condition: Its condition; None if the subject must equal the value.
         is_default: Whether it may be overridden.
         span: Its place.
-        subject: What stands alone on the left side of an equality, or in front of `in`.
-        value: What the subject has to be equal to; None if it is no equality.
-        is_void: Whether it was overridden, or removed.
-        is_done: Whether it has made its subject what it is, and holds by that.
+        subject: The left side of an equality or of `in`.
+        value: The right side of an equality, or None.
+        is_void: Whether it was overridden or removed.
+        is_done: Whether it defines its subject, and so holds.
     """
 
     order: tuple[int, int]
@@ -68,24 +68,24 @@ class Slot:
     """A place that gets a value.
 
     Args:
-        path: What people call it.
-        type: The type of its values.
-        environment: The scope of what has it.
-        holder: What has it as a field.
-        key: The name of the field.
-        depth: How many instances it is inside of.
+        path: Its name in messages.
+        type: Type of its values.
+        environment: Environment of its holder.
+        holder: Object with the slot as a field.
+        key: Name of the field.
+        depth: Number of surrounding instances.
         span: Its declaration.
-        structure: What it is made of, for structs and actors.
-        within: Names of the types of the values that it is inside of.
-        is_variable: Whether it is that of a variable, which takes its first value and is not constrained.
-        is_given: Whether it has its value from the start.
-        parts: What it consists of, if it is made here: the members of a list, or the bounds of a range.
-        made: The struct or actor, if it is made here.
-        definition: What gives its value, if that is neither made here nor a cell.
-        cell: What stands for its value in the solver.
-        size: What stands for the size of a list that is made here, until it has one.
-        is_sized: Whether it has one.
-        limits: The least and the greatest that its value, or each part of it, can be; None for those of the type.
+        structure: Structure of its type, for structs and actors.
+        within: Type names of the surrounding values.
+        is_variable: Whether it is a variable, which takes its first value and is unconstrained.
+        is_given: Whether its value is given.
+        parts: Slots of the members of a constructed list, or of the bounds of a range.
+        made: The constructed struct or actor.
+        definition: Rule that defines its value, if it is neither constructed nor a cell.
+        cell: Cell of its value in the solver.
+        size: Cell of the size of a constructed list.
+        is_sized: Whether the list has its size.
+        limits: Minimum and maximum of its value, or of each part; None for those of the type.
     """
 
     path: str
@@ -107,16 +107,22 @@ class Slot:
     is_sized: bool = False
     limits: tuple[float, float] | None = None
 
+    @property
+    def instance(self) -> Struct | Actor:
+        """The constructed struct or actor of a slot that has one."""
+        assert self.made is not None
+        return self.made
+
 
 class Slots:
-    """All slots of a choice, found by their paths."""
+    """All slots of a choice."""
 
     def __init__(self) -> None:
         self.all: list[Slot] = []
         self._by_holder: dict[int, dict[str, Slot]] = {}
         self._by_made: dict[int, Slot] = {}
         self._by_cell: dict[Cell, Slot] = {}
-        self._holders: list[object] = []  # kept alive, so that their ids stay theirs
+        self._holders: list[object] = []  # kept alive, so that their ids stay unique
 
     def add(self, slot: Slot) -> None:
         """Add a slot."""
@@ -130,16 +136,16 @@ class Slots:
             self.make(slot, slot.made)
 
     def of(self, holder: object) -> Mapping[str, Slot]:
-        """The slots of an instance; none if it had its values before."""
+        """Return the slots of an instance by field; empty for other objects."""
         return self._by_holder.get(id(holder), {})
 
     def make(self, slot: Slot, made: Struct | Actor) -> None:
-        """Note the struct or actor that is made in a slot."""
+        """Note the struct or actor constructed in a slot."""
         slot.made = made
         self._by_made[id(made)] = slot
 
     def stand_for(self, slot: Slot, cell: Cell) -> None:
-        """Note the cell that stands for the value of a slot, or for its size."""
+        """Note the cell of a slot's value or size."""
         if isinstance(slot.type, ListType):
             slot.size = cell
         else:
@@ -147,15 +153,15 @@ class Slots:
         self._by_cell[cell] = slot
 
     def holding(self, made: object) -> Slot | None:
-        """The slot in which a value is made."""
+        """Return the slot of a constructed value."""
         return self._by_made.get(id(made))
 
     def with_cell(self, cell: Cell) -> Slot:
-        """The slot that a cell stands for."""
+        """Return the slot of a cell."""
         return self._by_cell[cell]
 
     def find(self, expression: Expression, environment: Environment) -> Slot | None:
-        """The slot that a path leads to; None if it is no path, or leads to none."""
+        """Return the slot of a path; None for other expressions and unknown slots."""
         match expression:
             case Field(name):
                 return self.of(environment.instance).get(name)
@@ -180,14 +186,14 @@ class Slots:
                 return None
 
     def _part(self, slot: Slot, name: str) -> Slot | None:
-        """A field of what a slot holds, where that is known by now."""
+        """Return the slot of a known field of a slot's value."""
         slot = self.source(slot)
         if slot.made is not None:
             return self.of(slot.made).get(name)
         return self.of(slot.holder.fields[slot.key]).get(name) if slot.is_given else None
 
     def source(self, slot: Slot) -> Slot:
-        """The slot that gives a slot its value, by as many definitions as are known; often itself."""
+        """Return the slot that defines a slot, as far as definitions are known; often itself."""
         passed: set[int] = set()
         while (definition := slot.definition) is not None and id(slot) not in passed:
             passed.add(id(slot))
@@ -200,7 +206,7 @@ class Slots:
 
 
 def slots_named(expression: Expression, environment: Environment, slots: Slots) -> list[Slot]:
-    """The slots that an expression names."""
+    """Return the slots that an expression names."""
     found: list[Slot] = []
     pending = [expression]
     while pending:
@@ -214,7 +220,7 @@ def slots_named(expression: Expression, environment: Environment, slots: Slots) 
 
 
 def value_slot(made: Struct | Actor, environment: Environment, span: Span) -> Slot:
-    """The slot of a value that is made by itself, and is no field of anything yet."""
+    """Return the slot of a constructed value outside of any field."""
     holder = Holder(Fields())
     holder.fields["value"] = made
     return Slot(environment.path or span.text, made.type, environment, holder, "value", 0, span, made=made)

@@ -1,8 +1,9 @@
-"""What rules are about: the slot that stands alone on the left side of an equality, in front of `in`, or in
-`remove_default`, found as soon as it exists.
+"""Subjects of rules: the slot on the left side of an equality or of `in`, or in `remove_default`.
 
-Slots come into being from the outside to the inside. A path through a slot that has no contents yet waits for that
-one, so that nothing is looked for again and again.
+They are found as soon as their slots exist.
+
+Slots are created from the outside to the inside. A path through a slot without contents waits for that slot, so
+that nothing is searched repeatedly.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from dataclasses import dataclass
 
 from seoro.lang.plan import Compare, Contains, Convert, Expression, Index, Literal, Member
 from seoro.runtime.choose.slots import Rule, Slot, Slots
-from seoro.runtime.environment import Environment
+from seoro.runtime.values.environment import Environment
 
 
 @dataclass(eq=False)
 class Removal:
-    """`remove_default` of a path; its subject is the slot that the path leads to."""
+    """`remove_default` of a path; its subject is the slot of the path."""
 
     order: tuple[int, int]
     environment: Environment
@@ -26,7 +27,7 @@ class Removal:
 
 
 class Subjects:
-    """Rules and removals by the slots that they are about.
+    """Rules and removals by their subjects.
 
     Args:
         slots: The slots.
@@ -35,36 +36,36 @@ class Subjects:
     def __init__(self, slots: Slots) -> None:
         self._slots = slots
         self._new: list[Rule | Removal] = []
-        self._waiting: dict[int, list[Rule | Removal]] = {}  # by the identity of a slot without contents
-        self._nowhere: list[Rule | Removal] = []  # what begins with a field that is not there
-        self._rules: dict[int, list[Rule]] = {}  # by the identity of the slot
+        self._waiting: dict[int, list[Rule | Removal]] = {}  # by identity of a slot without contents
+        self._nowhere: list[Rule | Removal] = []  # with a missing first field
+        self._rules: dict[int, list[Rule]] = {}  # by identity of the slot
         self._removals: dict[int, list[Removal]] = {}
 
     def add(self, about: Rule | Removal) -> None:
-        """Add what is to be found, when its instance has its fields."""
+        """Add a rule or a removal; its subject is found when its instance has its fields."""
         self._new.append(about)
 
     def fill(self, slot: Slot) -> None:
-        """Note that a slot has contents: what waits for that is looked for again."""
+        """Note that a slot has contents, and search the waiting paths again."""
         self._new += self._waiting.pop(id(slot), [])
 
     def add_fields(self) -> None:
-        """Note that something has fields that it did not have before."""
+        """Note that an object has new fields."""
         self._new += self._nowhere
         self._nowhere = []
 
     def equalities(self, slot: Slot) -> list[Rule]:
-        """The rules that say what a slot is equal to, of those that are known by now."""
+        """Return the known equalities of a slot."""
         self.find()
         return [rule for rule in self._rules.get(id(slot), []) if rule.value is not None]
 
     def removed(self, slot: Slot) -> tuple[int, int] | None:
-        """The place of the last `remove_default` of a slot; None if there is none."""
+        """Return the order of the last `remove_default` of a slot, or None."""
         self.find()
         return max((removal.order for removal in self._removals.get(id(slot), [])), default=None)
 
     def places(self) -> Iterator[tuple[Slot, tuple[int, int]]]:
-        """All slots that rules and removals are about, with the place of each."""
+        """Yield all known subjects with the order of their rules and removals."""
         self.find()
         for found in (self._rules, self._removals):
             for about in (each for every in found.values() for each in every):
@@ -72,7 +73,7 @@ class Subjects:
                 yield about.subject, about.order
 
     def find(self) -> None:
-        """Find what can be found by now."""
+        """Find the subjects that exist now."""
         for about in self._new:
             path = _path(about)
             if about.subject is None and path is not None:
@@ -97,7 +98,7 @@ class Subjects:
             self._waiting.setdefault(id(reached), []).append(about)
 
     def _reached(self, path: Expression, environment: Environment) -> Slot | None:
-        """The last slot on a path that leads no further yet."""
+        """Return the last existing slot on a path."""
         while isinstance(path, Member) or (isinstance(path, Index) and isinstance(path.position, Literal)):
             path = path.base if isinstance(path, Member) else path.items
             slot = self._slots.find(path, environment)
@@ -107,7 +108,7 @@ class Subjects:
 
 
 def _path(about: Rule | Removal) -> Expression | None:
-    """The path to a subject, if it is one."""
+    """Return the path to a subject, or None."""
     if isinstance(about, Removal):
         return about.parameter
     match about.condition:

@@ -1,7 +1,7 @@
-"""Expressions of the plan as terms of the solver, where they depend on values that are not chosen yet.
+"""Translation of expressions into terms of the solver, as far as they depend on unchosen values.
 
-What is known already is computed; structs, lists and ranges are taken apart, so that terms are about scalars only.
-What has no such form becomes an opaque term, evaluated like any expression once all that it names is known.
+Known parts are computed; structs, lists and ranges are decomposed, so that terms contain scalars only. Other
+expressions become opaque terms, evaluated when all values that they name are known.
 """
 
 from __future__ import annotations
@@ -11,44 +11,7 @@ from dataclasses import replace
 from itertools import groupby
 from typing import cast
 
-from seoro.lang import solve
-from seoro.lang.plan import (
-    ActorType,
-    Arithmetic,
-    Binding,
-    Bound,
-    Bulk,
-    Call,
-    Cast,
-    Compare,
-    Concatenate,
-    Conditional,
-    Contains,
-    Convert,
-    Expression,
-    External,
-    Field,
-    ForEach,
-    Global,
-    Index,
-    Join,
-    Labelled,
-    ListOf,
-    Literal,
-    Logic,
-    Member,
-    Negate,
-    Not,
-    RangeOf,
-    Self,
-    Side,
-    Size,
-    StructType,
-    TypeTest,
-    Undefined,
-    ValueType,
-    parts,
-)
+from seoro.lang import plan, solve
 from seoro.lang.solve import terms
 from seoro.runtime.choose.chains import Operation, joined, junction, operated
 from seoro.runtime.choose.forms import (
@@ -59,11 +22,9 @@ from seoro.runtime.choose.forms import (
     Symbolic,
     SymbolicList,
     SymbolicRange,
-    any_of,
     as_term,
     contains,
     converted,
-    count_of,
     items_of,
     listed,
     ordered_range,
@@ -72,18 +33,20 @@ from seoro.runtime.choose.forms import (
 )
 from seoro.runtime.choose.opaque import Opaques
 from seoro.runtime.choose.slots import Slot, Slots
-from seoro.runtime.environment import Deferred, Environment, Evaluate, EvaluationError
-from seoro.runtime.methods import MAX_DEPTH, implementation, inside
-from seoro.runtime.values import Actor, HasFields, Struct, Value
+from seoro.runtime.choose.subtypes import Subtypes
+from seoro.runtime.choose.symbolic_lists import gathered, member
+from seoro.runtime.functions.methods import MAX_DEPTH, implementation, inside
+from seoro.runtime.values.environment import Deferred, Environment, Evaluate, EvaluationError
+from seoro.runtime.values.values import HasFields, Value
 
 
 class Translation:
-    """Translates the expressions of one choice.
+    """Translates expressions of one choice.
 
     Args:
-        slots: The slots that get values; those of scalars have cells.
-        evaluate: Evaluates expressions of which everything is known.
-        put: Puts tentative values into the instances, for what is evaluated.
+        slots: Slots of the choice; those of scalars have cells.
+        evaluate: Evaluates known expressions.
+        put: Puts tentative values into the instances, for evaluation.
     """
 
     def __init__(
@@ -92,18 +55,19 @@ class Translation:
         self._slots = slots
         self._evaluate = evaluate
         self._open: list[Slot] = []
+        self.subtypes = Subtypes(slots, self._field)
         self._opaques = Opaques(slots, evaluate, put, self._open)
 
-    def condition(self, expression: Expression, environment: Environment) -> terms.Term:
-        """A condition as a term.
+    def condition(self, expression: plan.Expression, environment: Environment) -> terms.Term:
+        """Return the term of a condition.
 
         Raises:
-            NotYet: It is about a subtype that a value may not be of.
+            NotYet: It is about a subtype that a value may not have.
         """
         return as_term(self._symbolic(expression, environment))
 
-    def equality(self, slot: Slot, expression: Expression, environment: Environment) -> terms.Term:
-        """That a slot holds the value of an expression, as a term."""
+    def equality(self, slot: Slot, expression: plan.Expression, environment: Environment) -> terms.Term:
+        """Return the term of the equality of a slot and an expression."""
         return same(self._of_slot(slot), self._symbolic(expression, environment))
 
     # ------------------------------------------------------------ names
@@ -146,69 +110,69 @@ class Translation:
 
     # ------------------------------------------------------------ expressions
 
-    def _symbolic(self, expression: Expression, environment: Environment) -> Symbolic:
+    def _symbolic(self, expression: plan.Expression, environment: Environment) -> Symbolic:
         if environment.depth > MAX_DEPTH:
-            raise EvaluationError(f"methods call each other more than {MAX_DEPTH} deep", expression.span)
+            raise EvaluationError(f"method calls are nested more than {MAX_DEPTH} deep", expression.span)
         try:
             return self._form(expression, environment)
         except NotSymbolic:
             return self._opaques.term(expression, environment)
 
-    def _form(self, expression: Expression, environment: Environment) -> Symbolic:
+    def _form(self, expression: plan.Expression, environment: Environment) -> Symbolic:
         match expression:
-            case Literal(value):
+            case plan.Literal(value):
                 return value
-            case Field(name):
+            case plan.Field(name):
                 return self._field(environment.instance, name)
-            case Global(name):
+            case plan.Global(name):
                 return self._field(environment.outermost, name)
-            case Self():
+            case plan.Self():
                 return environment.instance
-            case Labelled():
+            case plan.Labelled():
                 return self._evaluate(expression, environment)
-            case Binding(name):
+            case plan.Binding(name):
                 bound = environment.bindings[name]
                 if isinstance(bound, Deferred):
                     return self._symbolic(bound.expression, bound.environment)
                 return bound
-            case Member(base, name):
+            case plan.Member(base, name):
                 return self._field(self._symbolic(base, environment), name)
-            case Call():
+            case plan.Call():
                 return self._call(expression, environment)
-            case Arithmetic() | Concatenate() | Compare() | Logic():
+            case plan.Arithmetic() | plan.Concatenate() | plan.Compare() | plan.Logic():
                 return self._chain(expression, environment)
-            case Not() | Conditional() | Contains() | TypeTest():
+            case plan.Not() | plan.Conditional() | plan.Contains() | plan.TypeTest():
                 return self._truth(expression, environment)
-            case ListOf(items):
+            case plan.ListOf(items):
                 return listed(tuple(self._symbolic(item, environment) for item in items))
-            case ForEach():
+            case plan.ForEach():
                 return self._for_each(expression, environment)
             case _:
                 return self._operation(expression, environment)
 
-    def _operation(self, expression: Expression, environment: Environment) -> Symbolic:
-        """What is computed from other values, in terms of them or, if they are all known, at once."""
-        if isinstance(expression, Size) and (size := self._size(expression, environment)) is not None:
+    def _operation(self, expression: plan.Expression, environment: Environment) -> Symbolic:
+        """Translate an operation, or compute it if all operands are known."""
+        if isinstance(expression, plan.Size) and (size := self._size(expression, environment)) is not None:
             return size
-        found = [self._symbolic(part, environment) for part in parts(expression)]
-        if isinstance(expression, Cast) and self._deciding(found[0], expression.type):
+        found = [self._symbolic(part, environment) for part in plan.parts(expression)]
+        if isinstance(expression, plan.Cast) and self.subtypes.deciding_type(found[0], expression.type):
             raise NotYet(expression.span.text)
         if not any(isinstance(value, UNKNOWN) for value in found):
             return self._evaluate(with_operands(expression, found), environment)
         match expression, found:
-            case Negate(number=number), [operand]:
+            case plan.Negate(number=number), [operand]:
                 return terms.Negate(as_term(operand), NUMBERS[number])
-            case Convert(number=number), [operand]:
+            case plan.Convert(number=number), [operand]:
                 return converted(operand, number)
-            case RangeOf(), [low, high]:
+            case plan.RangeOf(), [low, high]:
                 return ordered_range(as_term(low), as_term(high))
-            case Bound(side), [SymbolicRange(low, high)]:
-                return low if side is Side.LOWER else high
-            case Size(), [items]:
+            case plan.Bound(side), [SymbolicRange(low, high)]:
+                return low if side is plan.Side.LOWER else high
+            case plan.Size(), [items]:
                 return len(items_of(items))
-            case Index(), [items, position]:
-                return self._member(items_of(items), position, expression)
-            case Join(), lists:
+            case plan.Index(), [items, position]:
+                return member(items_of(items), position, expression)
+            case plan.Join(), lists:
                 return listed(tuple(item for each in lists for item in items_of(each)))
             case _:
                 raise NotSymbolic
@@ -216,7 +180,7 @@ class Translation:
     # ------------------------------------------------------------ chains
 
     def _chain(self, expression: Operation, environment: Environment) -> Symbolic:
-        """A chain of operators, from its left end: chains may be long, so they are no recursion."""
+        """Translate a chain of operators from its left end, without recursion: chains may be long."""
         chain = [expression]
         while isinstance(left := chain[-1].left, Operation):
             chain.append(left)
@@ -230,12 +194,12 @@ class Translation:
         return found
 
     def _run(self, run: list[Operation], left: Symbolic, environment: Environment) -> Symbolic:
-        """What operators in a row give whose left operand is known; they are one kind of `joined`."""
+        """Translate adjacent operators of one kind of `joined` with a known left operand."""
         last = run[-1]
         match last:
-            case Logic("and" | "or" as operator):
+            case plan.Logic("and" | "or" as operator):
                 return self._junction(operator, [step.right for step in run], left, environment)
-            case Logic(_, _, conclusion):
+            case plan.Logic(_, _, conclusion):
                 if isinstance(left, bool):
                     return self._symbolic(conclusion, environment) if left else True
                 return terms.Implies(as_term(left), as_term(self._symbolic(conclusion, environment)))
@@ -250,9 +214,9 @@ class Translation:
         return left
 
     def _junction(
-        self, operator: str, operands: list[Expression], left: Symbolic, environment: Environment
+        self, operator: str, operands: list[plan.Expression], left: Symbolic, environment: Environment
     ) -> Symbolic:
-        """`and` or `or` of a value and of what follows it, as far as what is known leaves that open."""
+        """Combine a known left operand of `and` or `or` with the right one; skip that if the left one decides."""
         decides = operator == "or"
         if left is decides:
             return left
@@ -265,52 +229,32 @@ class Translation:
                 return found
             elif found is decides:
                 members.append(found)
-                break  # what follows is not evaluated
+                break  # the rest is not evaluated
         return junction(operator, members)
 
     # ------------------------------------------------------------ lists and methods
 
-    def _size(self, expression: Size, environment: Environment) -> Symbolic | None:
-        """The size of a list that is made here and has none yet."""
+    def _size(self, expression: plan.Size, environment: Environment) -> Symbolic | None:
+        """Return the size of a constructed list without a size yet."""
         slot = self._slots.find(expression.items, environment)
         return terms.CellRef(slot.size) if slot is not None and slot.size is not None else None
 
-    def _member(self, items: tuple[Symbolic, ...], position: Symbolic, expression: Index) -> Symbolic:
-        if not isinstance(position, int):
-            raise NotSymbolic
-        if not 0 <= position < len(items):
-            raise EvaluationError(f"index {position} is outside of a list of {len(items)}", expression.span)
-        return items[position]
-
-    def _for_each(self, expression: ForEach, environment: Environment) -> Symbolic:
+    def _for_each(self, expression: plan.ForEach, environment: Environment) -> Symbolic:
         items = items_of(self._symbolic(expression.items, environment))
         results: list[Symbolic] = []
         for item in items:
-            within = replace(environment, bindings={**environment.bindings, "it": cast(Value, item)})
-            results.append(self._symbolic(expression.body, within))
-        match expression.operator:
-            case Bulk.MAP:
-                return listed(tuple(results))
-            case Bulk.HAS:
-                return any_of([as_term(result) for result in results])
-            case Bulk.COUNT:
-                return count_of([as_term(result) for result in results])
-            case Bulk.FILTER if all(isinstance(result, bool) for result in results):
-                return listed(tuple(item for item, result in zip(items, results, strict=True) if result))
-            case Bulk.FIRST_INDEX if all(isinstance(result, bool) for result in results):
-                return results.index(True) if True in results else -1
-            case _:
-                raise NotSymbolic
+            results.append(self._symbolic(expression.body, environment.bind(it=cast(Value, item))))
+        return gathered(expression.operator, items, results)
 
-    def _call(self, expression: Call, environment: Environment) -> Symbolic:
-        """A method with an expression is put in the place of its call; any other waits for its arguments."""
+    def _call(self, expression: plan.Call, environment: Environment) -> Symbolic:
+        """Inline the expression of a method; other methods wait for their arguments."""
         receiver = expression.receiver
         holder = self._symbolic(receiver, environment) if receiver is not None else environment.instance
         if isinstance(holder, UNKNOWN):
             raise NotSymbolic
         holder = cast("Value | HasFields", holder)
-        method = implementation(expression, holder)
-        if isinstance(method.body, External | Undefined):
+        method = implementation(expression, holder, environment.plan.methods)
+        if isinstance(method.body, plan.External | plan.Undefined):
             raise NotSymbolic
         given = {name: self._symbolic(value, environment) for name, value in expression.arguments}
         within = inside(expression, holder, environment)
@@ -325,28 +269,28 @@ class Translation:
 
     # ------------------------------------------------------------ truth
 
-    def _truth(self, expression: Expression, environment: Environment) -> Symbolic:
+    def _truth(self, expression: plan.Expression, environment: Environment) -> Symbolic:
         match expression:
-            case Not(operand):
+            case plan.Not(operand):
                 truth = self._symbolic(operand, environment)
                 return terms.Not(as_term(truth)) if isinstance(truth, UNKNOWN) else not truth
-            case Conditional():
+            case plan.Conditional():
                 return self._conditional(expression, environment)
-            case Contains():
-                one, other = (self._symbolic(part, environment) for part in parts(expression))
+            case plan.Contains():
+                one, other = (self._symbolic(part, environment) for part in plan.parts(expression))
                 if not isinstance(one, UNKNOWN) and not isinstance(other, UNKNOWN):
                     return self._evaluate(with_operands(expression, [one, other]), environment)
                 return contains(one, other)
-            case TypeTest(operand):
+            case plan.TypeTest(operand):
                 return self._type_test(expression, self._symbolic(operand, environment), environment)
             case _:
                 raise AssertionError("not a truth")
 
-    def _conditional(self, expression: Conditional, environment: Environment) -> Symbolic:
-        """`? :`, whose last branch may have many more in a row, as a table has."""
+    def _conditional(self, expression: plan.Conditional, environment: Environment) -> Symbolic:
+        """Translate `? :`, whose last branch may be a long chain, as in a table."""
         rows: list[tuple[terms.Term, terms.Term]] = []
-        last: Expression = expression
-        while isinstance(last, Conditional):
+        last: plan.Expression = expression
+        while isinstance(last, plan.Conditional):
             truth = self._symbolic(last.condition, environment)
             if isinstance(truth, bool):
                 last = last.then if truth else last.otherwise
@@ -358,29 +302,10 @@ class Translation:
             found = terms.IfThenElse(condition, then, as_term(found))
         return found
 
-    def _type_test(self, expression: TypeTest, operand: Symbolic, environment: Environment) -> Symbolic:
-        """A value that is made here is of a conditional subtype if the fields that decide say so."""
-        if conditions := self._deciding(operand, expression.type):
+    def _type_test(self, expression: plan.TypeTest, operand: Symbolic, environment: Environment) -> Symbolic:
+        """Translate a type test of a constructed value by the fields that decide."""
+        if conditions := self.subtypes.deciding_type(operand, expression.type):
             return terms.And(conditions)
         if isinstance(operand, UNKNOWN):
             raise NotSymbolic
         return self._evaluate(with_operands(expression, [operand]), environment)
-
-    def _deciding(self, value: Symbolic, type_: ValueType) -> tuple[terms.Term, ...]:
-        """On what it depends whether a value turns out to be of a type; empty if that is known."""
-        if not isinstance(value, Struct | Actor) or not isinstance(type_, StructType | ActorType):
-            return ()
-        return self.deciding(value, type_.name)
-
-    def deciding(self, value: Struct | Actor, name: str) -> tuple[terms.Term, ...]:
-        """On what it depends whether a value turns out to be of the type of that name; empty if that is known."""
-        slot = self._slots.holding(value)
-        if slot is None or slot.structure is None:
-            return ()
-        latents = {latent.type: latent for latent in slot.structure.latents}
-        conditions: list[terms.Term] = []
-        while name in latents and name not in value.types:
-            latent = latents[name]
-            conditions.append(same(self._field(value, latent.field), latent.value))
-            name = latent.base
-        return tuple(conditions) if name in value.types else ()

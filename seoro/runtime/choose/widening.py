@@ -1,7 +1,7 @@
-"""Makes the windows of times as wide as constraints let them be.
+"""Widening of the windows of times, as far as constraints allow.
 
-All else is drawn first, and stays, but for what is said to be equal to something about a time, which follows it.
-From the times that were drawn, bounds are moved to the nanosecond where the constraints end.
+All other values are drawn first and stay, except those defined by a time, which follow it. From the drawn times,
+bounds are moved until the constraints end, to the nanosecond.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import TOLERANCE, evaluate, holds
 from seoro.lang.source import Span
 from seoro.runtime.choose.slots import Slot
-from seoro.runtime.choose.times import DURATION, FOREVER, OVERLAP, START_TO_START, Times, Window, kind_value
-from seoro.runtime.values import Range
+from seoro.runtime.instances.times import DURATION, FOREVER, OVERLAP, START_TO_START, Times, Window, kind_value
+from seoro.runtime.values.values import Range
 
 _PER_SECOND: Final = 1_000_000_000  # times are kept to the nanosecond
 
@@ -25,11 +25,11 @@ Values = Mapping[solve.Cell, solve.Value]
 
 
 class Widening:
-    """Windows of times, given values for all cells.
+    """Windows of times, for given values of all cells.
 
     Args:
-        constraints: What has to hold, each with whether it was written.
-        values: Values that meet it, of all cells.
+        constraints: Constraints, each with whether it was written by the user.
+        values: Values of all cells that meet them.
     """
 
     def __init__(self, constraints: Mapping[solve.Constraint, bool], values: Values) -> None:
@@ -40,13 +40,13 @@ class Widening:
         self._tolerance = 0.0 if is_exact else TOLERANCE
 
     def widen(self, times: Times, slots: Mapping[str, Slot]) -> dict[str, Window]:
-        """The windows of times that anything is about; `values` change with them."""
+        """Return the windows of constrained times; `values` change with them."""
         found: dict[str, Window] = {}
         for name in times.names:
             slot, given = slots[name], times.given.get(name)
             own = given[1] if given is not None else None
             if slot.definition is not None:
-                continue  # which says all of it
+                continue  # fully determined
             if name == DURATION:
                 cells = tuple(slot.parts[key].cell for key in ("lower", "upper"))
                 low, high = cast("tuple[solve.Cell, solve.Cell]", cells)
@@ -63,12 +63,12 @@ class Widening:
         return found
 
     def _let_overlap(self, times: Times, kind: solve.Cell) -> None:
-        """Offsets of starts alone mean any kind of overlap, if nothing is said about that."""
+        """Allow any kind of overlap if only offsets of starts are given."""
         if not any(each.span != times.span and kind in used for each, used in self._constraints):
             self.values[kind] = kind_value(Overlap.ANY)
 
     def _about(self, cells: tuple[solve.Cell, solve.Cell]) -> bool:
-        """Whether a constraint was written that has to do with a time."""
+        """Whether a written constraint affects a time."""
         return any(self._written[each] and not used.isdisjoint(cells) for each, used in self._constraints)
 
     def _leave_open(self, name: str, low: solve.Cell, high: solve.Cell) -> None:
@@ -88,7 +88,7 @@ class Widening:
 
     def _widen_offset(self, cell: solve.Cell, is_given: bool, span: Span) -> Window:
         if not is_given:
-            self._stretch(cell, 0.0)  # nothing is put off without need
+            self._stretch(cell, 0.0)  # no delay without need
         value = cast(float, self.values[cell])
         bounds: list[float] = []
         for limit in (-FOREVER, FOREVER):
@@ -109,7 +109,7 @@ class Widening:
     # -------------------------------------------------------- one bound
 
     def _stretch(self, cell: solve.Cell, limit: float) -> None:
-        """Bring a cell as near to a limit as the constraints let it, to the nanosecond."""
+        """Move a cell as close to a limit as constraints allow, to the nanosecond."""
         if self._refusing({cell: limit}) is None:
             self.values |= self._following({cell: limit})
             return
@@ -128,7 +128,7 @@ class Widening:
         self.values |= self._following({cell: first / _PER_SECOND})
 
     def _following(self, changes: dict[solve.Cell, solve.Value]) -> dict[solve.Cell, solve.Value]:
-        """Changes with those of the cells that are said to be equal to something about them."""
+        """Return changes including those of cells that are defined by changed ones."""
         found = dict(changes)
         pending = list(changes)
         while pending:
@@ -143,7 +143,7 @@ class Widening:
         return found
 
     def _refusing(self, changes: dict[solve.Cell, solve.Value]) -> solve.Constraint | None:
-        """The first constraint that does not hold with some changes; None if all do."""
+        """Return the first constraint that changes violate, or None."""
         try:
             following = self._following(changes)
         except terms.Unevaluable:

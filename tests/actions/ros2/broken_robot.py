@@ -1,13 +1,13 @@
 """A robot that does what robots should not: `python -m tests.actions.ros2.broken_robot ENDPOINT FOLDER`.
 
-FOLDER is for another definition of `std_msgs/msg/String`. It says a line on stdout when it is there, and ends with
-its stdin. Its action `/broken` does with goals of the order
+FOLDER is for another definition of `std_msgs/msg/String`. It prints a line when it is ready, and ends with its
+stdin. Its action `/broken` handles goals by their order:
 
-    1: accepts, and says nothing of their end, even when they are canceled; so it does with 3
-    2: accepts, and never answers requests to cancel
-    3: publishes feedback that is none
-    4: gives a result that is none
-    5: never answers
+    1: accepts a goal, and never reports its end, even after a cancellation.
+    2: accepts a goal, and never answers requests to cancel.
+    3: as 1, and publishes invalid feedback.
+    4: returns an invalid result.
+    5: never answers.
 """
 
 import sys
@@ -32,17 +32,17 @@ GARBAGE = b"\0\1\0\0\xff\xff\xff\xffx"
 
 
 async def never(_: Message) -> Members:
-    """Take a request, and keep it."""
+    """Accept a request, and never answer it."""
     await anyio.sleep_forever()
     raise AssertionError
 
 
 class Broken:
-    """The action `/broken`; it says on `/canceled` which goals it was asked to cancel.
+    """The action `/broken`; it publishes the goals of cancel requests on `/canceled`.
 
     Args:
-        feedback: Where it tells of goals.
-        canceled: Where it says that it was asked to cancel one.
+        feedback: Publication of feedback.
+        canceled: Publication of cancel requests.
     """
 
     def __init__(self, feedback: Publication, canceled: Publication) -> None:
@@ -91,7 +91,7 @@ async def serve(node: RosNode, stack: AsyncExitStack) -> None:
 
 
 async def talk(node: RosNode, stack: AsyncExitStack) -> None:
-    """Publish what cannot be read, and what was stamped an hour ago, twenty times a second."""
+    """Publish unreadable messages, and messages with stamps an hour old, twenty times a second."""
     old = await stack.enter_async_context(node.publishing("/old", "sensor_msgs/msg/LaserScan"))
     said = [
         await stack.enter_async_context(node.publishing(topic, type_name))
@@ -109,7 +109,7 @@ async def talk(node: RosNode, stack: AsyncExitStack) -> None:
 
 
 async def pour(node: RosNode) -> None:
-    """Publish images of 10 MB, as many as go, while somebody wants them."""
+    """Publish images of 10 MB as fast as possible while a subscription exists."""
     image = {"width": 2000, "height": 1667, "encoding": "rgb8", "step": 6000, "data": bytes(2000 * 1667 * 3)}
     payload = node.system.types.encode("sensor_msgs/msg/Image", image)
     async with node.publishing("/flood", "sensor_msgs/msg/Image", PRESETS["sensor_data"]) as flood:

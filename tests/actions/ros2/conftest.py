@@ -14,7 +14,7 @@ import pytest
 from seoro.embed import prepare
 from seoro.embed.options import Options, Ros
 from seoro.embed.runs import Run
-from seoro.runtime.actions import ActionFunction
+from seoro.runtime.functions.actions import ActionFunction
 from seoro.runtime.verdict import RunStatus, Verdict
 from tests.routers import routing
 from tests.runtime.conftest import Ran, load_text
@@ -22,7 +22,7 @@ from tests.runtime.conftest import Ran, load_text
 
 @pytest.fixture
 def router() -> Iterator[str]:
-    """The endpoint of a router behind which nobody is."""
+    """Endpoint of a router without peers."""
     with routing() as endpoint:
         yield endpoint
 
@@ -73,7 +73,7 @@ def run_ros(tmp_path: Path, robot: str) -> RunRos:
     """Runs the text of a scenario on the robot."""
 
     async def run_it(text: str, actions: Sequence[ActionFunction] = ()) -> Ran:
-        with anyio.fail_after(60.0):  # which no test should take, however busy the machine is
+        with anyio.fail_after(60.0):  # longer than any test takes on a busy machine
             async with running(tmp_path, robot, text, actions) as run:
                 return await ran_of(run)
 
@@ -86,7 +86,7 @@ async def ran_of(run: Run) -> Ran:
 
 
 async def run_with_a_robot_that_dies(folder: Path, router: str, text: str) -> Verdict:
-    """What becomes of a run whose robot is killed as soon as it logs something."""
+    """Return the result of a run whose robot is killed after its first log."""
     with starting_robot(router) as process:
         async with running(folder, router, text) as run:
             async for record in run.trace():

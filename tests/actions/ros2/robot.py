@@ -1,7 +1,7 @@
 """A robot in a process of its own: `python -m tests.actions.ros2.robot ENDPOINT`.
 
-It has a node `robot`, which says a line on stdout when it is there, and whose parameters, life cycle, services and
-action behave as their names say; and `talker`, which publishes all the time. It ends with its stdin.
+Its node `robot` prints a line when it is ready. The parameters, life cycle, services and action of the node behave
+according to their names. Its node `talker` publishes all the time. The robot ends with its stdin.
 """
 
 import asyncio
@@ -97,7 +97,7 @@ class Fibonacci:
 
 
 class Robot:
-    """What the node `robot` does beside that."""
+    """Services and action of the node `robot`."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self.say = say
@@ -205,7 +205,7 @@ async def main() -> None:
         system.node("talker") as talker,
         robot.publishing("/said", "std_msgs/msg/String", PRESETS["system_default_transient_local"]) as said,
         robot.publishing("/rosout", "rcl_interfaces/msg/Log") as rosout,
-        robot.subscribing("/heard", "std_msgs/msg/String") as heard,
+        robot.subscribing("/texts", "std_msgs/msg/String") as heard,
         anyio.create_task_group() as tasks,
     ):
         action = Fibonacci()
@@ -218,7 +218,7 @@ async def main() -> None:
             async for received in heard:
                 text = heard.decode(received).data
                 said.publish({"data": text})
-                rosout.publish({"name": "robot", "msg": f"I heard {text}"})
+                rosout.publish({"name": "robot", "msg": f"received {text}"})
 
         tasks.start_soon(echo)
         said.publish({"data": "ready"})

@@ -1,8 +1,8 @@
 """A robot in a simulation: `python -m tests.actions.ros2.simulated_robot ENDPOINT`.
 
-It tells `/clock` from 1000 s on, fifty times a second, and stamps a scan, 50 ms old, and `base_link` in `odom` by
-it. That is at x = 5 m; each line on stdin moves it by 5 m, and the clock by the seconds on the line. It ends with
-its stdin, and says a line on stdout when it is there.
+It publishes `/clock` from 1000 s on, fifty times a second. By this clock it stamps a scan, which is 50 ms old, and
+the frame `base_link` in `odom`, which is at x = 5 m. Each line on stdin moves the frame by 5 m, and the clock by
+the seconds on the line. It prints a line when it is ready, and ends with its stdin.
 """
 
 import sys

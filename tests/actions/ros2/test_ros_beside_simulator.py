@@ -31,7 +31,7 @@ scenario main:
 
 @pytest.mark.slow
 @pytest.mark.engine("mujoco")
-async def test_time_of_the_simulator_goes_on_while_a_robot_is_waited_for(tmp_path: Path, robot: str) -> None:
+async def test_simulated_time_continues_while_a_robot_is_awaited(tmp_path: Path, robot: str) -> None:
     options = Options(seed=0, ros=Ros(robot), simulator=Simulator("mujoco", rate=1.0))
     async with prepare(load_text(tmp_path, TEXT, ()), options) as run, run.running():
         ran = await ran_of(run)

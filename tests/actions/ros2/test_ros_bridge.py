@@ -88,12 +88,12 @@ scenario main:
         (f'action_call("/fibonacci", "{FIBONACCI}", "{{order: 9}}")', "the goal of /fibonacci was aborted"),
         (
             'wait_for_nodes(["/robot"])',
-            "a bridge for DDS robots does not tell of nodes; wait for topics or services",
+            "a bridge for DDS robots does not announce nodes; wait for topics or services",
         ),
-        ('wait_for_topic_publisher("/chatter", "/robot")', "a bridge for DDS robots does not tell of nodes"),
+        ('wait_for_topic_publisher("/chatter", "/robot")', "a bridge for DDS robots does not announce nodes"),
     ],
 )
-async def test_what_cannot_be_is_said(
+async def test_impossible_actions_are_reported(
     invocation: str, reason: str, tmp_path: Path, bridge: tuple[BridgeWithAction, str]
 ) -> None:
     ran = await run(tmp_path, bridge[1], f"scenario main:\n    do {invocation}\n")

@@ -1,4 +1,4 @@
-"""Actions of `osc.ros` that ask somebody for something: services, actions, parameters."""
+"""Actions of `osc.ros` that send requests: services, actions, parameters."""
 
 import json
 from pathlib import Path
@@ -32,13 +32,13 @@ scenario main:
 @pytest.mark.parametrize(
     ("invocation", "reason"),
     [
-        (f'service_call("/add", "{ADD}", "{{c: 1}}")', "has no member `c`; its members are `a`, `b`"),
+        (f'service_call("/add", "{ADD}", "{{c: 1}}")', "unknown member `c` of"),
         ('service_call("/add", "std_srvs/srv/Empty", "{}")', "/add is of type example_interfaces/srv/AddTwoInts"),
         ('service_call("/fail", "std_srvs/srv/Empty", "")', "the server of /fail failed: the gripper is stuck"),
-        (f'service_call("/add", "{ADD}", "[1]")', r"a request to /add has members"),
+        (f'service_call("/add", "{ADD}", "[1]")', r"a request to /add needs members"),
         (
             f'service_call("/add", "{ADD}", "{{}}", response_member_name: "sum")',
-            "there is no variable to hold `sum` of the response of /add",
+            "no variable given for `sum` of the response of /add",
         ),
         (
             f'action_call("/fibonacci", "{FIBONACCI}", "{{order: 13}}")',
@@ -50,18 +50,18 @@ scenario main:
         ),
         (f'action_call("/fibonacci", "{FIBONACCI}", "{{size: 7}}")', "its members are `order`"),
         ('action_call("/fibonacci", "nav2_msgs/action/Spin", "{}")', "/fibonacci.* is of type example_interfaces"),
-        ('set_node_parameter("/robot", "speed", "2.5")', "/robot does not take `2.5` for `speed`: a speed is"),
-        ('set_node_parameter("/robot", "speed", "fast")', "/robot does not take `fast` for `speed`: a speed is"),
-        ('set_node_parameter("robot", "weight", "1")', "does not take `1` for `weight`: it has not been declared"),
-        ('set_node_parameter("robot", "speed", "{a: 1}")', "`{a: 1}` is no value of a parameter"),
+        ('set_node_parameter("/robot", "speed", "2.5")', "/robot rejects `2.5` for `speed`: a speed is"),
+        ('set_node_parameter("/robot", "speed", "fast")', "/robot rejects `fast` for `speed`: a speed is"),
+        ('set_node_parameter("robot", "weight", "1")', "rejects `1` for `weight`: it has not been declared"),
+        ('set_node_parameter("robot", "speed", "{a: 1}")', "`{a: 1}` is an invalid parameter value"),
     ],
 )
-async def test_what_is_not_done_fails_with_the_reason(invocation: str, reason: str, run_ros: RunRos) -> None:
+async def test_rejected_requests_fail_with_the_reason(invocation: str, reason: str, run_ros: RunRos) -> None:
     ran = await run_ros(f"scenario main:\n    do {invocation} with:\n        timeout(20s)\n")
     expect_failure(ran.verdict, reason)
 
 
-async def test_a_server_that_is_not_there_is_waited_for_and_named(run_ros: RunRos) -> None:
+async def test_a_missing_server_is_awaited_and_reported(run_ros: RunRos) -> None:
     ran = await run_ros(
         f"""
 scenario main:
@@ -70,10 +70,10 @@ scenario main:
 """
     )
     assert "timeout: still running after 0.2 s" in ran.verdict.reason
-    assert [text for _, text in ran.logs] == ["waiting for the service /addd (there is /add)"]
+    assert [text for _, text in ran.logs] == ["waiting for the service /addd (similar: /add)"]
 
 
-async def test_a_server_that_never_answers_is_given_up_in_time(run_ros: RunRos) -> None:
+async def test_a_server_that_never_answers_times_out(run_ros: RunRos) -> None:
     ran = await run_ros(
         """
 scenario main:
@@ -96,7 +96,7 @@ scenario main:
             log("now")
 """
     verdict = await run_with_a_robot_that_dies(tmp_path, router, text)
-    expect_failure(verdict, "the server of /never went away")
+    expect_failure(verdict, "the server of /never disappeared")
     assert verdict.duration < 10.0
 
 
@@ -133,7 +133,7 @@ scenario main:
     assert ran.verdict.duration < 10.0
 
 
-async def test_a_goal_whose_end_is_not_waited_for_has_no_result(run_ros: RunRos) -> None:
+async def test_a_goal_without_a_wait_for_its_end_has_no_result(run_ros: RunRos) -> None:
     ran = await run_ros(
         f"""
 scenario main:
@@ -142,9 +142,7 @@ scenario main:
         result_variable: result)
 """
     )
-    expect_failure(
-        ran.verdict, "with `success_on_acceptance` there is no result that `result_variable` could hold"
-    )
+    expect_failure(ran.verdict, "`success_on_acceptance` excludes `result_variable`")
 
 
 async def test_an_accepted_goal_is_canceled_at_the_end_of_the_run(run_ros: RunRos) -> None:
@@ -170,7 +168,7 @@ scenario main:
 
 
 @pytest.mark.parametrize("arguments", ["", ", success_on_acceptance: true"])
-async def test_a_goal_that_cannot_be_canceled_is_told(arguments: str, run_ros: RunRos) -> None:
+async def test_a_goal_that_cannot_be_canceled_is_reported(arguments: str, run_ros: RunRos) -> None:
     ran = await run_ros(
         f"""
 scenario main:
@@ -190,12 +188,12 @@ scenario main:
 async def test_a_robot_that_dies_in_the_middle_of_a_goal_ends_it(tmp_path: Path, router: str) -> None:
     text = f'scenario main:\n    do action_call("/fibonacci", "{FIBONACCI}", "{{order: 1000}}")\n'
     verdict = await run_with_a_robot_that_dies(tmp_path, router, text)
-    expect_failure(verdict, "/fibonacci/_action/get_result went away")
+    expect_failure(verdict, "/fibonacci/_action/get_result disappeared")
     assert verdict.duration < 10.0
 
 
 @pytest.mark.parametrize("value", ["0.75", "1"])
-async def test_a_parameter_is_set_in_the_kind_that_the_node_has(value: str, run_ros: RunRos) -> None:
+async def test_a_parameter_is_set_with_the_type_of_the_node(value: str, run_ros: RunRos) -> None:
     ran = await run_ros(
         f"""
 scenario main:

@@ -5,9 +5,9 @@ import asyncio
 import pytest
 
 from seoro.bridges.ros2.backend import RosBackend
-from seoro.runtime.actions import action
-from seoro.runtime.context import ActionContext
-from seoro.runtime.ros_system import Ros2System
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.contracts.ros2 import Ros2System
+from seoro.runtime.functions.actions import action
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import RunRos
 
@@ -47,7 +47,7 @@ scenario main:
 
 @action("inspect", anywhere=Ros2System)
 async def inspect(ctx: ActionContext) -> None:
-    """Log what is left of a run in the ROS 2 system, as others see it; tokens may take a moment to go."""
+    """Log the remaining endpoints of a run in the ROS 2 system; removing their tokens may take a moment."""
     backend = ctx.anywhere(RosBackend)
     graph, own = backend._node.graph, backend._node.node.session
 
@@ -66,7 +66,7 @@ async def inspect(ctx: ActionContext) -> None:
 @pytest.mark.parametrize(
     "delay", [0.0, 0.01, 0.1, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.001, 0.003, 0.03, 0.3))]
 )
-async def test_what_is_cancelled_leaves_nothing(delay: float, run_ros: RunRos) -> None:
+async def test_a_cancelled_action_leaves_no_endpoint(delay: float, run_ros: RunRos) -> None:
     ran = await run_ros(SCENARIO.format(delay=delay), [inspect])
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
     texts = [text for _, text in ran.logs]

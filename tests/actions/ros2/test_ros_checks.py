@@ -1,4 +1,4 @@
-"""Actions of `osc.ros` that look at what messages say."""
+"""Actions of `osc.ros` that check the values of messages."""
 
 from pathlib import Path
 
@@ -48,20 +48,20 @@ async def test_data_that_compares_is_found(
         (
             f'check_data({COUNT}, "-5", comparison_operator: comparison_operator!lt, member_name: "data",'
             " fail_if_bad_comparison: true)",
-            "`data` of /count is `.*`, which is not < `-5`",
+            "`data` of /count is `.*`; expected < `-5`",
         ),
         (f'check_data({COUNT}, "x", comparison_operator: comparison_operator!lt)', "has no order with `x`"),
         (
             f'check_data({SCAN}, "{{header: {{frame: base}}}}", comparison_operator: comparison_operator!ne)',
-            "a message of /scan: there is no `header.frame`; there are stamp, frame_id",
+            "a message of /scan: unknown member `header.frame`",
         ),
         (
             f'check_data("/silent", {EMPTY}, "", fail_if_no_data: true, wait_for_first_message: false)',
-            "nothing has come on /silent within 0.2 s",
+            "no message on /silent within 0.2 s",
         ),
         (
             f'assert_topic_latency("/scan", 1ms, topic_type: {SCAN_TYPE})',
-            "the latency of /scan is 0.0[0-9]+ s, which is not <= 0.001 s",
+            "the latency of /scan is 0.0[0-9]+ s; expected <= 0.001 s",
         ),
         (
             f'assert_topic_latency("/scan", 1ms, rolling_average_count: 3, topic_type: {SCAN_TYPE})',
@@ -69,19 +69,19 @@ async def test_data_that_compares_is_found(
         ),
         (
             'assert_topic_latency("/count", 1s, topic_type: "std_msgs/msg/Int64")',
-            "the latency of /count cannot be said: its messages have no header with a stamp",
+            "unknown latency of /count: its messages have no header with a stamp",
         ),
         (
             'assert_topic_latency("/odom", 1s, topic_type: "nav_msgs/msg/Odometry")',
-            "the latency of /odom cannot be said: the stamps of its messages are 0",
+            "unknown latency of /odom: the stamps of its messages are 0",
         ),
         (
             f'assert_topic_latency("/silent", 0.2s, wait_for_first_message: false, topic_type: {EMPTY})',
-            "nothing has come on /silent within 0.2 s",
+            "no message on /silent within 0.2 s",
         ),
     ],
 )
-async def test_what_is_not_as_expected_is_shown(
+async def test_unexpected_values_are_shown(
     invocation: str, reason: str, run_ros: RunRos, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("seoro.actions.ros_checks.DATA_WITHIN", 0.2)
@@ -89,7 +89,7 @@ async def test_what_is_not_as_expected_is_shown(
     expect_failure(ran.verdict, reason)
 
 
-async def test_a_check_that_is_cut_off_shows_what_came_last(run_ros: RunRos) -> None:
+async def test_a_cancelled_check_shows_the_last_values(run_ros: RunRos) -> None:
     ran = await run_ros(
         f'scenario main:\n    do check_data({COUNT}, "-1", member_name: "data") with:\n        timeout(0.3s)\n'
     )
@@ -108,16 +108,16 @@ scenario main:
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 
 
-async def test_what_a_node_logs_is_found(run_ros: RunRos) -> None:
+async def test_logs_of_a_node_are_found(run_ros: RunRos) -> None:
     ran = await run_ros(
         """
 scenario main:
     event found
     do parallel:
         serial:
-            log_check("robot", ["I heard a whisper", "nothing"])
+            log_check("robot", ["received a whisper", "nothing"])
             emit found
-        topic_publish("/heard", "std_msgs/msg/String", "{data: a whisper}") with:
+        topic_publish("/texts", "std_msgs/msg/String", "{data: a whisper}") with:
             until @found
             repeat()
 """
@@ -125,7 +125,7 @@ scenario main:
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 
 
-async def test_what_is_logged_in_a_burst_is_found(tmp_path: Path, robot: str) -> None:
+async def test_logs_in_a_burst_are_found(tmp_path: Path, robot: str) -> None:
     text = 'scenario main:\n    do log_check("chatty", ["the sixth"])\n'
     async with (
         connect(robot, dialect=RmwZenoh()) as system,
@@ -152,7 +152,7 @@ async def test_what_is_logged_in_a_burst_is_found(tmp_path: Path, robot: str) ->
         ("bot", set()),
     ],
 )
-def test_nodes_whose_logs_are_looked_at_are_named_as_elsewhere(node: str, loggers: set[str]) -> None:
+def test_log_checks_accept_the_usual_node_names(node: str, loggers: set[str]) -> None:
     known = ("robot", "bot1.robot", "bot2.robot", "bot1.other")
     assert {logger for logger in known if is_logger_of(logger, node)} == loggers
 
@@ -202,12 +202,12 @@ scenario main:
 @pytest.mark.parametrize(
     ("before", "after", "reason"),
     [
-        ("active", "active", "/robot is active, and should be unconfigured"),
-        ("unconfigured", "active", "/robot is active, and should be inactive after unconfigured"),
+        ("active", "active", "/robot is active; expected unconfigured"),
+        ("unconfigured", "active", "/robot is active; expected inactive after unconfigured"),
         pytest.param("unconfigured", "inactive", "", marks=pytest.mark.slow),
     ],
 )
-async def test_states_that_are_not_expected_fail(before: str, after: str, reason: str, run_ros: RunRos) -> None:
+async def test_unexpected_states_fail(before: str, after: str, reason: str, run_ros: RunRos) -> None:
     ran = await run_ros(
         f"""
 scenario main:
@@ -237,10 +237,10 @@ scenario main:
             log("now")
 """
     verdict = await run_with_a_robot_that_dies(tmp_path, router, text)
-    expect_failure(verdict, "/robot is gone, and should stay unconfigured|/robot/get_state went away")
+    expect_failure(verdict, "/robot is gone; expected to stay unconfigured|/robot/get_state disappeared")
 
 
-async def test_a_node_without_a_life_cycle_is_told(run_ros: RunRos, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seoro.bridges.ros2.clients.lifecycle.ANSWER_WITHIN", 0.1)
+async def test_a_node_without_a_life_cycle_is_reported(run_ros: RunRos, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.clients.parameters.ANSWER_TIMEOUT", 0.1)
     ran = await run_ros(f'scenario main:\n    do assert_lifecycle_state("/talker", [{STATES}])\n')
-    assert "there is no node /talker that has a life cycle; nodes are /robot" in ran.verdict.reason
+    assert "no node /talker with a life cycle (nodes: /robot" in ran.verdict.reason

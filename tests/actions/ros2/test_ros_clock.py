@@ -1,4 +1,4 @@
-"""Actions of `osc.ros` on a robot in a simulation, whose time `/clock` tells, and jumps."""
+"""Actions of `osc.ros` on a robot in a simulation with `/clock`, whose time jumps."""
 
 import subprocess
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ async def run(
         return await ran_of(started)
 
 
-async def test_latencies_are_those_of_the_time_of_the_simulation(
+async def test_latencies_are_in_simulated_time(
     tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
 ) -> None:
     latency = f"assert_topic_latency({SCAN.format(limit='0.5s')}, rolling_average_count: 5, duration: 0.5s)"
@@ -46,7 +46,7 @@ async def test_latencies_are_those_of_the_time_of_the_simulation(
     assert ran.verdict.reason.startswith("`assert_topic_latency` failed: the latency of /scan is 0.0")
 
 
-async def test_a_frame_that_is_not_told_of_any_more_is_noticed_in_the_time_of_the_simulation(
+async def test_a_frame_without_new_transforms_is_detected_in_simulated_time(
     tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
 ) -> None:
     ran = await run(
@@ -54,16 +54,16 @@ async def test_a_frame_that_is_not_told_of_any_more_is_noticed_in_the_time_of_th
         simulated,
         "    do assert_tf_moving('bus', 'odom', 0.3s, wait_for_first_transform: false, use_sim_time: true)",
     )
-    assert ran.verdict.reason.endswith("there is no frame `bus`; there are `base_link`, `odom`")
+    assert ran.verdict.reason.endswith("unknown frame `bus`; known frames: `base_link`, `odom`")
 
 
 @pytest.mark.parametrize(
     ("jump", "told"), [(-0.95, "/clock jumped back from 100"), (3600.0, "/clock jumped ahead from 100")]
 )
-async def test_a_jump_is_told_once_and_what_was_before_a_jump_back_is_forgotten(
+async def test_a_jump_is_reported_once_and_a_jump_back_drops_earlier_transforms(
     jump: float, told: str, tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
 ) -> None:
-    """Without that, a frame would be where it was until stamps are again what they were, for almost a second."""
+    """Otherwise a frame would keep its old pose for almost a second, until stamps reach their old values."""
     ran = await run(
         tmp_path,
         simulated,

@@ -1,4 +1,4 @@
-"""Runs and commands that need a definition that only the robot has, and that it tells."""
+"""Runs and commands that need a message definition from the robot."""
 
 import sys
 from collections.abc import AsyncIterator
@@ -42,7 +42,7 @@ async def telling_robot(router: str, folder: Path) -> AsyncIterator[TypeStore]:
         tasks.cancel_scope.cancel()
 
 
-async def test_a_scenario_reads_and_records_what_only_the_robot_defines(tmp_path: Path, router: str) -> None:
+async def test_a_scenario_reads_and_records_types_defined_only_by_the_robot(tmp_path: Path, router: str) -> None:
     text = f"""
 import osc.ros
 

@@ -30,12 +30,12 @@ def is_odd(message):
     [
         ("'look.py', 'is_even'", "^$"),
         ("'look.py', 'is_never', fail_if_bad_comparison: true", "`is_never` of look.py does not accept a message"),
-        ("'look.py', 'is_odd'", "`is_odd` says `[01]` of a message, and not True or False"),
-        ("'look.py', 'is_none'", "there is no function `is_none` in .*look.py"),
-        ("'nowhere.py', 'is_even'", "there is no Python file .*nowhere.py"),
+        ("'look.py', 'is_odd'", "invalid result of `is_odd`: expected True or False, found `[01]`"),
+        ("'look.py', 'is_none'", "unknown function `is_none` in .*look.py"),
+        ("'nowhere.py', 'is_even'", "Python file not found: .*nowhere.py"),
     ],
 )
-async def test_a_function_looks_at_messages(arguments: str, reason: str, run_ros: RunRos, tmp_path: Path) -> None:
+async def test_a_function_checks_messages(arguments: str, reason: str, run_ros: RunRos, tmp_path: Path) -> None:
     (tmp_path / "look.py").write_text(PYTHON)
     file, function = arguments.split(", ", 1)
     ran = await run_ros(
@@ -46,9 +46,7 @@ async def test_a_function_looks_at_messages(arguments: str, reason: str, run_ros
     assert re.search(reason, ran.verdict.reason)
 
 
-def test_who_comes_while_a_file_is_executed_waits_for_its_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_second_import_of_a_file_waits_for_the_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gate = SimpleNamespace(reached=Event(), opened=Event())
     monkeypatch.setitem(sys.modules, "gate", gate)
     file = tmp_path / "slow.py"

@@ -1,4 +1,4 @@
-"""What becomes of actions of `osc.ros` when the router restarts, and when messages come too fast."""
+"""Actions of `osc.ros` while the router restarts, and while messages arrive too fast."""
 
 import re
 import signal
@@ -37,7 +37,7 @@ async def logged(run: Run) -> None:
 
 
 @pytest.mark.slow
-async def test_waits_go_on_when_the_router_restarts(tmp_path: Path) -> None:
+async def test_waits_continue_after_a_restart_of_the_router(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     text = """
 scenario main:
@@ -68,7 +68,7 @@ scenario main:
         ('action_call("/fibonacci", "example_interfaces/action/Fibonacci", "{order: 5000}")', "/fibonacci/"),
     ],
 )
-async def test_a_router_that_goes_while_something_is_called_is_no_failure_of_the_robot(
+async def test_a_lost_router_during_a_call_is_an_error_not_a_failure(
     tmp_path: Path, call: str, called: str
 ) -> None:
     endpoint = free_endpoint()
@@ -98,7 +98,7 @@ scenario main:
     ],
     ids=["timeout", "duration"],
 )
-async def test_a_wait_that_comes_to_its_limit_without_a_router_is_no_failure(tmp_path: Path, wait: str) -> None:
+async def test_a_wait_that_times_out_without_a_router_is_an_error(tmp_path: Path, wait: str) -> None:
     endpoint = free_endpoint()
     text = f"""
 scenario main:
@@ -126,7 +126,7 @@ scenario main:
     ],
     ids=["timeout", "duration", "data", "frame"],
 )
-async def test_a_wait_in_which_the_router_was_away_for_a_while_is_no_failure(tmp_path: Path, wait: str) -> None:
+async def test_a_wait_that_times_out_after_an_outage_is_an_error(tmp_path: Path, wait: str) -> None:
     endpoint = free_endpoint()
     text = f"""
 scenario main:
@@ -170,7 +170,7 @@ scenario main:
 
 
 @pytest.mark.slow
-async def test_a_goal_that_is_taken_too_late_is_canceled(tmp_path: Path, router: str) -> None:
+async def test_a_goal_accepted_too_late_is_canceled(tmp_path: Path, router: str) -> None:
     text = """
 scenario main:
     do serial:
@@ -194,7 +194,7 @@ scenario main:
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
-async def test_a_robot_that_comes_back_is_heard_again(tmp_path: Path, router: str) -> None:
+async def test_messages_of_a_restarted_robot_are_received(tmp_path: Path, router: str) -> None:
     text = """
 scenario main:
     do serial:
@@ -214,7 +214,7 @@ scenario main:
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
-async def test_a_publisher_that_goes_and_comes_back_in_a_recording_is_told(tmp_path: Path, router: str) -> None:
+async def test_a_publisher_that_restarts_during_a_recording_is_reported(tmp_path: Path, router: str) -> None:
     text = """
 import osc.ros
 
@@ -243,7 +243,7 @@ scenario main:
 
 
 @pytest.mark.slow
-async def test_a_flood_does_not_hold_a_run_up(tmp_path: Path, router: str) -> None:
+async def test_a_flood_of_messages_does_not_delay_a_run(tmp_path: Path, router: str) -> None:
     text = """
 scenario main:
     var size: int = 0

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from seoro.actions.ros_frames import _MachineTime
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import RunRos
 
@@ -21,7 +21,7 @@ ROBOT = "scenario main:\n    robot: differential_drive_robot\n"
         pytest.param("assert_tf_moving('base_link', timeout: 5s, duration: 0.6s)", marks=pytest.mark.slow),
     ],
 )
-async def test_what_moves_arrives(invocation: str, run_ros: RunRos) -> None:
+async def test_a_moving_robot_arrives(invocation: str, run_ros: RunRos) -> None:
     ran = await run_ros(f"{ROBOT}    do {invocation} with:\n        timeout(20s)\n")
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 
@@ -31,39 +31,41 @@ async def test_what_moves_arrives(invocation: str, run_ros: RunRos) -> None:
     [
         pytest.param(
             "robot.tf_close_to(0.2m, position_3d(x: 20m))",
-            "`base_link` being within 0.2 m of the point; it is [0-9.]+ m away",
+            "`base_link` within 0.2 m of the point; it is [0-9.]+ m away",
             marks=pytest.mark.slow,
         ),
         (
             "robot.tf_close_to(0.2m, position_3d(), robot_frame_id: 'base_lin')",
-            "a pose of `base_lin` in `map`: there is no frame `base_lin`; did you mean `base_link`",
+            "a pose of `base_lin` in `map`: unknown frame `base_lin`; did you mean `base_link`",
         ),
         pytest.param(
             "robot.tf_close_to(0.2m, position_3d(), namespace_override: 'r2')",
-            "there is no frame `base_link`: nothing was told of any frame",
+            "unknown frame `base_link`: no frame was published",
             marks=pytest.mark.slow,
         ),
         pytest.param(
             "robot.odometry_distance_traveled(1m, namespace_override: '/r1')",
-            "1 m on /r1/odom; it has counted 0 m",
+            "1 m on /r1/odom; found 0 m",
             marks=pytest.mark.slow,
         ),
     ],
 )
-async def test_what_does_not_arrive_says_how_far_it_came(invocation: str, missing: str, run_ros: RunRos) -> None:
+async def test_a_robot_that_does_not_arrive_reports_its_distance(
+    invocation: str, missing: str, run_ros: RunRos
+) -> None:
     ran = await run_ros(f"{ROBOT}    do {invocation} with:\n        timeout(0.6s)\n")
     assert ran.verdict.status is RunStatus.FAILED
     assert any(re.search(missing, text) for _, text in ran.logs), ran.logs
 
 
-async def test_a_position_that_is_none_counts_for_no_distance(run_ros: RunRos) -> None:
+async def test_an_invalid_position_adds_no_distance(run_ros: RunRos) -> None:
     call = "robot.odometry_distance_traveled(1m, namespace_override: 'lost')"
     ran = await run_ros(f"{ROBOT}    do {call} with:\n        timeout(20s)\n")
     assert ran.verdict.status is RunStatus.FAILED
-    assert "a position on /lost/odom is no place: x nan, y 0" in ran.verdict.reason
+    assert "invalid position on /lost/odom: x nan, y 0" in ran.verdict.reason
 
 
-async def test_the_namespace_of_an_actor_is_that_of_its_topics(run_ros: RunRos) -> None:
+async def test_topics_of_an_actor_are_in_its_namespace(run_ros: RunRos) -> None:
     ran = await run_ros(
         """
 scenario main:
@@ -79,8 +81,8 @@ scenario main:
 @pytest.mark.parametrize(
     ("invocation", "reason"),
     [
-        ("'box', timeout: 0s", "`timeout` is above 0, not 0 s"),
-        ("'box', timeout: 0.5s", "`box` has not moved in `map` for 0.5 s: at 0 m/s and 0 rad/s"),
+        ("'box', timeout: 0s", "invalid `timeout`: expected more than 0 s, found 0 s"),
+        ("'box', timeout: 0.5s", "`box` has not moved in `map` for 0.5 s: 0 m/s and 0 rad/s"),
         pytest.param(
             "'box', timeout: 0.4s, use_sim_time: true",
             "`box` has not moved in `map` for 0.4 s",
@@ -93,26 +95,28 @@ scenario main:
         ),
         pytest.param(
             "'bus', timeout: 0.5s, wait_for_first_transform: false",
-            "there is no frame `bus`; there are `base_link`, `box`",
+            "unknown frame `bus`; known frames: `base_link`, `box`",
             marks=pytest.mark.slow,
         ),
         (
             "'bus', timeout: 0.3s, wait_for_first_transform: false, use_sim_time: true",
-            "there is no frame `bus`; there are `base_link`, `box`",
+            "unknown frame `bus`; known frames: `base_link`, `box`",
         ),
     ],
 )
-async def test_what_rests_fails(invocation: str, reason: str, run_ros: RunRos) -> None:
+async def test_a_frame_at_rest_fails(invocation: str, reason: str, run_ros: RunRos) -> None:
     ran = await run_ros(f"scenario main:\n    do assert_tf_moving({invocation})\n")
     assert ran.verdict.status is RunStatus.FAILED
     assert reason in ran.verdict.reason
 
 
-async def test_what_navigates_needs_a_home_that_can(run_ros: RunRos) -> None:
-    with pytest.raises(InvalidUse, match=r"`robot` lives in the ROS 2 system at .*, which cannot carry out"):
+async def test_navigation_actions_need_a_robot_that_navigates(run_ros: RunRos) -> None:
+    with pytest.raises(UsageError, match=r"the ROS 2 system at .*, the backend of `robot`, does not support"):
         await run_ros(f"{ROBOT}    do robot.nav_to_pose(pose_3d())\n")
 
 
-async def test_what_is_late_is_not_waited_for() -> None:
+async def test_late_messages_are_not_awaited() -> None:
     clock = _MachineTime()
-    await clock.wait_until(clock.now() - 1.0)
+    before = clock.now()
+    await clock.wait_until(before - 1.0)
+    assert clock.now() - before < 1.0

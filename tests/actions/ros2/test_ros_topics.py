@@ -13,7 +13,7 @@ from tests.actions.ros2.conftest import RunRos, expect_failure, run_with_a_robot
 from tests.bridges.ros2.systems import with_another_string
 
 
-async def test_what_is_published_is_heard(run_ros: RunRos) -> None:
+async def test_published_messages_are_received(run_ros: RunRos) -> None:
     ran = await run_ros(
         """
 scenario main:
@@ -21,7 +21,7 @@ scenario main:
         check_data("/said", "std_msgs.msg.String", "hello", member_name: "data",
             qos_profile: qos_preset_profiles!system_default_transient_local)
         serial:
-            topic_publish("/heard", "std_msgs.msg.String", "{data: hello}")
+            topic_publish("/texts", "std_msgs.msg.String", "{data: hello}")
             log("published")
 """
     )
@@ -49,7 +49,7 @@ scenario main:
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 
 
-async def test_late_subscriptions_get_what_a_run_has_published_for_them(run_ros: RunRos) -> None:
+async def test_late_subscriptions_receive_latched_messages_of_a_run(run_ros: RunRos) -> None:
     ran = await run_ros(
         """
 scenario main:
@@ -62,10 +62,10 @@ scenario main:
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 
 
-async def test_a_message_that_reaches_nobody_is_told(run_ros: RunRos) -> None:
+async def test_a_message_without_subscribers_is_reported(run_ros: RunRos) -> None:
     ran = await run_ros('scenario main:\n    do topic_publish("/deaf", "std_msgs/msg/Empty", "{}")\n')
     assert ran.verdict.status is RunStatus.PASSED
-    assert [text for _, text in ran.logs] == ["nobody subscribes to /deaf: the message reaches nobody"]
+    assert [text for _, text in ran.logs] == ["no subscription to /deaf: the message is lost"]
 
 
 @pytest.mark.parametrize(
@@ -78,15 +78,15 @@ async def test_a_message_that_reaches_nobody_is_told(run_ros: RunRos) -> None:
         ('topic_publish("/a", "std_msgs/msg/String", "{dat: x}")', "`dat`.*did you mean `data`"),
         (
             'topic_publish("/a", "std_msgs/msg/String", "hello")',
-            "has members, as in `{data: 1}`; `hello` has none",
+            "needs members, as in `{data: 1}`; found `hello`",
         ),
-        ('topic_publish("/a", "std_msgs/msg/Int64", "{data: [}")', "the message cannot be read"),
+        ('topic_publish("/a", "std_msgs/msg/Int64", "{data: [}")', "cannot read the message"),
         ('topic_publish("/a b", "std_msgs/msg/Int64", "{data: 1}")', "'/a b'"),
-        ('topic_publish("/heard", "std_msgs/msg/Int64", "{data: 1}")', "/heard is of type std_msgs/msg/String"),
+        ('topic_publish("/texts", "std_msgs/msg/Int64", "{data: 1}")', "/texts is of type std_msgs/msg/String"),
         ('wait_for_data("/count", "std_msgs/msg/String")', "/count is of type std_msgs/msg/Int64, not std_msgs"),
     ],
 )
-async def test_what_is_wrong_is_said(invocation: str, reason: str, run_ros: RunRos) -> None:
+async def test_invalid_topics_and_types_are_reported(invocation: str, reason: str, run_ros: RunRos) -> None:
     ran = await run_ros(f"scenario main:\n    do {invocation}\n")
     expect_failure(ran.verdict, reason)
 
@@ -120,11 +120,11 @@ scenario main:
 @pytest.mark.parametrize(
     ("variable", "member", "reason"),
     [
-        ("bool = false", "data", "`data` of /count, which is `.*`: it is a bool; name a member that fits"),
-        ("int = 0", "dat", "there is no 'dat' of 'dat'; there are data"),
+        ("bool = false", "data", "cannot store `data` of /count, `.*`, in `.*` of the type bool"),
+        ("int = 0", "dat", "unknown member 'dat' in 'dat'"),
     ],
 )
-async def test_a_variable_that_cannot_hold_a_member_is_told(
+async def test_a_variable_that_cannot_hold_a_member_is_reported(
     variable: str, member: str, reason: str, run_ros: RunRos
 ) -> None:
     ran = await run_ros(
@@ -137,7 +137,7 @@ scenario main:
     expect_failure(ran.verdict, reason)
 
 
-async def test_a_definition_of_the_robot_that_is_not_known_is_named(tmp_path: Path, router: str) -> None:
+async def test_an_unknown_definition_of_the_robot_is_reported(tmp_path: Path, router: str) -> None:
     types = with_another_string(TypeStore.bundled(), tmp_path / "theirs")
     text = 'scenario main:\n    do wait_for_data("/odd", "std_msgs/msg/String")\n'
     async with (
@@ -151,11 +151,12 @@ async def test_a_definition_of_the_robot_that_is_not_known_is_named(tmp_path: Pa
         verdict = await run.result()
     assert verdict.status is RunStatus.FAILED
     assert (
-        "/odd: the robot's definition of std_msgs/msg/String is not the one here (theirs RIHS01_" in verdict.reason
+        "/odd: the robot and seoro have different definitions of std_msgs/msg/String (robot RIHS01_"
+        in verdict.reason
     )
 
 
-async def test_a_publisher_that_dies_is_waited_for(tmp_path: Path, router: str) -> None:
+async def test_a_dead_publisher_is_awaited(tmp_path: Path, router: str) -> None:
     text = """
 scenario main:
     do serial:

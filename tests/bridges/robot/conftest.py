@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from seoro.keys.folder import VARIABLE
+from seoro.security.keys import VARIABLE
 from tests.routers import process
 
 LINE_ROBOT = Path(__file__).with_name("line_robot.py")
@@ -18,9 +18,9 @@ LINE_ROBOT = Path(__file__).with_name("line_robot.py")
 
 @dataclass(frozen=True)
 class Rails:
-    """A bridge that runs: where it is, its process, and the file to which velocities are written.
+    """A running bridge: endpoint, process, and file with the commanded velocities.
 
-    `before` is how many were written before the test.
+    `before` is the number of velocities from before the test.
     """
 
     endpoint: str
@@ -29,16 +29,16 @@ class Rails:
     before: int = 0
 
     def begun(self) -> Rails:
-        """The same, at the beginning of a test."""
+        """Return a copy that ignores earlier commands."""
         return replace(self, before=len(self.log.read_text().splitlines()))
 
     def commands(self) -> list[tuple[float, str, float]]:
-        """The last velocity before, and all since: when [s, by the machine], of which robot, and which [m/s]."""
+        """Return the last earlier and all later velocities: time [s, machine clock], robot and velocity [m/s]."""
         lines = [line.split() for line in self.log.read_text().splitlines()[max(0, self.before - 1) :]]
         return [(float(when), name, float(velocity)) for when, name, velocity in lines]
 
     def stopped_after(self, moment: float) -> float | None:
-        """How long after a moment [s] zero was commanded; None if the robot still drives."""
+        """Return the time from a moment to the command of zero [s]; None if the robot still drives."""
         commands = self.commands()
         if commands[-1][2] != 0.0:
             return None
@@ -48,7 +48,7 @@ class Rails:
 
 @contextmanager
 def rails_at(folder: Path, how: str, endpoint: str, *names: str, keys: Path | None = None) -> Iterator[Rails]:
-    """A bridge in a process of its own, with a folder of keys if it needs some."""
+    """Yield a bridge in its own process, with keys for TLS endpoints."""
     log = folder / "velocities"
     own = None if keys is None else {VARIABLE: str(keys)}
     with process(str(LINE_ROBOT), str(log), how, endpoint, *names, environment=own) as running:
@@ -64,7 +64,7 @@ def all_rails(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rails]:
 
 @pytest.fixture
 def rails(all_rails: Rails) -> Rails:
-    """A bridge that several tests share."""
+    """Yield a bridge that several tests share."""
     return all_rails.begun()
 
 

@@ -1,4 +1,4 @@
-"""A run that drives the robot on rails, for tests that let it die: `python driver.py ENDPOINT`."""
+"""A run that drives the robot on rails, for tests that kill it: `python driver.py ENDPOINT`."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import sys
 import anyio
 
 from seoro.bridges.robot.connecting import connect_robots
-from seoro.runtime.contracts import Pose3D, Position3D
+from seoro.robotics.geometry import Pose3D, Position3D
 
 
 def tell(what: object) -> None:
-    """Say something at once."""
+    """Print a line at once."""
     sys.stdout.write(f"{what}\n")
     sys.stdout.flush()
 
 
 async def main() -> None:
-    """Drive until the process is killed, and say so when the robot has its goal."""
+    """Drive until the process is killed; print a line when the robot has its goal."""
     async with connect_robots(sys.argv[1], "a run that dies") as node:
         await node.navigate("line", [Pose3D(Position3D(x=90.0))], stop_at_each=False, report=tell)
         tell("drives")

@@ -1,7 +1,7 @@
 """A bridge to a robot on rails, for tests: `python line_robot.py LOG (--listen|--connect) ENDPOINT`.
 
-It drives along the x axis with the velocity that it was told last, and writes each new one to a file with the time
-of the machine's clock.
+It drives along the x axis with the last commanded velocity. It writes each new velocity to a file, with the
+time of the machine's clock.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from pathlib import Path
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.door import node_door
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import serving
-from seoro.bridges.serving.robot import Handlers, Health
-from seoro.bridges.serving.work import Aborted, Work
+from seoro.bridges.serving.robot import Handlers
+from seoro.bridges.serving.work import GoalAborted, Work
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.security.network.listener import node_listener
 
 SPEED = 0.5  # [m/s]
 TICK = 0.01  # [s]
@@ -28,13 +28,13 @@ BATTERY = 0.5
 
 
 class LineRobot:
-    """A robot on rails, at x = 0 in the beginning."""
+    """A robot on rails that starts at x = 0."""
 
-    def __init__(self, name: str, log: Path, work: Work, happenings: HappeningLog) -> None:
+    def __init__(self, name: str, log: Path, work: Work, events: EventLog) -> None:
         self._name = name
         self._log = log
         self._work = work
-        self._happenings = happenings
+        self._events = events
         self._x = 0.0
         self._command(0.0)
 
@@ -47,8 +47,8 @@ class LineRobot:
         )
 
     @property
-    def health(self) -> Health:
-        return Health(battery=BATTERY, localised=True, deviation=0.0, position=(self._x, 0.0), seen=0.0)
+    def health(self) -> wire.RobotHealth:
+        return wire.RobotHealth(battery=BATTERY, localised=True, deviation=0.0, position=(self._x, 0.0), seen=0.0)
 
     @property
     def handlers(self) -> Handlers:
@@ -83,7 +83,7 @@ class LineRobot:
         try:
             for target in targets:
                 if target < 0.0:
-                    raise Aborted("there are no rails behind 0 m")
+                    raise GoalAborted("the rails end at 0 m")
                 self._command(SPEED)
                 while self._x < target:
                     await self._tick()
@@ -126,11 +126,13 @@ class LineRobot:
 async def main(log: str, how: str, endpoint: str, *names: str) -> None:
     """Serve until the process is killed."""
 
-    def make(work: Work, happenings: HappeningLog) -> Sequence[LineRobot]:
-        return [LineRobot(name, Path(log), work, happenings) for name in names or ("line",)]
+    def make(work: Work, events: EventLog) -> Sequence[LineRobot]:
+        return [LineRobot(name, Path(log), work, events) for name in names or ("line",)]
 
-    door = node_door(endpoint if how == "--listen" else None, endpoint if how == "--connect" else None, "rails")
-    async with serving(door, "rails", make, Path(f"{log}.stop"), Path(f"{log}.jsonl")):
+    listener = node_listener(
+        endpoint if how == "--listen" else None, endpoint if how == "--connect" else None, "rails"
+    )
+    async with serving(listener, "rails", make, Path(f"{log}.stop"), Path(f"{log}.jsonl")):
         sys.stdout.write("ready\n")
         sys.stdout.flush()
         await anyio.sleep_forever()

@@ -9,9 +9,10 @@ from pathlib import Path
 import anyio
 import pytest
 
-from seoro.bridges.robot.connecting import RobotsTaken, connect_robots
+from seoro.bridges.robot.connecting import RobotsBusy, connect_robots
 from seoro.errors import BackendError, BackendRefused, BackendUnreachable
-from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.backends import GoalStatus, Report
 from tests.bridges.robot.conftest import Rails
 
 pytestmark = pytest.mark.anyio
@@ -49,20 +50,20 @@ async def test_a_goal_is_reached_and_reported(rails: Rails) -> None:
     assert [velocity for _, _, velocity in rails.commands()][:3] == [0.0, 0.5, 0.0]
 
 
-async def test_what_ends_badly_says_why(rails: Rails) -> None:
+async def test_aborted_and_refused_goals_have_a_reason(rails: Rails) -> None:
     end = Ends()
     async with connect_robots(rails.endpoint, "a test") as node:
         await node.navigate("line", [at(-1.0)], stop_at_each=False, report=end)
-        assert await end.wait() == Report(GoalStatus.ABORTED, "there are no rails behind 0 m")
+        assert await end.wait() == Report(GoalStatus.ABORTED, "the rails end at 0 m")
         with pytest.raises(BackendRefused, match="the rails end at 100 m"):
             await node.navigate("line", [at(200.0)], stop_at_each=False, report=end)
-        with pytest.raises(BackendRefused, match="there is no robot 'train': there are line"):
+        with pytest.raises(BackendRefused, match=r"unknown robot 'train' .robots: line"):
             await node.navigate("train", [at(1.0)], stop_at_each=False, report=end)
-        with pytest.raises(BackendRefused, match="cannot be asked for 'get_arm_state'"):
+        with pytest.raises(BackendRefused, match="unsupported verb 'get_arm_state'"):
             await node.arm_state("line")
 
 
-async def test_a_robot_has_one_goal_at_a_time_and_can_be_called_back(rails: Rails) -> None:
+async def test_a_robot_has_one_goal_at_a_time_which_can_be_cancelled(rails: Rails) -> None:
     end = Ends()
     async with connect_robots(rails.endpoint, "a test") as node:
         goal = await node.navigate("line", [at(50.0)], stop_at_each=False, report=end)
@@ -80,16 +81,16 @@ async def test_robots_stand_still_after_a_run(rails: Rails) -> None:
     assert rails.commands()[-1][2] == 0.0
 
 
-async def test_robots_are_held_by_one_run_at_a_time(rails: Rails) -> None:
+async def test_a_robot_is_held_by_one_run_at_a_time(rails: Rails) -> None:
     async with connect_robots(rails.endpoint, "the first run"):
-        with pytest.raises(RobotsTaken, match="held by the first run: wait for its end"):
+        with pytest.raises(RobotsBusy, match="held by the first run: wait for its end"):
             async with connect_robots(rails.endpoint, "the second run"):
                 pass
     async with connect_robots(rails.endpoint, "the second run") as node:
         assert [robot.name for robot in node.robots] == ["line"]
 
 
-async def test_what_hangs_longer_than_the_deadline_finds_its_goals_aborted(rails: Rails) -> None:
+async def test_goals_of_a_client_that_hangs_beyond_the_deadline_are_aborted(rails: Rails) -> None:
     end = Ends()
     async with connect_robots(rails.endpoint, "a test") as node:
         await node.navigate("line", [at(50.0)], stop_at_each=False, report=end)
@@ -99,13 +100,13 @@ async def test_what_hangs_longer_than_the_deadline_finds_its_goals_aborted(rails
         report = await end.wait()
         assert report.status is GoalStatus.ABORTED
         assert report.interrupted
-        assert "the robots were stopped, a test: no sign of life for 0.4 s" in report.message
+        assert "the robots were stopped, a test: no heartbeat for 0.4 s" in report.message
         again = Ends()
         await node.drive("line", 0.1, 0.0, 0.05, again)
         assert (await again.wait()).status is GoalStatus.SUCCEEDED
 
 
-async def test_the_end_of_the_bridge_is_told(
+async def test_the_end_of_the_bridge_is_reported(
     start_rails: Callable[..., Rails], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
@@ -120,11 +121,11 @@ async def test_the_end_of_the_bridge_is_told(
     assert "bridge 'rails' has not answered for" in str(lost[0])
 
 
-async def test_there_has_to_be_a_bridge(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_connecting_without_a_bridge_fails(rails: Rails, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seoro.bridges.finding.TIMEOUT", 0.3)
     with pytest.raises(BackendUnreachable, match="cannot connect to"):
         async with connect_robots(f"{rails.endpoint}-that-is-not-there", "a test"):
             pass
-    with pytest.raises(BackendUnreachable, match="there is no bridge to robots 'road' at"):
+    with pytest.raises(BackendUnreachable, match="no bridge to robots 'road' found at"):
         async with connect_robots(rails.endpoint, "a test", "road"):
             pass

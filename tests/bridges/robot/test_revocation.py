@@ -1,4 +1,4 @@
-"""Bridges that listen with keys: who is revoked is out, and robots that others hold drive on."""
+"""Bridges that listen with keys: revoked clients are disconnected, and robots of others drive on."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.robot.node import RobotNode
-from seoro.bridges.secured import security_of
 from seoro.bridges.session import NoAnswer, NoServer, open_session
 from seoro.bridges.wire.keys import node_command
 from seoro.errors import BackendError, BackendLost
-from seoro.keys.folder import VARIABLE, read_keys
-from seoro.keys.roles import Role
-from seoro.runtime.contracts import Report
+from seoro.runtime.contracts.backends import Report
+from seoro.security.keys import VARIABLE
+from seoro.security.keys.folder import read_keys
+from seoro.security.keys.roles import Role
+from seoro.security.network.endpoint_keys import security_of
 from tests.bridges.robot.conftest import Rails, rails_at
 from tests.labs import KeyedLab, free_port, make_lab
 
@@ -42,7 +43,7 @@ def all_rails(lab: KeyedLab, tmp_path_factory: pytest.TempPathFactory) -> Iterat
 
 
 async def again(node: RobotNode) -> None:
-    """Wait until a run is connected again, which its requests do not do by themselves."""
+    """Wait until a run is connected again; its requests fail meanwhile."""
     with anyio.fail_after(DEADLINE):
         while True:
             with suppress(BackendLost):
@@ -51,7 +52,7 @@ async def again(node: RobotNode) -> None:
             await anyio.sleep(0.01)
 
 
-async def test_whose_keys_are_revoked_is_out_and_others_go_on(
+async def test_revoked_keys_end_their_run_and_other_runs_continue(
     rails: Rails, lab: KeyedLab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(VARIABLE, str(lab.keys("anna")))
@@ -77,5 +78,5 @@ async def test_whose_keys_are_revoked_is_out_and_others_go_on(
                 with suppress(BackendError):
                     await node.drive("line", 0.2, 0.0, 600.0, reports.append)
                 await anyio.sleep(0.01)
-        assert all("no sign of life" in report.message for report in reports)
+        assert all("no heartbeat" in report.message for report in reports)
     assert rails.commands()[-1][2] == 0.0

@@ -1,4 +1,4 @@
-"""Robots stop within half a second of whatever becomes of the run that holds them."""
+"""Robots stop within half a second after a failure of the run that holds them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.errors import BackendError
-from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D, Report
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.backends import GoalStatus, Report
 from tests.bridges.robot.conftest import Rails
 from tests.routers import process, router_process
 
@@ -22,7 +23,7 @@ DRIVER = Path(__file__).with_name("driver.py")
 
 
 def await_motion(rails: Rails) -> None:
-    """Wait until the robot drives, which takes the start of a process."""
+    """Wait until the robot drives."""
     started = time.monotonic()
     while rails.commands()[-1][2] == 0.0:
         assert time.monotonic() < started + 20.0, "the robot does not drive"
@@ -30,7 +31,7 @@ def await_motion(rails: Rails) -> None:
 
 
 def stopping_time(rails: Rails, moment: float) -> float:
-    """How long after a moment the robot was told to stop [s]; waits for it, a second at most."""
+    """Return the time from a moment to the stop of the robot [s]; wait for it, a second at most."""
     while (stopped := rails.stopped_after(moment)) is None:
         assert time.monotonic() < moment + 1.0, "the robot still drives"
         time.sleep(0.02)
@@ -49,14 +50,14 @@ def test_a_run_that_dies_or_hangs_stops_its_robots(rails: Rails, number: signal.
     assert min(times) < DEADLINE
 
 
-def test_a_run_that_hung_does_not_make_robots_go_on(rails: Rails) -> None:
+def test_robots_stay_stopped_when_a_hanging_run_resumes(rails: Rails) -> None:
     with process(str(DRIVER), rails.endpoint, says="drives") as driver:
         await_motion(rails)
         driver.send_signal(signal.SIGSTOP)
         stopping_time(rails, time.monotonic())
         driver.send_signal(signal.SIGCONT)
         assert driver.stdout is not None
-        assert b"no sign of life" in driver.stdout.readline()
+        assert b"no heartbeat" in driver.stdout.readline()
         assert rails.commands()[-1][2] == 0.0
 
 
@@ -75,7 +76,7 @@ def test_robots_stop_when_the_router_between_them_and_the_run_dies(
 
 @pytest.mark.slow
 @pytest.mark.anyio
-async def test_a_run_goes_on_after_a_restart_of_the_router_with_goals_that_aborted(
+async def test_a_run_continues_with_aborted_goals_after_a_restart_of_the_router(
     start_rails: Callable[..., Rails], tmp_path: Path
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/router"

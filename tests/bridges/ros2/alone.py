@@ -1,6 +1,6 @@
-"""A node in a process of its own, for tests of its sudden end: `python alone.py ENDPOINT`.
+"""A node in its own process, for tests that kill it: `python alone.py ENDPOINT`.
 
-It publishes /chatter ten times a second and serves /wait, which it never responds to.
+It publishes /chatter ten times a second and serves /wait, but never responds.
 """
 
 import sys

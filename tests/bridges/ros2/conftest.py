@@ -1,4 +1,4 @@
-"""Systems of ROS 2 for tests: a router, and what is behind it."""
+"""ROS 2 systems for tests: a router, and nodes behind it."""
 
 from collections.abc import Iterator
 
@@ -16,14 +16,14 @@ def types() -> TypeStore:
 
 @pytest.fixture
 def router() -> Iterator[str]:
-    """The endpoint of a router."""
+    """Yield the endpoint of a router."""
     with routing() as endpoint:
         yield endpoint
 
 
 @pytest.fixture(scope="session")
 def simulator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The endpoint of a simulator node, in which each test loads a world."""
+    """Yield the endpoint of a simulator node; each test loads a world."""
     make_engine("mujoco")
     endpoint = f"unixsock-stream/{tmp_path_factory.mktemp('simulator')}/sim"
     command = ("-m", "sim_nodes", "mujoco", "--node", "sim", "--listen", endpoint, "--world", "empty")

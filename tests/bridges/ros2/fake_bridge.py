@@ -1,12 +1,12 @@
-"""A stand-in for zenoh-bridge-ros2dds before a robot that talks DDS, written after the plugin's sources.
+"""A fake of zenoh-bridge-ros2dds in front of a DDS robot, written after the plugin's sources.
 
-It is the hub that others connect to. Tokens and keys are written out here, and nothing of seoro is used, so that
-what seoro makes and reads is compared with something. Of the robot it has:
+It is the router of a test. It uses no code of seoro: tokens and keys are literals here, so that the tests compare
+the dialect of seoro with an independent implementation. The robot has:
 
-- a publisher of /chatter, whose messages are forwarded only while somebody subscribes on Zenoh's side;
-- a latched publisher of /map_name, which keeps what it has forwarded for those who come later;
-- a subscription of /cmd_vel, which forwards what arrives;
-- a server of /add, which drops requests that it cannot read: the bridge has no way to say so.
+- a publisher of /chatter, whose messages are forwarded only while Zenoh has a subscriber;
+- a latched publisher of /map_name, which keeps forwarded messages for late subscribers;
+- a subscription of /cmd_vel, which forwards each message;
+- a server of /add, which drops invalid requests, since the bridge cannot reply with an error.
 """
 
 import json
@@ -20,7 +20,7 @@ from zenoh.handlers import Callback
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 TWIST_HASH = "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a"
 HEADER = b"\0\1\0\0"
-QUERIES_TIMEOUT = 5.0  # [s] that the bridge gives a server, by default
+QUERIES_TIMEOUT = 5.0  # [s] default time limit of a server
 
 
 class FakeBridge:
@@ -78,14 +78,14 @@ class FakeBridge:
                 with query:
                     query.reply(key, HEADER + struct.pack("<q", sum(struct.unpack("<qq", payload[4:]))))
             else:
-                self._kept.append(query)  # nothing is said, and the client's timeout ends it
+                self._kept.append(query)  # no reply: the client's timeout ends the call
 
         callback = Callback(respond, indirect=False)
         self._kept.append(self._zenoh.declare_queryable(key, callback, complete=False))
         self._kept.append(self._token(f"SS/{key.replace('/', '§')}/example_interfaces§srv§AddTwoInts"))
 
     def _watch(self) -> None:
-        """Follow what other bridges announce."""
+        """Follow the announcements of other bridges."""
 
         def note(sample: zenoh.Sample) -> None:
             self.announced[str(sample.key_expr)] = sample.kind == zenoh.SampleKind.PUT
@@ -94,18 +94,17 @@ class FakeBridge:
         self._kept.append(self._zenoh.liveliness().declare_subscriber("@/*/@ros2_lv/**", callback, history=True))
 
     def robot_says(self, text: str) -> bool:
-        """A message of the robot's publisher; False if the bridge does not even read it, as nobody subscribes."""
+        """Publish a message of the robot; return False without a subscriber: the bridge does not read it then."""
         if not self._chatter.matching_status.matching:
             return False
         self._chatter.put(_string(text))
         return True
 
     def robot_latches(self, text: str) -> None:
-        """A message of the robot's latched publisher."""
+        """Publish a latched message of the robot."""
         self._map_name.put(_string(text))
 
     def close(self) -> None:
-        """The bridge ends."""
         self._zenoh.close()  # type: ignore[no-untyped-call]
 
 

@@ -1,4 +1,4 @@
-"""Peers of Zenoh as rmw_zenoh's sessions are: they learn of each other from the gossip of their router only."""
+"""Zenoh peers with the settings of rmw_zenoh: they find each other by the gossip of their router only."""
 
 import json
 from collections.abc import Iterator
@@ -10,11 +10,11 @@ import zenoh
 
 @contextmanager
 def peer(router: str, silent_to: str | None = None) -> Iterator[zenoh.Session]:
-    """A session with the settings of a node of ROS 2.
+    """Yield a session with the settings of a ROS 2 node.
 
     Args:
         router: Endpoint of its router.
-        silent_to: A session that gets none of its tokens, as a router that peers of Zenoh 1.8 come back to.
+        silent_to: Session that receives no tokens of the peer, like a router to which peers of Zenoh 1.8 return.
     """
     settings: dict[str, Any] = {
         "mode": "peer",
@@ -42,7 +42,7 @@ def peer(router: str, silent_to: str | None = None) -> Iterator[zenoh.Session]:
 
 
 def _withholding(session: str) -> dict[str, Any]:
-    """Access control that keeps tokens from one session."""
+    """Return access control that withholds tokens from one session."""
     rule = {
         "id": "tokens",
         "messages": ["liveliness_token"],

@@ -1,8 +1,8 @@
-"""A node by another implementation of rmw_zenoh's wire, for tests: `python sdk_peer.py PORT`.
+"""A node of another implementation of the rmw_zenoh protocol, for tests: `python sdk_peer.py PORT`.
 
-Line by line it takes `publish TEXT` (on /from_sdk) and `call A B` (of /seoro_add), and tells what it hears on
-/to_sdk, what is asked of its own /sdk_add, and what its calls gave. Definitions are given, since it would look for
-them on the network.
+It reads lines `publish TEXT` (on /from_sdk) and `call A B` (of /seoro_add). It prints messages on /to_sdk,
+requests to its /sdk_add and the results of its calls. Definitions are literals, so that the node does not search
+the network for them.
 """
 
 import sys
@@ -13,7 +13,7 @@ REQUEST = "int64 a\nint64 b\n"
 RESPONSE = "int64 sum\n"
 
 
-def tell(*words: object) -> None:
+def report(*words: object) -> None:
     sys.stdout.write(" ".join(map(str, words)) + "\n")
     sys.stdout.flush()
 
@@ -27,22 +27,22 @@ def main() -> None:
         "response_definition": RESPONSE,
     }
     publisher = ROS2Publisher("/from_sdk", **string, **where, node_name="sdk_talker")
-    ROS2Subscriber("/to_sdk", callback=lambda message: tell("heard", message.data), **string, **where)
+    ROS2Subscriber("/to_sdk", callback=lambda message: report("heard", message.data), **string, **where)
 
     def respond(request: object) -> object:
-        tell("asked", request.a, request.b)  # type: ignore[attr-defined]
+        report("asked", request.a, request.b)  # type: ignore[attr-defined]
         return server.response_msg_class(sum=request.a + request.b)  # type: ignore[attr-defined]
 
     server = ROS2ServiceServer("/sdk_add", callback=respond, **add, **where)
     client = ROS2ServiceClient("/seoro_add", **add, **where, timeout=5.0)
-    tell("ready")
+    report("ready")
     for line in sys.stdin:
         match line.split():
             case ["publish", text]:
                 publisher.publish(data=text)
             case ["call", a, b]:
                 response = client.call(a=int(a), b=int(b))
-                tell("called", response.sum if response else None)
+                report("called", response.sum if response else None)
 
 
 if __name__ == "__main__":

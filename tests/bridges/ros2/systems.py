@@ -1,4 +1,4 @@
-"""Two ends of a ROS 2 system, each with a session of its own, at one router."""
+"""Two ROS 2 nodes with separate sessions at one router."""
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -17,7 +17,7 @@ RMW_ZENOH = RmwZenoh()
 async def two_nodes(
     router: str, types: TypeStore, dialect: Dialect = RMW_ZENOH, theirs: TypeStore | None = None
 ) -> AsyncIterator[tuple[RosNode, RosNode]]:
-    """A node of the robot, which may have other definitions, and one of seoro."""
+    """Yield a node of the robot, with its own definitions, and a node of seoro."""
     async with (
         connect(router, types=theirs or types, dialect=dialect) as robot,
         robot.node("robot") as there,
@@ -28,7 +28,7 @@ async def two_nodes(
 
 
 def with_another_string(types: TypeStore, folder: Path) -> TypeStore:
-    """The same definitions, but for that of `std_msgs/msg/String`."""
+    """Return definitions with another `std_msgs/msg/String`."""
     file = folder / "std_msgs" / "msg" / "String.msg"
     file.parent.mkdir(parents=True)
     file.write_text("string data\nuint8 priority\n")

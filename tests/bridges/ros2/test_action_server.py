@@ -9,7 +9,7 @@ from typing import Any
 import anyio
 import pytest
 
-from seoro.bridges.ros2.action_server import KEPT, GoalEnd, ServedGoal, Status, serving_action
+from seoro.bridges.ros2.action_server import KEPT_GOALS, GoalEnd, GoalHandle, Status, serving_action
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.services import Client
 from seoro.bridges.ros2.topics import Subscription
@@ -20,14 +20,14 @@ from tests.bridges.ros2.systems import two_nodes
 FIBONACCI = "example_interfaces/action/Fibonacci"
 
 
-async def carry_out(goal: ServedGoal) -> GoalEnd:
-    """Numbers of Fibonacci; 40 is never ended, 99 goes wrong."""
+async def carry_out(goal: GoalHandle) -> GoalEnd:
+    """Compute Fibonacci numbers; order 40 never ends, and 99 fails."""
     if goal.goal.order == 99:
         raise ActionFailed("99 goes wrong")
     numbers = [0, 1]
     for _ in range(goal.goal.order):
         numbers.append(numbers[-1] + numbers[-2])
-        goal.tell({"sequence": numbers})
+        goal.publish_feedback({"sequence": numbers})
     if goal.goal.order == 40:
         await anyio.sleep_forever()
     return GoalEnd(Status.SUCCEEDED, {"sequence": numbers})
@@ -35,7 +35,7 @@ async def carry_out(goal: ServedGoal) -> GoalEnd:
 
 @dataclass
 class Peer:
-    """The other side."""
+    """A client of the action server."""
 
     send: Client
     result: Client
@@ -58,7 +58,7 @@ class Peer:
 
 @asynccontextmanager
 async def serving(router: str, types: TypeStore) -> AsyncIterator[Peer]:
-    def accept(goal: ServedGoal) -> bool:
+    def accept(goal: GoalHandle) -> bool:
         return bool(goal.goal.order >= 0)
 
     below, latched = "/fibonacci/_action", Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
@@ -77,7 +77,7 @@ async def serving(router: str, types: TypeStore) -> AsyncIterator[Peer]:
         yield Peer(send, result, cancel, feedback, status)
 
 
-async def test_goals_are_carried_out_and_tell_how_far_they_are(router: str, types: TypeStore) -> None:
+async def test_goals_are_executed_with_feedback(router: str, types: TypeStore) -> None:
     async with serving(router, types) as peer:
         number, accepted = await peer.goal(5)
         assert accepted
@@ -96,7 +96,7 @@ async def test_goals_are_carried_out_and_tell_how_far_they_are(router: str, type
         assert (await peer.end(bytes(16))).status == Status.UNKNOWN
 
 
-async def test_goals_are_called_off(router: str, types: TypeStore) -> None:
+async def test_goals_are_canceled(router: str, types: TypeStore) -> None:
     async with serving(router, types) as peer:
         one, other, third = [(await peer.goal(40))[0] for _ in range(3)]
         answer = await peer.call_off(one)
@@ -110,9 +110,9 @@ async def test_goals_are_called_off(router: str, types: TypeStore) -> None:
 
 
 @pytest.mark.slow
-async def test_results_of_long_ago_are_forgotten(router: str, types: TypeStore) -> None:
+async def test_old_results_are_dropped(router: str, types: TypeStore) -> None:
     async with serving(router, types) as peer:
         first, _ = await peer.goal(0)
-        for _ in range(KEPT):
+        for _ in range(KEPT_GOALS):
             await peer.goal(0)
         assert (await peer.end(first)).status == Status.UNKNOWN

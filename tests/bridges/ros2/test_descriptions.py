@@ -1,4 +1,4 @@
-"""Definitions that robots tell, over real sessions and a router."""
+"""Definitions fetched from robots, over real sessions and a router."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 import anyio
 import pytest
 
-from seoro.bridges.ros2.descriptions import SERVICE, decoded, knowing_service
+from seoro.bridges.ros2.descriptions import SERVICE, decode_message, node_for_service
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
 from seoro.bridges.ros2.interfaces.hashes import described
@@ -36,7 +36,7 @@ VALUE = {
 
 
 def own_types(types: TypeStore, folder: Path) -> TypeStore:
-    """The same definitions, and those of a robot's own package."""
+    """Return the definitions with those of a package of the robot."""
     package = folder / "own_msgs" / "msg"
     package.mkdir(parents=True)
     (package / "State.msg").write_text(DEFINITION)
@@ -46,7 +46,7 @@ def own_types(types: TypeStore, folder: Path) -> TypeStore:
 
 
 class Teller:
-    """Tells definitions of types, and counts how often it was asked."""
+    """Server of type definitions that counts requests."""
 
     def __init__(self, types: TypeStore) -> None:
         self._types = types
@@ -61,7 +61,7 @@ class Teller:
 
 
 class Liar(Teller):
-    """Tells of another type."""
+    """A server of descriptions that sends another type."""
 
     async def tell(self, request: Message) -> Mapping[str, Any]:
         self.asked += 1
@@ -69,7 +69,7 @@ class Liar(Teller):
 
 
 async def heard(router: str, types: TypeStore, theirs: TypeStore, teller: Teller, type_name: str) -> list[Message]:
-    """Two messages of a robot that tells its definitions."""
+    """Return two messages of a robot that serves its definitions."""
     value = VALUE if type_name == STATE else {"data": "hello", "priority": 3}
     async with (
         two_nodes(router, types, theirs=theirs) as (there, here),
@@ -84,10 +84,10 @@ async def heard(router: str, types: TypeStore, theirs: TypeStore, teller: Teller
                 await publication.wait_for_subscription()
                 publication.publish(value)
                 publication.publish(value)
-                return [await decoded(here, subscription, await subscription.receive()) for _ in range(2)]
+                return [await decode_message(here, subscription, await subscription.receive()) for _ in range(2)]
 
 
-async def test_a_type_that_only_the_robot_knows_is_asked_for_once(
+async def test_a_type_defined_only_by_the_robot_is_requested_once(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = own_types(types, tmp_path)
@@ -99,7 +99,7 @@ async def test_a_type_that_only_the_robot_knows_is_asked_for_once(
     assert teller.asked == 1
 
 
-async def test_another_definition_of_a_known_type_is_asked_for(
+async def test_another_definition_of_a_known_type_is_requested(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_another_string(types, tmp_path)
@@ -108,7 +108,7 @@ async def test_another_definition_of_a_known_type_is_asked_for(
 
 
 @pytest.mark.parametrize("make", [Liar, lambda types: Teller(TypeStore.bundled())])
-async def test_what_does_not_have_the_hash_is_not_taken(
+async def test_a_definition_with_a_wrong_hash_is_refused(
     make: Any, router: str, types: TypeStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     theirs = with_another_string(types, tmp_path)
@@ -119,7 +119,9 @@ async def test_what_does_not_have_the_hash_is_not_taken(
     assert len(caplog.messages) == isinstance(teller, Liar)
 
 
-async def test_where_nobody_tells_the_type_is_not_known(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_a_type_without_a_description_server_is_unknown(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
     theirs = own_types(types, tmp_path)
     async with (
         two_nodes(router, types, theirs=theirs) as (there, here),
@@ -131,14 +133,14 @@ async def test_where_nobody_tells_the_type_is_not_known(router: str, types: Type
                 await publication.wait_for_subscription()
                 publication.publish(VALUE)
                 with pytest.raises(UnknownInterface, match="unknown package `own_msgs` of the type"):
-                    await decoded(here, subscription, await subscription.receive())
+                    await decode_message(here, subscription, await subscription.receive())
 
 
 RECHARGE = "own_msgs/srv/Recharge"
 
 
 def with_recharge(types: TypeStore, folder: Path) -> TypeStore:
-    """The same definitions, and a service of a robot's own package."""
+    """Return the definitions with a service of a package of the robot."""
     (folder / "own_msgs" / "srv").mkdir(parents=True)
     (folder / "own_msgs" / "msg").mkdir()
     (folder / "own_msgs" / "srv" / "Recharge.srv").write_text(
@@ -149,7 +151,7 @@ def with_recharge(types: TypeStore, folder: Path) -> TypeStore:
 
 
 async def recharged(router: str, types: TypeStore, theirs: TypeStore, teller: Teller) -> str:
-    """What a robot says that serves a service of its own type, and tells its definition."""
+    """Call a service of a type that only the robot defines; return its response."""
 
     async def recharge(request: Message) -> Mapping[str, Any]:
         return {"said": f"{len(request.parts)} parts to {request.up_to}"}
@@ -163,19 +165,19 @@ async def recharged(router: str, types: TypeStore, theirs: TypeStore, teller: Te
             await here.graph.wait_for(
                 lambda seen: seen.servers("/recharge") and seen.servers("/robot/get_type_description")
             )
-            node = await knowing_service(here, "/recharge", RECHARGE)
+            node = await node_for_service(here, "/recharge", RECHARGE)
             async with node.calling("/recharge", RECHARGE) as client:
                 return str((await client.call({"parts": [{"voltage": 1.5}, {}]}, 20.0)).said)
 
 
-async def test_a_service_that_only_the_robot_knows_is_asked_for(
+async def test_the_definition_of_a_service_of_the_robot_is_requested(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_recharge(types, tmp_path)
-    assert await recharged(router, types, theirs, Teller(theirs)) == "2 parts to 0.0"  # defaults are not told
+    assert await recharged(router, types, theirs, Teller(theirs)) == "2 parts to 0.0"  # without defaults
 
 
-async def test_a_service_that_is_told_wrongly_is_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_a_wrong_definition_of_a_service_is_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
     theirs = with_recharge(types, tmp_path)
     with pytest.raises(UnknownInterface, match="own_msgs"):
         await recharged(router, types, theirs, Liar(theirs))

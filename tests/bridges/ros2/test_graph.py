@@ -1,4 +1,4 @@
-"""What is seen of ROS 2 systems, by real tokens over a router."""
+"""Graphs of ROS 2 systems, by real tokens over a router."""
 
 import asyncio
 import sys
@@ -16,7 +16,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import Dialect, RmwZenoh, Ros2Dds
 from seoro.bridges.session import AsyncSession, open_session
-from seoro.errors import BackendError, InvalidUse
+from seoro.errors import BackendError, UsageError
 from tests.bridges.ros2.systems import ADD, STRING, two_nodes
 
 ALONE = Path(__file__).with_name("alone.py")
@@ -32,7 +32,7 @@ def endpoint(kind: str, number: int, name: str, dds_type: str) -> str:
 
 @asynccontextmanager
 async def tokens(router: str, *keys: str) -> AsyncIterator[AsyncSession]:
-    """A session that announces them."""
+    """Announce tokens by a session."""
     async with open_session(connect=router) as session, AsyncExitStack() as stack:
         for key in keys:
             await stack.enter_async_context(session.token(key))
@@ -49,7 +49,7 @@ async def tokens(router: str, *keys: str) -> AsyncIterator[AsyncSession]:
 
 @asynccontextmanager
 async def graph_of(router: str, *keys: str) -> AsyncIterator[RosGraph]:
-    """The graph of a system that consists of these tokens."""
+    """Yield the graph of a system with given tokens."""
     async with (
         tokens(router, *keys),
         open_session(connect=router) as session,
@@ -67,7 +67,7 @@ async def test_a_graph_is_complete_when_it_is_opened(router: str) -> None:
                 assert graph.nodes() == ("/robot/talker",)
 
 
-async def test_what_there_is_has_names_and_types(router: str) -> None:
+async def test_nodes_and_endpoints_have_names_and_types(router: str) -> None:
     keys = (
         endpoint("MP", 2, "/chatter", "std_msgs::msg::dds_::String_"),
         endpoint("MS", 3, "/chatter", "std_msgs::msg::dds_::String_"),
@@ -97,7 +97,7 @@ async def test_what_there_is_has_names_and_types(router: str) -> None:
             graph.topic_type("/mixed")
 
 
-async def test_what_actions_consist_of_is_known_where_bridges_announce_them(router: str) -> None:
+async def test_parts_of_announced_actions_have_types(router: str) -> None:
     token = "@/bb/@ros2_lv/AS/bot1§spin/nav2_msgs§action§Spin"
     async with (
         tokens(router, token),
@@ -114,7 +114,7 @@ async def test_what_actions_consist_of_is_known_where_bridges_announce_them(rout
         assert graph.servers(f"{part}/other") == graph.servers("/bot1/spin") == ()
 
 
-async def test_what_comes_and_goes_is_told(router: str) -> None:
+async def test_appearing_and_leaving_endpoints_change_the_graph(router: str) -> None:
     async with open_session(connect=router) as session, open_graph(session, RmwZenoh()) as graph:
         assert graph.nodes() == ()
         with anyio.fail_after(5):
@@ -124,27 +124,27 @@ async def test_what_comes_and_goes_is_told(router: str) -> None:
             await graph.wait_for(lambda seen: not seen.publishers("/chatter") and not seen.nodes())
 
 
-async def test_more_than_can_be_followed_is_an_error(router: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(graph_module, "MOST_TOKENS", 3)
+async def test_too_many_endpoints_are_an_error(router: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(graph_module, "MAX_TOKENS", 3)
     keys = [endpoint("MP", number, f"/topic{number}", "a_msgs::msg::dds_::A_") for number in range(3)]
     async with tokens(router, *keys):
-        with pytest.raises(BackendError, match=r"more than can be followed \(3 nodes and endpoints\)"):
+        with pytest.raises(BackendError, match=r"too many nodes and endpoints \(limit: 3\)"):
             async with open_session(connect=router) as session, open_graph(session, RmwZenoh()):
                 pass
     async with open_session(connect=router) as session:
         with pytest.raises(ExceptionGroup) as caught:
             async with open_graph(session, RmwZenoh()), tokens(router, *keys):
                 await anyio.sleep_forever()
-        assert caught.group_contains(BackendError, match="more than can be followed")
+        assert caught.group_contains(BackendError, match="too many nodes and endpoints")
 
 
-async def test_waiting_ends_in_time(router: str) -> None:
+async def test_waiting_for_a_graph_change_times_out(router: str) -> None:
     async with open_session(connect=router) as session, open_graph(session, RmwZenoh()) as graph:
         with pytest.raises(TimeoutError):
             await graph.wait_for(RosGraph.nodes, timeout=0.02)
 
 
-async def test_a_node_that_is_killed_is_gone(router: str, types: TypeStore) -> None:
+async def test_a_killed_node_leaves_the_graph(router: str, types: TypeStore) -> None:
     async with (
         two_nodes(router, types) as (_, here),
         here.calling("/wait", "std_srvs/srv/Empty") as client,
@@ -159,7 +159,7 @@ async def test_a_node_that_is_killed_is_gone(router: str, types: TypeStore) -> N
             call = asyncio.create_task(client.call({}, timeout=30))
             await anyio.sleep(0.1)  # until the request is there
             process.kill()
-            with pytest.raises(NoResponse, match="went away"):
+            with pytest.raises(NoResponse, match="disappeared"):
                 await call
             await graph.wait_for(lambda seen: "/alone" not in seen.nodes())
             await graph.wait_for(lambda seen: not (seen.publishers("/chatter") or seen.servers("/wait")))
@@ -167,7 +167,7 @@ async def test_a_node_that_is_killed_is_gone(router: str, types: TypeStore) -> N
 
 @asynccontextmanager
 async def alone(router: str) -> AsyncIterator[asyncio.subprocess.Process]:
-    """The node in a process of its own."""
+    """Yield a node in its own process."""
     process = await asyncio.create_subprocess_exec(sys.executable, str(ALONE), router)
     try:
         yield process
@@ -178,7 +178,7 @@ async def alone(router: str) -> AsyncIterator[asyncio.subprocess.Process]:
 
 
 @pytest.mark.slow
-async def test_all_comes_back_after_a_restart_of_the_router(types: TypeStore, tmp_path: Path) -> None:
+async def test_the_graph_is_restored_after_a_restart_of_the_router(types: TypeStore, tmp_path: Path) -> None:
     router = f"unixsock-stream/{tmp_path}/router.sock"
     async with AsyncExitStack() as stack:
         hub = AsyncExitStack()
@@ -204,39 +204,39 @@ async def dialect_at(router: str, timeout: float = 1) -> Dialect:
         return graph.dialect
 
 
-async def test_the_dialect_is_found_out(router: str) -> None:
+async def test_the_dialect_of_a_router_is_detected(router: str) -> None:
     async with tokens(router, TALKER):
         assert await dialect_at(router) == RmwZenoh(0)
     async with tokens(router, BRIDGE):
         assert await dialect_at(router) == Ros2Dds()
     async with tokens(router, BRIDGE, TALKER):
-        with pytest.raises(InvalidUse, match="both rmw_zenoh and a bridge") as refused:
+        with pytest.raises(UsageError, match="both rmw_zenoh and a bridge") as refused:
             await dialect_at(router)
         assert "`--dialect ros2dds`" in refused.value.help
 
 
-async def test_a_system_that_comes_later_is_waited_for(router: str) -> None:
+async def test_detecting_the_dialect_waits_for_a_system(router: str) -> None:
     looking = asyncio.create_task(dialect_at(router, 5))
     await anyio.sleep(0.05)
     async with tokens(router, TALKER):
         assert await looking == RmwZenoh(0)
 
 
-async def test_where_nothing_is_seen_other_domains_are_named(router: str, types: TypeStore) -> None:
+async def test_a_domain_without_nodes_is_reported_with_other_domains(router: str, types: TypeStore) -> None:
     with pytest.raises(NoSystem, match="no node of rmw_zenoh in domain 0, and no bridge; is this the router"):
         await dialect_at(router, 0.02)
     async with connect(router, types=types, dialect=RmwZenoh(7)) as system, system.node():
-        with pytest.raises(NoSystem, match="there are nodes in domain 7"):
+        with pytest.raises(NoSystem, match="nodes are in domain 7"):
             await dialect_at(router, 0.02)
     async with tokens(router, f"@ros2_lv/{'9' * 5000}/aa/1/1/NN/%/%/hostile"):
         with pytest.raises(NoSystem, match="no node of rmw_zenoh in domain 0, and no bridge; is this the router"):
             await dialect_at(router, 0.02)
 
 
-async def test_where_nobody_listens_nothing_is_reached(types: TypeStore, tmp_path: Path) -> None:
+async def test_connecting_without_a_router_fails(types: TypeStore, tmp_path: Path) -> None:
     with pytest.raises(NoSystem, match=r"cannot connect to unixsock-stream.*: no router and no bridge"):
         async with connect(f"unixsock-stream/{tmp_path}/nobody.sock", types=types):
             pass
-    with pytest.raises(InvalidUse, match="'localhost' is no endpoint"):
+    with pytest.raises(UsageError, match="'localhost' is an invalid endpoint"):
         async with connect("localhost", types=types):
             pass

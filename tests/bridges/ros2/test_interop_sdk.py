@@ -1,4 +1,4 @@
-"""Talking with zenoh-ros2-sdk, an implementation of rmw_zenoh's wire by others."""
+"""Communication with zenoh-ros2-sdk, another implementation of the rmw_zenoh protocol."""
 
 import asyncio
 import os
@@ -66,7 +66,7 @@ async def our_node(router: str, types: TypeStore) -> AsyncIterator[RosNode]:
         yield node
 
 
-async def test_all_of_it_is_in_the_graph(router: str, types: TypeStore, peer: Peer) -> None:
+async def test_endpoints_of_the_peer_are_in_the_graph(router: str, types: TypeStore, peer: Peer) -> None:
     async with connect(router, types=types) as ours:
         graph = ours.graph
     assert ours.dialect == RmwZenoh(0)
@@ -79,7 +79,7 @@ async def test_all_of_it_is_in_the_graph(router: str, types: TypeStore, peer: Pe
     assert publisher.qos is not None and publisher.qos.is_reliable and publisher.qos.depth == 10
 
 
-async def test_what_it_publishes_is_received(router: str, types: TypeStore, peer: Peer) -> None:
+async def test_messages_of_the_peer_are_received(router: str, types: TypeStore, peer: Peer) -> None:
     async with our_node(router, types) as node, node.subscribing("/from_sdk", STRING) as subscription:
         with anyio.fail_after(5):
             await node.graph.wait_for(lambda seen: seen.publishers("/from_sdk"))
@@ -93,14 +93,14 @@ async def test_what_it_publishes_is_received(router: str, types: TypeStore, peer
     assert len(received.sender) == 16
 
 
-async def test_it_receives_what_is_published(router: str, types: TypeStore, peer: Peer) -> None:
+async def test_the_peer_receives_messages(router: str, types: TypeStore, peer: Peer) -> None:
     async with our_node(router, types) as node, node.publishing("/to_sdk", STRING) as publication:
         await publication.wait_for_subscription(5)
         publication.publish({"data": "servus"})
         assert await peer.hear() == ["heard", "servus"]
 
 
-async def test_it_serves(router: str, types: TypeStore, peer: Peer) -> None:
+async def test_the_peer_serves_calls(router: str, types: TypeStore, peer: Peer) -> None:
     async with our_node(router, types) as node, node.calling("/sdk_add", ADD) as client:
         await client.wait_for_server(5)
         response = await client.call({"a": 20, "b": 22}, timeout=5)
@@ -108,7 +108,7 @@ async def test_it_serves(router: str, types: TypeStore, peer: Peer) -> None:
         assert await peer.hear() == ["asked", "20", "22"]
 
 
-async def test_it_is_served(router: str, types: TypeStore, peer: Peer) -> None:
+async def test_calls_of_the_peer_are_served(router: str, types: TypeStore, peer: Peer) -> None:
     async def respond(request: Message) -> Mapping[str, Any]:
         return {"sum": request.a + request.b}
 
@@ -117,7 +117,7 @@ async def test_it_is_served(router: str, types: TypeStore, peer: Peer) -> None:
         assert await peer.hear() == ["called", "7"]
 
 
-async def test_what_it_publishes_is_recorded_and_it_hears_what_is_played(
+async def test_messages_of_the_peer_are_recorded_and_it_receives_played_ones(
     router: str, types: TypeStore, peer: Peer, tmp_path: Path
 ) -> None:
     async with our_node(router, types) as node:

@@ -1,4 +1,4 @@
-"""Nodes of ROS 2 reach each other where seoro is their router."""
+"""ROS 2 nodes reach each other through a router of seoro."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import zenoh
 from anyio.abc import TaskStatus
 from zenoh.handlers import Callback
 
-from seoro.background import background
-from seoro.bridges.door import Door
 from seoro.bridges.ros2.expose.running import ExposeSettings, expose
-from seoro.bridges.routing import route
+from seoro.bridges.routing import run_router
 from seoro.bridges.session import Session, SessionError, open_session
+from seoro.concurrency.background import background
+from seoro.security.network.listener import Listener
 from tests.bridges.ros2.peers import peer
 from tests.labs import command, free_port, make_lab
 from tests.routers import free_endpoint
@@ -24,7 +24,7 @@ DEADLINE = 30.0  # [s]
 
 
 def reach_each_other(router: str) -> bool:
-    """Whether what one peer publishes and announces reaches another."""
+    """Return whether messages and tokens of one peer reach another."""
     seen, matched, arrived = threading.Event(), threading.Event(), threading.Event()
     with peer(router) as talker, peer(router) as listener:
 
@@ -55,10 +55,9 @@ def reach_each_other(router: str) -> bool:
 
 
 def is_announced(router: str) -> bool:
-    """Whether a client sees a node that its router does not see by itself.
+    """Return whether a client receives the token of a node that does not announce itself to the router.
 
-    A token that comes after the router has looked is withheld for ever, as busy machines may have it: there are
-    more attempts.
+    The router misses tokens that arrive after its query, as on a busy machine; therefore, several attempts.
     """
     seen = threading.Event()
 
@@ -100,25 +99,25 @@ async def test_nodes_at_a_bridge_that_exposes_and_listens_reach_each_other(simul
 
 
 @pytest.mark.parametrize("scheme", ["tcp", "tls"])
-async def test_routers_with_keys_tell_nobody_the_addresses_of_others(
+async def test_routers_with_keys_do_not_gossip(
     scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lab, doors = make_lab(tmp_path), list[Door]()
+    lab, listeners = make_lab(tmp_path), list[Listener]()
 
-    async def attend(self: Door, _serve: object, *, task_status: TaskStatus[None]) -> None:
-        doors.append(self)
+    async def serve(self: Listener, _serve: object, *, task_status: TaskStatus[None]) -> None:
+        listeners.append(self)
         task_status.started()
 
-    monkeypatch.setattr(Door, "attend", attend)
+    monkeypatch.setattr(Listener, "serve", serve)
     keys = lab.keys("hub") if scheme == "tls" else None
     async with background() as tasks:
         ready = anyio.Event()
-        tasks.start_soon(route, f"{scheme}/127.0.0.1:{free_port()}", keys, ready.set)
+        tasks.start_soon(run_router, f"{scheme}/127.0.0.1:{free_port()}", keys, ready.set)
         await ready.wait()
-    assert [door.gossip for door in doors] == [scheme == "tcp"]
+    assert [listener.gossip for listener in listeners] == [scheme == "tcp"]
 
 
-async def test_gossip_is_what_routers_do() -> None:
+async def test_gossip_needs_a_router() -> None:
     with pytest.raises(SessionError, match="gossip needs a router"):
         async with open_session(connect=free_endpoint(), gossip=True):
             pass

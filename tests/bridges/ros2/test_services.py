@@ -45,15 +45,15 @@ async def test_calls_at_the_same_time_have_their_own_responses(router: str, type
         assert [response.sum for response in await asyncio.gather(*calls)] == list(range(1, 51))
 
 
-async def test_a_service_that_nobody_serves_is_told_at_once(router: str, types: TypeStore) -> None:
+async def test_a_call_without_a_server_fails_at_once(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (_, here), here.calling("/add", ADD) as client:
-        with anyio.fail_after(1), pytest.raises(NoServiceServer, match="nobody serves /add"):
+        with anyio.fail_after(1), pytest.raises(NoServiceServer, match="no server of /add"):
             await client.call({}, timeout=30)
-        with pytest.raises(NoServiceServer, match=r"nobody serves /add after 0.02 s"):
+        with pytest.raises(NoServiceServer, match=r"no server of /add within 0.02 s"):
             await client.wait_for_server(0.02)
 
 
-async def test_a_server_that_comes_later_can_be_waited_for(router: str, types: TypeStore) -> None:
+async def test_a_client_can_wait_for_a_later_server(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (there, here), here.calling("/add", ADD) as client:
         waiting = asyncio.create_task(client.wait_for_server(5))
         await asyncio.sleep(0)
@@ -62,7 +62,7 @@ async def test_a_server_that_comes_later_can_be_waited_for(router: str, types: T
             assert (await client.call({"a": 1}, timeout=5)).sum == 1
 
 
-async def test_a_server_that_takes_too_long_is_told(router: str, types: TypeStore) -> None:
+async def test_a_call_without_a_response_times_out(router: str, types: TypeStore) -> None:
     async def never(_: Message) -> Mapping[str, Any]:
         await anyio.sleep_forever()
         return {}
@@ -73,11 +73,11 @@ async def test_a_server_that_takes_too_long_is_told(router: str, types: TypeStor
         here.calling("/wait", EMPTY) as client,
     ):
         await client.wait_for_server(5)
-        with pytest.raises(NoResponse, match=r"/wait has not responded within 0.05 s"):
+        with pytest.raises(NoResponse, match=r"no response from /wait within 0.05 s"):
             await client.call({}, timeout=0.05)
 
 
-async def test_a_call_can_be_given_up_and_its_late_response_is_dropped(router: str, types: TypeStore) -> None:
+async def test_the_late_response_of_a_cancelled_call_is_dropped(router: str, types: TypeStore) -> None:
     asked, going_on = anyio.Event(), anyio.Event()
 
     async def slow(request: Message) -> Mapping[str, Any]:
@@ -102,7 +102,7 @@ async def test_a_call_can_be_given_up_and_its_late_response_is_dropped(router: s
             assert (await client.call({"a": 2}, timeout=5)).sum == 2
 
 
-async def test_a_server_may_say_that_it_cannot_respond(router: str, types: TypeStore) -> None:
+async def test_a_server_may_respond_with_an_error(router: str, types: TypeStore) -> None:
     async def refuse(_: Message) -> Mapping[str, Any]:
         raise ActionFailed("the gripper is jammed")
 
@@ -130,13 +130,13 @@ async def test_a_defect_of_a_server_ends_it(router: str, types: TypeStore) -> No
         with pytest.raises(ExceptionGroup) as caught:
             async with there.serving("/wait", EMPTY, defect):
                 await client.wait_for_server(5)
-                with pytest.raises(ServerFailed, match="ending"):
+                with pytest.raises(ServerFailed, match="stopping"):
                     await client.call({}, timeout=5)
                 await anyio.sleep_forever()
         assert caught.group_contains(ZeroDivisionError)
 
 
-async def test_requests_that_wait_end_with_the_server(router: str, types: TypeStore) -> None:
+async def test_pending_requests_fail_when_the_server_stops(router: str, types: TypeStore) -> None:
     asked = anyio.Event()
 
     async def never(_: Message) -> Mapping[str, Any]:
@@ -150,11 +150,11 @@ async def test_requests_that_wait_end_with_the_server(router: str, types: TypeSt
                 await client.wait_for_server()
                 call = asyncio.create_task(client.call({}))
                 await asked.wait()
-            with pytest.raises(ServerFailed, match="ending"):
+            with pytest.raises(ServerFailed, match="stopping"):
                 await call
 
 
-async def test_a_request_that_is_none_is_refused(router: str, types: TypeStore) -> None:
+async def test_an_invalid_request_is_refused(router: str, types: TypeStore) -> None:
     dialect = RmwZenoh()
     async with two_nodes(router, types) as (there, here), there.serving("/add", ADD, add):
         await here.graph.wait_for(lambda seen: seen.servers("/add"), 5)
@@ -163,11 +163,13 @@ async def test_a_request_that_is_none_is_refused(router: str, types: TypeStore) 
         with pytest.raises(Exception, match="refused") as caught:
             await session.query(key, b"\0\1\0\0x", 5, dialect.attachment(1, 1, bytes(16)))
         assert b"AddTwoInts_Request" in caught.value.payload  # type: ignore[attr-defined]
-        response = await session.query(key, b"", 5)  # bridges for DDS may leave out what is empty
+        response = await session.query(key, b"", 5)  # bridges for DDS may omit empty payloads
         assert types.decode(f"{ADD}_Response", response).sum == 0
 
 
-async def test_what_was_not_meant_is_not_called(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_a_server_of_another_definition_or_type_is_not_called(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
     file = tmp_path / "example_interfaces" / "srv" / "AddTwoInts.srv"
     file.parent.mkdir(parents=True)
     file.write_text("int32 a\nint32 b\n---\nint32 sum\n")
@@ -175,7 +177,7 @@ async def test_what_was_not_meant_is_not_called(router: str, types: TypeStore, t
     async with two_nodes(router, types, theirs=theirs) as (there, here), there.serving("/add", ADD, add):
         await here.graph.wait_for(lambda seen: seen.servers("/add"), 5)
         async with here.calling("/add", ADD) as client, here.calling("/add", EMPTY) as other:
-            with pytest.raises(DefinitionMismatch, match="definition of example_interfaces/srv/AddTwoInts"):
+            with pytest.raises(DefinitionMismatch, match="definitions of example_interfaces/srv/AddTwoInts"):
                 await client.call({}, timeout=5)
             with pytest.raises(WrongType, match="/add is of type example_interfaces/srv/AddTwoInts, not std_srvs"):
                 await other.call({}, timeout=5)

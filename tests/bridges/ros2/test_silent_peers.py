@@ -1,4 +1,4 @@
-"""Nodes that a router of Zenoh does not see by itself: it looks for them, and announces them."""
+"""Nodes without announcements to their router: the router queries and announces them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import anyio
 import pytest
 
-from seoro.background import background
 from seoro.bridges.ros2 import silent_peers
 from seoro.bridges.ros2.silent_peers import announce_silent_peers
 from seoro.bridges.session import AsyncSession, open_session
+from seoro.concurrency.background import background
 from tests.bridges.ros2.peers import peer
 from tests.routers import free_endpoint
 
@@ -29,7 +29,7 @@ def soon(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @dataclass(frozen=True)
 class Watched:
-    """A router: its endpoint, its session, what one of its clients sees of tokens, and how it begins to look."""
+    """A router: endpoint, session, tokens at one of its clients, and the start of its queries."""
 
     endpoint: str
     session: AsyncSession
@@ -39,7 +39,7 @@ class Watched:
 
 @asynccontextmanager
 async def watched_router() -> AsyncIterator[Watched]:
-    """A router with a client."""
+    """Yield a router with a client."""
     endpoint = free_endpoint()
     async with (
         open_session(listen=endpoint, gossip=True) as router,
@@ -51,7 +51,7 @@ async def watched_router() -> AsyncIterator[Watched]:
             yield Watched(endpoint, router, changes, lambda: tasks.start_soon(announce_silent_peers, router))
 
 
-async def test_nodes_that_announce_nothing_to_their_router_are_seen_come_and_go() -> None:
+async def test_nodes_without_announcements_are_added_and_removed() -> None:
     async with watched_router() as router:
         changes = router.changes
         with peer(router.endpoint, silent_to=router.session.identity) as node:
@@ -67,7 +67,7 @@ async def test_nodes_that_announce_nothing_to_their_router_are_seen_come_and_go(
         del first
 
 
-async def test_nodes_that_announce_themselves_are_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_nodes_with_announcements_are_not_queried(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = anyio.Event()
 
     async def announce(*_arguments: object) -> None:
@@ -91,7 +91,7 @@ async def test_nodes_that_announce_themselves_are_left_alone(monkeypatch: pytest
             del token
 
 
-async def test_who_cannot_be_asked_is_warned_of(
+async def test_nodes_that_cannot_be_queried_are_reported(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.WARNING)

@@ -9,7 +9,7 @@ import pytest
 
 from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
 from seoro.bridges.ros2.interfaces import InvalidPayload, InvalidValue, TypeStore, UnknownInterface
-from seoro.bridges.ros2.topics import Received
+from seoro.bridges.ros2.topics import ReceivedPayload
 from seoro.bridges.ros2.wire import PRESETS, Durability, InvalidName, Qos, RmwZenoh
 from seoro.bridges.session import Bound, SessionError, publishing
 from tests.bridges.ros2.systems import STRING, two_nodes, with_another_string
@@ -17,7 +17,7 @@ from tests.bridges.ros2.systems import STRING, two_nodes, with_another_string
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=2)
 
 
-async def test_what_is_published_is_received(router: str, types: TypeStore) -> None:
+async def test_published_messages_are_received(router: str, types: TypeStore) -> None:
     async with (
         two_nodes(router, types) as (there, here),
         here.subscribing("chatter", "std_msgs.msg.String") as subscription,
@@ -52,7 +52,7 @@ async def test_the_sender_is_the_publisher_of_the_graph(router: str, types: Type
             assert here.graph.dialect.gid(token) == received.sender
 
 
-async def test_late_subscriptions_get_what_is_latched(router: str, types: TypeStore) -> None:
+async def test_late_subscriptions_receive_latched_messages(router: str, types: TypeStore) -> None:
     async with (
         two_nodes(router, types) as (there, here),
         there.publishing("map_name", STRING, LATCHED) as publication,
@@ -65,7 +65,7 @@ async def test_late_subscriptions_get_what_is_latched(router: str, types: TypeSt
         ):
             with anyio.fail_after(5):
                 names: list[str] = []
-                while "attic" not in names:  # what is still under way at this time comes before
+                while "attic" not in names:  # messages in transit arrive before
                     names.append((await subscription.message()).data)
                 assert names[-2:] == ["hall", "attic"]
                 await there.graph.wait_for(lambda seen: len(seen.subscriptions("/map_name")) == 2)
@@ -75,7 +75,7 @@ async def test_late_subscriptions_get_what_is_latched(router: str, types: TypeSt
                     pass
 
 
-async def test_another_definition_of_the_type_is_named(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_another_definition_of_the_type_is_reported(router: str, types: TypeStore, tmp_path: Path) -> None:
     theirs = with_another_string(types, tmp_path)
     async with (
         two_nodes(router, types, theirs=theirs) as (there, here),
@@ -88,11 +88,11 @@ async def test_another_definition_of_the_type_is_named(router: str, types: TypeS
             with pytest.raises(DefinitionMismatch) as caught:
                 await subscription.message()
     assert (caught.value.theirs, caught.value.ours) == (theirs.type_hash(STRING), types.type_hash(STRING))
-    assert "/chatter: the robot's definition of std_msgs/msg/String is not the one here" in str(caught.value)
+    assert "/chatter: the robot and seoro have different definitions of std_msgs/msg/String" in str(caught.value)
 
 
 async def test_editions_of_packages_are_found_by_their_hashes(router: str, types: TypeStore) -> None:
-    """Jazzy's ranges have a variance, Humble's have none."""
+    """Ranges have a variance in Jazzy, but not in Humble."""
     name, humble = "sensor_msgs/msg/Range", TypeStore.bundled("humble")
     async with (
         two_nodes(router, types, theirs=humble) as (there, here),
@@ -113,7 +113,7 @@ async def test_editions_of_packages_are_found_by_their_hashes(router: str, types
                 assert (await back.message()).range == 2.5
 
 
-async def test_what_others_would_not_understand_is_not_published(
+async def test_messages_of_another_definition_are_not_published(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_another_string(types, tmp_path)
@@ -127,7 +127,7 @@ async def test_what_others_would_not_understand_is_not_published(
                 pass
 
 
-async def test_those_who_subscribe_later_and_mean_something_else_are_named(
+async def test_late_subscribers_with_another_definition_are_reported(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_another_string(types, tmp_path)
@@ -156,8 +156,8 @@ async def test_a_topic_of_another_type_is_refused(router: str, types: TypeStore)
                     pass
 
 
-async def test_systems_without_hashes_are_understood(router: str, types: TypeStore) -> None:
-    """Humble computes none, and has other words in their place."""
+async def test_topics_without_type_hashes_are_received(router: str, types: TypeStore) -> None:
+    """Humble computes no hashes; its tokens contain other words."""
     dialect = RmwZenoh()
     key = dialect.key("/chatter", STRING, "TypeHashNotSupported")
     token = f"@ros2_lv/0/aa/1/2/MS/%/%/listener/%chatter/{key.partition('chatter/')[2]}/1:2:1,10:,:,:,,"
@@ -182,7 +182,7 @@ async def test_systems_without_hashes_are_understood(router: str, types: TypeSto
         assert (listener.decode(received).data, received.type_hash) == ("anyone", None)
 
 
-async def test_types_that_are_not_defined_here_can_be_received_undecoded(router: str, types: TypeStore) -> None:
+async def test_messages_of_undefined_types_are_received_undecoded(router: str, types: TypeStore) -> None:
     token = "@ros2_lv/0/aa/1/2/MP/%/%/driver/%state/own_msgs::msg::dds_::State_/RIHS01_12/1:2:1,10:,:,:,,"
     key = "0/state/own_msgs::msg::dds_::State_/RIHS01_12"
     async with two_nodes(router, types) as (there, here), there.system.session.token(token):
@@ -201,7 +201,7 @@ async def test_types_that_are_not_defined_here_can_be_received_undecoded(router:
             subscription.decode(received)
 
 
-async def test_wrong_uses_are_told(router: str, types: TypeStore) -> None:
+async def test_invalid_uses_are_errors(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (_, here):
         with pytest.raises(UnknownInterface):
             async with here.subscribing("/chatter", "own_msgs/msg/State"):
@@ -214,7 +214,7 @@ async def test_wrong_uses_are_told(router: str, types: TypeStore) -> None:
                 publication.publish({"date": "x"})
 
 
-async def test_a_payload_that_is_no_message_is_told(router: str, types: TypeStore) -> None:
+async def test_an_invalid_payload_is_an_error(router: str, types: TypeStore) -> None:
     async with (
         two_nodes(router, types) as (there, here),
         here.subscribing("/chatter", STRING) as subscription,
@@ -229,7 +229,7 @@ async def test_a_payload_that_is_no_message_is_told(router: str, types: TypeStor
             assert (await subscription.message()).data == "fine"
 
 
-async def test_messages_of_10_megabytes_arrive_whole(router: str, types: TypeStore) -> None:
+async def test_messages_of_10_megabytes_arrive_complete(router: str, types: TypeStore) -> None:
     payload = bytes(range(256)) * 39063
     async with (
         two_nodes(router, types) as (there, here),
@@ -239,7 +239,7 @@ async def test_messages_of_10_megabytes_arrive_whole(router: str, types: TypeSto
         with anyio.fail_after(10):
             await publication.wait_for_subscription()
             received = None
-            while received is None:  # a machine that is busy may drop some of it, and so all
+            while received is None:  # a busy machine may drop some or all messages
                 publication.send(payload)
                 with anyio.move_on_after(1):
                     received = await subscription.receive()
@@ -247,11 +247,11 @@ async def test_messages_of_10_megabytes_arrive_whole(router: str, types: TypeSto
 
 
 def resident() -> int:
-    """The memory of this process [bytes]; to trace that of Python would race with threads of Zenoh, and crash."""
+    """Return the resident memory of this process [bytes]; tracemalloc would crash with threads of Zenoh."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeStore) -> None:
+async def test_a_flood_of_messages_takes_bounded_memory_and_is_counted(router: str, types: TypeStore) -> None:
     count, payload = 300, bytes(1_000_000)
     bound = Bound(10, size=5_000_000)
     async with (
@@ -265,8 +265,8 @@ async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeSt
             for _ in range(count):
                 publication.send(payload)
             grown = resident() - before
-            received: list[Received] = []
-            while True:  # what is under way
+            received: list[ReceivedPayload] = []
+            while True:  # messages in transit
                 with anyio.move_on_after(0.5) as waiting:
                     received.append(await subscription.receive())
                 if waiting.cancelled_caught:
@@ -279,7 +279,7 @@ async def test_a_flood_costs_no_memory_and_is_counted(router: str, types: TypeSt
     assert len(received) + subscription.lost + subscription.missed == received[-1].sequence == count + 1
 
 
-async def test_decoding_is_prepared_before_the_first_message_comes(
+async def test_decoding_is_prepared_before_the_first_message(
     router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     prepared: list[str] = []
@@ -291,7 +291,7 @@ async def test_decoding_is_prepared_before_the_first_message_comes(
             assert prepared == [STRING]
 
 
-async def test_a_late_event_loop_loses_nothing(router: str, types: TypeStore) -> None:
+async def test_a_blocked_event_loop_loses_no_message(router: str, types: TypeStore) -> None:
     async with (
         two_nodes(router, types) as (there, here),
         here.subscribing("/scan", STRING, bound=Bound(1000)) as subscription,
@@ -301,7 +301,7 @@ async def test_a_late_event_loop_loses_nothing(router: str, types: TypeStore) ->
             await publication.wait_for_subscription()
             for _ in range(100):
                 publication.send(bytes(5_800))
-                time.sleep(0.005)  # nothing is taken meanwhile
+                time.sleep(0.005)  # the event loop is blocked meanwhile
             numbers = [(await subscription.receive()).sequence for _ in range(100)]
     assert numbers == list(range(1, 101))
 
@@ -313,7 +313,7 @@ async def test_reading_ends_with_the_subscription(router: str, types: TypeStore)
         assert [received async for received in subscription] == []
 
 
-async def test_endpoints_are_announced_while_they_are_there(router: str, types: TypeStore) -> None:
+async def test_endpoints_are_announced_while_they_exist(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (there, here):
         async with here.publishing("/out", STRING, LATCHED), here.subscribing("/in", STRING):
             (publisher,) = await there.graph.wait_for(lambda seen: seen.publishers("/out"), 5)

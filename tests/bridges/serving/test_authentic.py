@@ -1,4 +1,4 @@
-"""Requests in the name of a client that holds robots, by others who change or repeat them, or know the name."""
+"""Forged, changed and repeated requests in the name of a client that holds robots."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from typing import Any, cast
 import msgpack
 import pytest
 
-from seoro.background import background
 from seoro.bridges import wire
-from seoro.bridges.leasing.latch import Latch
-from seoro.bridges.ledger import Ledger
-from seoro.bridges.lock import Lock
-from seoro.bridges.revoked import Revoked
+from seoro.bridges.leasing.emergency_stop import EmergencyStopState
 from seoro.bridges.robot.connecting import held
-from seoro.bridges.seals import node_seals
-from seoro.bridges.serving.gate import NodeGate
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import RobotServer
 from seoro.bridges.serving.work import Work
 from seoro.bridges.session import Answer, AsyncSession, Check, Request, form_of
-from seoro.bridges.session.asynchronous import Reply
+from seoro.bridges.session.asynchronous import select_answer
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.bridges.wire.proving import DENIED
-from seoro.bridges.wire.refusal import said_in
+from seoro.bridges.wire.authentication import DENIED
+from seoro.bridges.wire.refusal import read_refusal
+from seoro.concurrency.background import background
 from seoro.errors import BackendLost, BackendRefused
-from seoro.keys.audit import Audit
-from seoro.keys.folder import Keys, read_keys
-from sim_nodes.node import Serving
+from seoro.security.keys.folder import Keys, read_keys
+from seoro.security.network.audit_trail import AuditTrail
+from seoro.security.network.authorizer import NodeAuthorizer
+from seoro.security.network.node_identity import NodeIdentity
+from seoro.security.network.peers import node_signer
+from seoro.security.network.revocation_monitor import RevocationMonitor
+from seoro.security.signing.audit_log import AuditLog
+from sim_nodes.node import RequestLoop
 from tests.bridges.serving.test_stopping import SlowRobot, forward
 from tests.labs import KeyedLab, make_lab
 from tests.sim_nodes.client import Client
@@ -41,23 +41,23 @@ pytestmark = pytest.mark.anyio
 
 NODE = "maze"
 RUN = "run-7"
-CODE = "its code is wrong or missing"
-REPEATED = "it was sent before, or too late"
-NOT_SENT = "which has not sent it"
+CODE = "its code is invalid or missing"
+REPEATED = "it was received before, or too late"
+NOT_SENT = "but another client sent it"
 
 
 @dataclass(frozen=True)
 class Sent:
-    """A request on its way."""
+    """A request in transit."""
 
     verb: str
     payload: bytes
-    beside: bytes
+    attachment: bytes
 
 
 @dataclass
 class Query:
-    """A query of Zenoh's that is answered here."""
+    """A Zenoh query that the test answers."""
 
     sent: Sent
     answers: list[Answer] = field(default_factory=list)
@@ -82,9 +82,9 @@ class Query:
 
 @dataclass
 class Router:
-    """Connects a client and a node of the same process; a test changes what passes."""
+    """A connection between a client and a node of one process; a test changes its messages."""
 
-    gate: NodeGate
+    authorizer: NodeAuthorizer
     receive: Callable[[Request], Awaitable[None]]
     change: Callable[[Sent], Sent] = lambda sent: sent
     seen: list[Sent] = field(default_factory=list)
@@ -106,19 +106,19 @@ class Router:
         del is_urgent
         sent = Sent(key.rpartition("/")[2], payload, attachment or b"")
         self.seen.append(sent)
-        return Reply(tuple(await self.deliver(self.change(sent)))).value(key, check)
+        return select_answer(await self.deliver(self.change(sent)), key, check)[1]
 
     async def deliver(self, sent: Sent) -> list[Answer]:
         key, query = wire.node_command(wire.NAMESPACE, NODE, sent.verb), Query(sent)
-        assert self.gate.attestor is not None
-        inner, envelope = self.gate.attestor.open(key, sent.beside)
+        assert self.authorizer.attestor is not None
+        inner, envelope = self.authorizer.attestor.open(key, sent.attachment)
         await self.receive(Request(key, len(sent.payload), inner, query, lambda *_: None, envelope))
         return query.answers
 
     async def refused(self, sent: Sent, why: str) -> None:
         """Deliver a request that the node refuses."""
         (answer,) = await self.deliver(sent)
-        refusal = said_in(answer.payload)
+        refusal = read_refusal(answer.payload)
         assert refusal.code == DENIED
         assert why in refusal.message
 
@@ -142,15 +142,15 @@ def log(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def gate(lab: KeyedLab, log: Path) -> Iterator[NodeGate]:
+def authorizer(lab: KeyedLab, log: Path) -> Iterator[NodeAuthorizer]:
     keys = read_keys(lab.keys(NODE))
-    with closing(Audit(log, keys)) as audit:
-        yield NodeGate(Lock(keys, Revoked(keys), Ledger(audit)))
+    with closing(AuditLog(log, keys)) as audit:
+        yield NodeAuthorizer(NodeIdentity(keys, RevocationMonitor(keys), AuditTrail(audit)))
 
 
 def address_of(router: Router, anna: Keys) -> NodeAddress:
     session = cast(AsyncSession, router)
-    return NodeAddress(session, wire.NAMESPACE, NODE, sender=RUN, seals=node_seals(session, NODE, anna))
+    return NodeAddress(session, wire.NAMESPACE, NODE, sender=RUN, signer=node_signer(session, NODE, anna))
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Held:
     simulator: Client
     router: Router
     address: NodeAddress
-    serving: Serving
+    serving: RequestLoop
 
     async def advance(self, until: float) -> None:
         await ask(self.address, wire.ADVANCE, wire.Advance(until=until))
@@ -171,21 +171,21 @@ class Held:
 
 
 @pytest.fixture
-async def sim(gate: NodeGate, anna: Keys) -> AsyncIterator[Held]:
+async def sim(authorizer: NodeAuthorizer, anna: Keys) -> AsyncIterator[Held]:
     simulator = Client("empty")
-    serving = Serving(simulator.simulator, gate)
+    serving = RequestLoop(simulator.simulator, authorizer)
 
     async def receive(request: Request) -> None:
         serving._receive(request)
 
-    router = Router(gate, receive)
+    router = Router(authorizer, receive)
     address = address_of(router, anna)
     async with held(address, wire.Holder(holder=RUN, gives_signs=False)):
         yield Held(simulator, router, address, serving)
         router.change = lambda sent: sent
 
 
-async def test_the_holder_is_obeyed_and_each_request_once(sim: Held, log: Path) -> None:
+async def test_requests_of_the_holder_are_accepted_once(sim: Held, log: Path) -> None:
     await sim.advance(0.1)
     await sim.advance(0.2)
     for sent in sim.router.seen:
@@ -197,35 +197,35 @@ async def test_the_holder_is_obeyed_and_each_request_once(sim: Held, log: Path) 
     assert [line["outcome"] for line in lines if line["what"] == wire.ADVANCE.name] == ["refused"] * 2
 
 
-async def test_whoever_knows_the_name_moves_nothing(sim: Held, anna: Keys) -> None:
-    """Also an operator, and with a key pair of their own."""
+async def test_the_name_of_a_holder_alone_moves_no_robot(sim: Held, anna: Keys) -> None:
+    """An operator with another key pair is refused, too."""
     await sim.advance(0.1)
     payload = wire.encode(wire.Advance(until=5.0))
-    seals = node_seals(cast(AsyncSession, sim.router), NODE, anna)
-    assert seals is not None
-    await seals.prove()
-    checker = seals._checker
+    signer = node_signer(cast(AsyncSession, sim.router), NODE, anna)
+    assert signer is not None
+    await signer.verify_peer()
+    checker = signer._checker
     checker._pair = type(checker._pair)()
-    assert seals.identify(wire.Holder(holder=RUN)).exchange == checker._pair.public
-    lock = sim.router.gate.lock
-    assert lock is not None
-    checker.share(lock.answers._keys.identity, lock.boot, lock.answers.exchange)
+    assert signer.add_holder_key(wire.Holder(holder=RUN)).exchange == checker._pair.public
+    identity = sim.router.authorizer.identity
+    assert identity is not None
+    checker.share(identity.answers._keys.identity, identity.boot, identity.answers.exchange)
     for verb in (wire.ADVANCE, wire.SET_ENTITY_STATE, wire.STEP_SIMULATION, wire.CMD_VEL, wire.RELEASE_ROBOTS):
         key = wire.node_command(wire.NAMESPACE, NODE, verb.name)
-        own, _ = checker.prepare(key, payload, wire.sender(RUN), has_code=True)
-        for beside in (wire.sender(RUN), own):
-            await sim.router.refused(Sent(verb.name, payload, beside), CODE)
+        own, _ = checker.prepare(key, payload, wire.encode_sender(RUN), has_code=True)
+        for attachment in (wire.encode_sender(RUN), own):
+            await sim.router.refused(Sent(verb.name, payload, attachment), CODE)
     await sim.advance(0.2)
     assert sim.time == pytest.approx(0.2)
 
 
-async def test_a_router_changes_nothing(sim: Held) -> None:
-    """The content, the verb, the name, the number, and the code."""
+async def test_requests_changed_by_a_router_are_refused(sim: Held) -> None:
+    """Changes of content, verb, name, number and code are refused."""
     await sim.advance(0.1)
     before = sim.router.last(wire.ADVANCE)
-    public, boot, numbered, inner = msgpack.unpackb(before.beside)
-    later = replace(before, beside=msgpack.packb([public, boot, [numbered[0] + 1000, numbered[1]], inner]))
-    without = replace(before, beside=msgpack.packb([public, boot, [numbered[0] + 1000, b""], inner]))
+    public, boot, numbered, inner = msgpack.unpackb(before.attachment)
+    later = replace(before, attachment=msgpack.packb([public, boot, [numbered[0] + 1000, numbered[1]], inner]))
+    without = replace(before, attachment=msgpack.packb([public, boot, [numbered[0] + 1000, b""], inner]))
     for sent in (later, without, replace(before, verb=wire.STEP_SIMULATION.name)):
         await sim.router.refused(sent, CODE)
     sim.router.change = lambda sent: replace(sent, payload=wire.encode(wire.Advance(until=9.0)))
@@ -254,23 +254,23 @@ async def test_requests_may_overtake_each_other(sim: Held) -> None:
     assert sim.time == pytest.approx(0.2)
 
 
-async def test_others_do_not_hold_or_release_for_the_holder(sim: Held) -> None:
-    """With no name beside the request, or another one."""
+async def test_holding_and_releasing_for_another_holder_is_refused(sim: Held) -> None:
+    """The name of the request is missing or differs."""
     hold = sim.serving.leasing._leases.hold_of(RUN)
     assert hold is not None
     last = hold.last
     holding = Sent(wire.HOLD_ROBOTS.name, wire.encode(wire.HoldRobots(holder=RUN, since=0, wait=0.05)), b"")
     releasing = Sent(wire.RELEASE_ROBOTS.name, wire.encode(wire.Holder(holder=RUN)), b"")
     for sent in (holding, releasing):
-        for beside in (b"", wire.sender("run-8")):
-            await sim.router.refused(replace(sent, beside=beside), NOT_SENT)
-        await sim.router.refused(replace(sent, beside=wire.sender(RUN)), CODE)
+        for attachment in (b"", wire.encode_sender("run-8")):
+            await sim.router.refused(replace(sent, attachment=attachment), NOT_SENT)
+        await sim.router.refused(replace(sent, attachment=wire.encode_sender(RUN)), CODE)
     assert sim.serving.leasing._leases.hold_of(RUN) is hold
     assert hold.last == last
 
 
-async def test_robots_are_taken_with_the_key_of_the_name(sim: Held, anna: Keys) -> None:
-    with pytest.raises(BackendRefused, match="has no public key: update the seoro of the client"):
+async def test_taking_robots_requires_the_key_of_the_holder(sim: Held, anna: Keys) -> None:
+    with pytest.raises(BackendRefused, match="missing public key in the request"):
         await ask(sim.address, wire.TAKE_ROBOTS, wire.Holder(holder="run-8"))
     other = wire.Holder(holder=RUN, exchange=bytes(range(32)), gives_signs=False)
     with pytest.raises(BackendRefused, match="another client holds robots as"):
@@ -278,8 +278,8 @@ async def test_robots_are_taken_with_the_key_of_the_name(sim: Held, anna: Keys) 
     await sim.advance(0.1)
 
 
-async def test_a_new_connection_of_the_run_goes_on(sim: Held, anna: Keys) -> None:
-    """And nothing that was recorded before it took its robots again is accepted after."""
+async def test_a_run_continues_over_a_new_connection(sim: Held, anna: Keys) -> None:
+    """Requests recorded before the new connection are refused."""
     await sim.advance(0.1)
     before = sim.router.last(wire.ADVANCE)
     again = replace(sim, address=address_of(sim.router, anna))
@@ -295,13 +295,13 @@ async def test_a_new_connection_of_the_run_goes_on(sim: Held, anna: Keys) -> Non
     assert sim.time == pytest.approx(0.5)
 
 
-async def test_a_bridge_obeys_the_holder_only(gate: NodeGate, anna: Keys) -> None:
+async def test_a_bridge_accepts_commands_of_the_holder_only(authorizer: NodeAuthorizer, anna: Keys) -> None:
     async with background() as tasks:
-        happenings = HappeningLog()
-        robot = SlowRobot(work := Work(tasks, happenings))
+        events = EventLog()
+        robot = SlowRobot(work := Work(tasks, events))
         robot.ready.set()
-        server = RobotServer([robot], work, happenings, tasks, Latch(), gate)
-        router = Router(gate, server.answer)
+        server = RobotServer([robot], work, events, tasks, EmergencyStopState(), authorizer)
+        router = Router(authorizer, server.answer)
         address = address_of(router, anna)
         async with held(address, wire.Holder(holder=RUN)):
             await ask(address, wire.CMD_VEL, forward("slow"))
@@ -310,10 +310,10 @@ async def test_a_bridge_obeys_the_holder_only(gate: NodeGate, anna: Keys) -> Non
             robot.velocity = 0.0
             for verb in (wire.CMD_VEL, wire.HOLD_ROBOTS):
                 await router.refused(router.last(verb), REPEATED)
-                await router.refused(replace(router.last(verb), beside=wire.sender(RUN)), CODE)
+                await router.refused(replace(router.last(verb), attachment=wire.encode_sender(RUN)), CODE)
             releasing = Sent(wire.RELEASE_ROBOTS.name, wire.encode(wire.Holder(holder=RUN)), b"")
             await router.refused(releasing, NOT_SENT)
-            await router.refused(replace(releasing, beside=wire.sender(RUN)), CODE)
+            await router.refused(replace(releasing, attachment=wire.encode_sender(RUN)), CODE)
             assert robot.velocity == 0.0
             await ask(address, wire.CMD_VEL, forward("slow"))
             assert robot.velocity == 1.0

@@ -1,4 +1,4 @@
-"""Robots that are stopped while something that was asked for before is still being carried out."""
+"""Stops of robots during earlier requests."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from concurrent.futures import Future
 import anyio
 import pytest
 
-from seoro.background import background
 from seoro.bridges import wire
-from seoro.bridges.leasing.latch import Latch
-from seoro.bridges.serving.gate import NodeGate
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.leasing.emergency_stop import EmergencyStopState
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import RobotServer
-from seoro.bridges.serving.robot import Handlers, Health
+from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.concurrency.background import background
+from seoro.security.network.authorizer import NodeAuthorizer
 
 pytestmark = pytest.mark.anyio
 
 
 class SlowRobot:
-    """A robot that takes a moment from a request to its motion."""
+    """A robot that delays the motion of a request."""
 
     def __init__(self, work: Work, name: str = "slow") -> None:
         self._work = work
         self.name = name
         self.asked, self.ready = anyio.Event(), anyio.Event()
         self.velocity = 0.0
-        self.health = Health()
+        self.health = wire.RobotHealth()
 
     @property
     def info(self) -> wire.RobotInfo:
@@ -62,7 +62,7 @@ class SlowRobot:
 
 async def ask(
     server: RobotServer, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, sender: str = "a run"
-) -> wire.Message:
+) -> wire.Message | None:
     return await server._carry_out(sender, verb.name, wire.encode(request))
 
 
@@ -70,12 +70,12 @@ def forward(robot: str) -> wire.CmdVel:
     return wire.CmdVel(robot=robot, twist=wire.Twist(linear=wire.Vector3(x=1.0), angular=wire.Vector3()))
 
 
-async def test_what_was_asked_for_before_a_stop_moves_nothing_after_it() -> None:
+async def test_commands_from_before_a_stop_move_no_robot_after_it() -> None:
     async with background() as tasks:
-        happenings = HappeningLog()
-        work = Work(tasks, happenings)
+        events = EventLog()
+        work = Work(tasks, events)
         robot = SlowRobot(work)
-        server = RobotServer([robot], work, happenings, tasks, Latch(), NodeGate())
+        server = RobotServer([robot], work, events, tasks, EmergencyStopState(), NodeAuthorizer())
         await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder="a run"))
         refused: list[RequestRefused] = []
 
@@ -94,25 +94,25 @@ async def test_what_was_asked_for_before_a_stop_moves_nothing_after_it() -> None
         assert "emergency stop by ana" in refused[0].message
 
 
-async def test_goals_that_do_not_end_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_goals_that_do_not_end_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seoro.bridges.serving.node.SETTLED_WITHIN", 0.05)
     async with background() as tasks:
-        happenings = HappeningLog()
-        work = Work(tasks, happenings)
+        events = EventLog()
+        work = Work(tasks, events)
         robot = SlowRobot(work)
-        server = RobotServer([robot], work, happenings, tasks, Latch(), NodeGate())
+        server = RobotServer([robot], work, events, tasks, EmergencyStopState(), NodeAuthorizer())
         await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder="a run"))
         drive = wire.Drive(id="a run.goal-1", robot="slow", linear=1.0, angular=0.0, duration=1.0)
         await ask(server, wire.DRIVE, drive)
         await anyio.sleep(0)
 
-        async def stop() -> wire.EmergencyStopped:
+        async def stop() -> wire.StopAcknowledgement:
             return await asyncio.wrap_future(server.stop_at_once(wire.EmergencyStop(by="ana")))
 
         told = await stop()
         assert told.unsettled == ("slow",)
         robot.ready.set()
-        for change, unsettled in ((None, ()), (work.doubt, ("slow",)), (work.settle, ())):
+        for change, unsettled in ((None, ()), (work.mark_unsettled, ("slow",)), (work.mark_settled, ())):
             if change is not None:
                 change("slow")
             told = await stop()
@@ -121,19 +121,19 @@ async def test_goals_that_do_not_end_are_told(monkeypatch: pytest.MonkeyPatch) -
 
 async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
     async with background() as tasks:
-        happenings = HappeningLog()
-        work = Work(tasks, happenings)
-        latch, alarms, told = Latch(), list[tuple[tuple[str, ...], bool]](), threading.Event()
+        events = EventLog()
+        work = Work(tasks, events)
+        latch, alarms, told = EmergencyStopState(), list[tuple[tuple[str, ...], bool]](), threading.Event()
 
         def alarm(robots: Collection[str], is_on: bool) -> None:
             alarms.append((tuple(robots), is_on))
             told.set()
 
-        server = RobotServer([SlowRobot(work)], work, happenings, tasks, latch, NodeGate(), alarm)
-        stops: list[Future[wire.EmergencyStopped]] = []
+        server = RobotServer([SlowRobot(work)], work, events, tasks, latch, NodeAuthorizer(), alarm)
+        stops: list[Future[wire.StopAcknowledgement]] = []
         thread = threading.Thread(target=lambda: stops.append(server.stop_at_once(wire.EmergencyStop(by="ana"))))
         thread.start()
-        assert told.wait(5.0)  # in which the event loop does nothing else
+        assert told.wait(5.0)  # blocks the event loop
         thread.join()
         assert latch.stopped is not None
         assert (alarms, stops[0].done()) == ([(("slow",), True)], False)
@@ -142,10 +142,10 @@ async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
         assert alarms == [(("slow",), True), (("slow",), False)]
 
 
-async def test_named_robots_are_stopped_and_the_others_go_on() -> None:
+async def test_a_stop_of_named_robots_leaves_others_running() -> None:
     async with background() as tasks:
-        happenings = HappeningLog()
-        work = Work(tasks, happenings)
+        events = EventLog()
+        work = Work(tasks, events)
         robots = [SlowRobot(work, name) for name in ("slow", "other")]
         for robot in robots:
             robot.ready.set()
@@ -154,7 +154,7 @@ async def test_named_robots_are_stopped_and_the_others_go_on() -> None:
         def alarm(names: Collection[str], is_on: bool) -> None:
             alarms.append((tuple(names), is_on))
 
-        server = RobotServer(robots, work, happenings, tasks, Latch(), NodeGate(), alarm)
+        server = RobotServer(robots, work, events, tasks, EmergencyStopState(), NodeAuthorizer(), alarm)
         for robot in robots:
             await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder=robot.name, robots=(robot.name,)), robot.name)
             await ask(server, wire.CMD_VEL, forward(robot.name), robot.name)
@@ -164,7 +164,7 @@ async def test_named_robots_are_stopped_and_the_others_go_on() -> None:
         assert told.stopped == ("slow",)
         assert alarms == [(("slow",), True), (("slow",), False)]
         assert [robot.velocity for robot in robots] == [0.0, 1.0]
-        does_not_move = "the robot 'slow' does not move since the emergency stop by ana"
+        does_not_move = "the robot 'slow' may not move: emergency stop by ana"
         with pytest.raises(RequestRefused, match=does_not_move):
             await ask(server, wire.CMD_VEL, forward("slow"), "slow")
         with pytest.raises(RequestRefused, match=does_not_move):
@@ -185,10 +185,10 @@ async def test_named_robots_are_stopped_and_the_others_go_on() -> None:
 
 async def test_a_stop_of_unknown_robots_stops_nothing() -> None:
     async with background() as tasks:
-        happenings = HappeningLog()
-        work = Work(tasks, happenings)
-        latch = Latch()
-        server = RobotServer([SlowRobot(work)], work, happenings, tasks, latch, NodeGate())
+        events = EventLog()
+        work = Work(tasks, events)
+        latch = EmergencyStopState()
+        server = RobotServer([SlowRobot(work)], work, events, tasks, latch, NodeAuthorizer())
         with pytest.raises(RequestRefused, match=r"unknown robots: elsewhere \(robots here: slow\)"):
             server.stop_at_once(wire.EmergencyStop(by="ana", robots=("elsewhere",)))
         assert latch.stopped is None

@@ -16,7 +16,7 @@ ENDS = ("\n", "\r\n", "\r")
 
 
 def dump(text: str) -> list[object]:
-    """The tree of a text without its places, as a flat list; the text has no errors."""
+    """Return the tree of a text without positions, as a flat list; the text has no errors."""
     bag = Bag()
     file = SourceFile("test.osc", text)
     found: list[object] = []
@@ -37,7 +37,7 @@ def dump(text: str) -> list[object]:
 
 
 def shuffle(text: str, seed: int) -> str:
-    """The text in another layout, which has the same tree, and more comments."""
+    """Return the text in another layout, with the same tree and more comments."""
     draw = random.Random(seed)
     file = SourceFile("test.osc", text)
     read = read_lines(file, Lexer(file, Bag()).tokens())
@@ -56,7 +56,7 @@ def shuffle(text: str, seed: int) -> str:
 
 
 def _between(draw: random.Random, comments: list[str], end: str) -> list[str]:
-    """Lines between statements."""
+    """Return random lines between statements."""
     drawn = [f"#{number} drawn" for number in range(draw.choice((0, 0, 0, 0, 1, 3)))]
     lines = [" " * draw.randrange(12) + comment for comment in (*comments, *drawn)]
     lines += [draw.choice(("", "  ", "\f", "\t")) for _ in range(draw.choice((0, 0, 0, 1, 3)))]
@@ -65,7 +65,7 @@ def _between(draw: random.Random, comments: list[str], end: str) -> list[str]:
 
 
 def _line(draw: random.Random, file: SourceFile, tokens, gaps, end: str) -> str:  # type: ignore[no-untyped-def]
-    """A logical line; where it was joined it may be broken, and where tokens touched they may be apart."""
+    """Return a logical line with random breaks at joints and blanks between tokens."""
     depth = 0
     parts: list[str] = []
     for token, gap, behind in zip(tokens, gaps, [*tokens[1:], None], strict=True):

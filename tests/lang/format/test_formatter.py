@@ -1,4 +1,4 @@
-"""The formatter: what it makes of files, and that it changes nothing but the layout."""
+"""The formatter: its results, and that it changes only the layout."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def fmt(text: str) -> str:
 
 
 def comments(text: str) -> list[str]:
-    """The texts of all comments without blanks; no string of the corpus has a `#`."""
+    """Return the texts of all comments without blanks; no string of the corpus has a `#`."""
     return sorted("".join(found.split()) for found in re.findall(r"#[^\r\n]*", text))
 
 
 @pytest.mark.parametrize("path", GOLDENS, ids=lambda path: path.stem)
-def test_the_layout_is_the_golden_one(path: Path) -> None:
+def test_the_layout_equals_the_golden_file(path: Path) -> None:
     text = fmt(path.read_bytes().decode())
     golden = path.with_suffix(".formatted")
     if os.environ.get("SEORO_UPDATE_GOLDENS"):
@@ -43,14 +43,14 @@ def test_the_layout_is_the_golden_one(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", OURS, ids=lambda path: path.stem)
-def test_our_own_files_are_laid_out_so(path: Path) -> None:
+def test_bundled_files_are_formatted(path: Path) -> None:
     text = path.read_bytes().decode()
     assert fmt(text) == text, f"run: seoro fmt {path.relative_to(ROOT)}"
 
 
 @given(st.sampled_from(CORPUS), st.integers(0, 2**32))
 @settings(max_examples=30, deadline=None)
-def test_only_the_layout_changes_and_only_once(text: str, seed: int) -> None:
+def test_formatting_changes_the_layout_only_and_is_idempotent(text: str, seed: int) -> None:
     other = shuffle(text, seed)
     tree = dump(text)
     assert dump(other) == tree
@@ -61,7 +61,7 @@ def test_only_the_layout_changes_and_only_once(text: str, seed: int) -> None:
 
 
 @pytest.mark.slow
-def test_only_the_layout_changes_in_many_layouts() -> None:
+def test_formatting_changes_the_layout_only_for_many_layouts() -> None:
     for seed in range(2000):
         text = CORPUS[seed % len(CORPUS)]
         done = fmt(shuffle(text, seed))
@@ -92,7 +92,7 @@ def test_only_the_layout_changes_in_many_layouts() -> None:
         ("var if: int = is+default", "var if: int = is + default"),
     ],
 )
-def test_blanks(before: str, after: str | None) -> None:
+def test_blanks_are_normalised(before: str, after: str | None) -> None:
     text = f"struct s:\n    {before}\n"
     if after is None:
         with pytest.raises(InvalidScenario):
@@ -119,7 +119,7 @@ def test_blanks(before: str, after: str | None) -> None:
         ("#!x\n##\n#:y\n#\n#z", "#!x\n##\n#:y\n#\n# z\n"),
     ],
 )
-def test_blank_lines_and_comments(before: str, after: str | None) -> None:
+def test_blank_lines_and_comments_are_normalised(before: str, after: str | None) -> None:
     if after is None:  # a byte order mark belongs to the file, not to its text
         with pytest.raises(InvalidScenario):
             fmt(before)
@@ -127,12 +127,12 @@ def test_blank_lines_and_comments(before: str, after: str | None) -> None:
         assert fmt(before) == after
 
 
-def test_strings_and_their_line_ends_are_left_alone() -> None:
+def test_strings_and_their_line_ends_are_not_changed() -> None:
     text = 'struct s:\r\n  x: string = """a \r\n  b\t""" +\'c\\\r\nd\'\r\n'
     assert fmt(text) == 'struct s:\n    x: string = """a \r\n  b\t""" + \'c\\\r\nd\'\n'
 
 
-def test_no_line_is_longer_than_it_has_to_be() -> None:
+def test_long_expressions_are_broken_into_lines() -> None:
     draw = random.Random(1)
     names = ["a" * draw.randrange(3, 30) for _ in range(60)]
     expression = "".join(f"{name} {draw.choice(('and', 'or', '+', '*', '=='))} " for name in names) + "last"
@@ -147,26 +147,26 @@ def test_a_text_with_errors_is_refused() -> None:
 
 
 @pytest.mark.parametrize("change", ["x: int = 3", "x: int = 2 # c", "", "x: int = 2  #\n    x: int = 2"])
-def test_what_would_change_the_meaning_is_refused(change: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against faults of the formatter itself."""
+def test_a_layout_that_would_change_the_meaning_is_refused(change: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The formatter detects its own defects."""
     monkeypatch.setattr(formatter, "_write", lambda *_: f"struct s:\n    {change}\n")
-    with pytest.raises(LayoutFault, match=r"`test.osc` would change what it says"):
+    with pytest.raises(LayoutFault, match=r"`test.osc` would change its meaning"):
         fmt("struct s:\n    x: int = 2 # comment\n")
 
 
 def test_brackets_may_be_nested_a_hundred_deep() -> None:
     nested = "(" * 100 + "1" + ")" * 100
     assert nested in fmt(f"struct s:\n    x: int = {nested}\n").replace("\n", "").replace(" ", "")
-    with pytest.raises(LayoutFault, match=r"test.osc:2:5: brackets that are nested more than 100 deep"):
+    with pytest.raises(LayoutFault, match=r"test.osc:2:5: cannot format brackets nested more than 100 deep"):
         fmt(f"struct s:\n    x: int = ({nested})\n")
 
 
-def test_time_does_not_double_with_each_bracket() -> None:
+def test_formatting_time_does_not_double_with_each_bracket() -> None:
     nested = "(1 + " * 40 + "1" + ")" * 40
     assert fmt(f"struct s:\n    x: int = {nested}\n").count("+ (") == 39
 
 
 @pytest.mark.slow
-def test_long_lists_take_time_in_proportion() -> None:
+def test_long_lists_are_formatted_in_linear_time() -> None:
     numbers, calls = ", ".join(["1"] * 10_000), " + ".join(["f(1)"] * 2_000)
     assert len(fmt(f"struct s:\n    x: list of int = [{numbers}]\n    y: int = {calls}\n").splitlines()) > 2_000

@@ -1,4 +1,4 @@
-"""Small random problems over finite domains, against trying all values."""
+"""Small random problems over finite domains, compared with brute force."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def conditions(*more: st.SearchStrategy[Term]) -> st.SearchStrategy[Term]:
 
 
 def solutions(constraints: tuple[Constraint, ...]) -> Iterator[dict[Cell, Value]]:
-    """All values of the cells of constraints for which these hold."""
+    """Return all values of the cells that satisfy the constraints."""
     cells = tuple(dict.fromkeys(one for constraint in constraints for one in cells_of(constraint.term)))
     for chosen in product(*(members(natural(unknown)) or () for unknown in cells)):
         values = dict(zip(cells, chosen, strict=True))
@@ -136,13 +136,13 @@ def check(asked: Problem, engine: Engine) -> None:
 
 @settings(max_examples=80, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(opaque()), min_size=1, max_size=6))
-def test_the_answer_is_that_of_trying_all_values(terms: list[Term]) -> None:
+def test_the_search_finds_the_answer_of_brute_force(terms: list[Term]) -> None:
     check(problem(*terms), "search")
 
 
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(), min_size=1, max_size=6))
-def test_z3_gives_the_answer_of_trying_all_values(terms: list[Term]) -> None:
+def test_z3_finds_the_answer_of_brute_force(terms: list[Term]) -> None:
     try:
         check(problem(*terms), "z3")
     except Undecided:
@@ -155,5 +155,5 @@ def test_z3_gives_the_answer_of_trying_all_values(terms: list[Term]) -> None:
 @pytest.mark.slow
 @settings(max_examples=600, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(), min_size=1, max_size=8))
-def test_the_answer_is_that_of_trying_all_values_for_many_problems(terms: list[Term]) -> None:
+def test_the_search_finds_the_answer_of_brute_force_for_many_problems(terms: list[Term]) -> None:
     check(problem(*terms), "auto")

@@ -36,7 +36,7 @@ def chain(length: int, anchor: str, shuffled: bool) -> tuple[tuple[Cell, ...], l
 
 
 class Steps:
-    """Counts what the solver does."""
+    """A counter of the steps of the solver."""
 
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.count = 0
@@ -65,7 +65,9 @@ class Steps:
 
 @pytest.mark.parametrize("shuffled", [False, True], ids=["in order", "shuffled"])
 @pytest.mark.parametrize("anchor", ["first", "middle", "last", "sum", "range"])
-def test_steps_grow_with_the_length(anchor: str, shuffled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_grow_linearly_with_the_length_of_a_chain(
+    anchor: str, shuffled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     steps = Steps(monkeypatch)
     # Eight times as long takes about eight times as many steps, not 64; failed draws add up to a fixed number.
     assert steps.of(LONG, anchor, shuffled) < 3 * LONG / SHORT * steps.of(SHORT, anchor, shuffled)

@@ -1,4 +1,4 @@
-"""What is drawn: from what, how likely, and the same again."""
+"""Drawn values: their range, their distribution, and reproducibility."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ A = cell("a", Boolean())
 
 
 def drawn(asked: Problem, what: Callable[[dict[Cell, Value]], Value]) -> Counter[Value]:
-    """How often something comes out, over many seeds."""
+    """Count the values of many seeds."""
     return Counter(what(dict(solve(asked, seed).values)) for seed in range(SEEDS))
 
 
 def is_uniform(counts: Counter[Value], kinds: int) -> bool:
-    """Whether all kinds came out about equally often: chance exceeds this limit of chi-square once in 10,000."""
+    """Return whether all kinds are about equally frequent, with a chi-square limit of 1 in 10,000."""
     expected = SEEDS / kinds
     chi_square = sum((count - expected) ** 2 / expected for count in counts.values())
     chi_square += (kinds - len(counts)) * expected
@@ -37,7 +37,7 @@ def is_uniform(counts: Counter[Value], kinds: int) -> bool:
     return bool(chi_square < limit)
 
 
-def test_a_test_of_uniformity_that_tells() -> None:
+def test_the_uniformity_test_distinguishes_distributions() -> None:
     assert is_uniform(Counter(dict.fromkeys(range(6), 100)), 6)
     assert not is_uniform(Counter({0: 150, **dict.fromkeys(range(1, 6), 90)}), 6)
 
@@ -87,7 +87,7 @@ def test_reals_in_order_are_drawn_uniformly_from_the_triangle() -> None:
     assert statistics.fmean(one[Y] for one in values) == pytest.approx(2 / 3, abs=0.03)  # type: ignore[misc]
 
 
-def test_a_sum_leaves_the_first_free_and_the_last_follows() -> None:
+def test_the_first_term_of_a_sum_is_drawn_and_the_last_follows() -> None:
     asked = problem(within(X, 1.0, 5.0), compare(calculate(X, "+", Y, FLOAT), "==", 10.0))
     values = [solve(asked, seed).values for seed in range(20)]
     assert len({one[X] for one in values}) == 20
@@ -100,8 +100,8 @@ def test_the_same_seed_gives_the_same_values() -> None:
     assert solve(asked, 7).values != solve(asked, 8).values
 
 
-def test_values_are_the_same_on_any_machine() -> None:
-    """Written down once: they must never change, nor depend on the order of hashes."""
+def test_values_are_equal_on_all_machines() -> None:
+    """The expected values must never change, nor depend on the order of hashes."""
     asked = problem(within(X, 0.0, 1.0), within(N, 1, 1000), cells=(A, cell("kind", Choice(("a", "b", "c")))))
     assert list(solve(asked, 42).values.values()) == [False, "b", 0.943106223727047, 599]
 
@@ -115,7 +115,7 @@ print(list(solve(problem(*terms, among(names[0], "d", "c")), 3).values.values())
 """
 
 
-def test_values_do_not_depend_on_hashes() -> None:
+def test_values_do_not_depend_on_the_hash_seed() -> None:
     results = {
         subprocess.run(
             [sys.executable, "-c", SCRIPT],
@@ -129,7 +129,7 @@ def test_values_do_not_depend_on_hashes() -> None:
     assert len(results) == 1
 
 
-def test_a_cell_is_not_changed_by_others_that_it_has_nothing_to_do_with() -> None:
+def test_unrelated_cells_do_not_change_a_value() -> None:
     alone = solve(problem(within(X, 0.0, 1.0), compare(X, "<", Y), within(Y, 0.0, 1.0)), 5).values
     more = solve(
         problem(within(N, 1, 6), within(X, 0.0, 1.0), compare(X, "<", Y), within(Y, 0.0, 1.0), cells=(A,)), 5
@@ -137,7 +137,7 @@ def test_a_cell_is_not_changed_by_others_that_it_has_nothing_to_do_with() -> Non
     assert (alone[X], alone[Y]) == (more[X], more[Y])
 
 
-def test_two_cells_of_a_name_are_refused() -> None:
+def test_two_cells_with_one_name_are_refused() -> None:
     with pytest.raises(ValueError, match="two cells are named 'x'"):
         solve(problem(within(X, 0.0, 1.0), within(cell("x", Real()), 0.0, 1.0)), 0)
 
@@ -155,7 +155,7 @@ def test_two_cells_of_a_name_are_refused() -> None:
         problem(compare(X, "==", Y)),
     ],
 )
-def test_what_nothing_bounds_is_not_made_up(asked: Problem) -> None:
+def test_unbounded_cells_are_refused(asked: Problem) -> None:
     with pytest.raises(Unbounded) as raised:
         solve(asked, 0)
     assert raised.value.cell is asked.cells[0]

@@ -29,7 +29,7 @@ def names(found: Conflict) -> list[int]:
     return [int(constraint.text) for constraint in found.constraints]
 
 
-def test_the_example_of_the_standard() -> None:
+def test_the_conflict_of_the_example_in_the_standard_is_found() -> None:
     assert names(conflict(compare(X, "<", 3), compare(X, "==", 2), compare(X, "==", 5))) in ([0, 2], [1, 2])
 
 
@@ -56,7 +56,7 @@ def test_the_example_of_the_standard() -> None:
         ),
     ],
 )
-def test_a_conflict_has_no_constraint_to_spare(terms: list[Term], expected: list[int]) -> None:
+def test_a_conflict_is_minimal(terms: list[Term], expected: list[int]) -> None:
     assert names(conflict(*terms)) == expected
 
 
@@ -67,15 +67,15 @@ def test_a_smaller_conflict_is_preferred() -> None:
     assert names(found) == [0, 7]
 
 
-def test_conflicts_are_in_the_order_of_places() -> None:
+def test_constraints_of_a_conflict_are_in_source_order() -> None:
     late, early = keep(compare(X, "==", 1), "late", place=50), keep(compare(X, "==", 2), "early", place=3)
     with pytest.raises(Conflict) as raised:
         solve(Problem((X,), (late, early)), 0)
     assert raised.value.constraints == (early, late)
-    assert str(raised.value) == "these cannot all hold: early, late"
+    assert str(raised.value) == "these constraints contradict each other: early, late"
 
 
-def test_a_conflict_that_only_search_finds() -> None:
+def test_a_conflict_that_needs_search_is_found() -> None:
     holes = [cell(f"p{index}", Choice(("a", "b", "c"))) for index in range(4)]
     differ = [compare(one, "!=", other) for index, one in enumerate(holes) for other in holes[index + 1 :]]
     found = conflict(*differ, compare(KIND, "==", "a"))
@@ -94,13 +94,13 @@ def test_a_conflict_that_only_search_finds() -> None:
         ([compare(calculate(U, "/", 2, UINT), "==", 3), compare(U, "<", 5)], ()),
     ],
 )
-def test_domains_that_take_part_are_named(terms: list[Term], limits: tuple[Cell, ...] | None) -> None:
+def test_a_conflict_lists_the_domains_that_take_part(terms: list[Term], limits: tuple[Cell, ...] | None) -> None:
     found = conflict(*terms)
     assert len(found.constraints) == len(terms)
     assert len(found.limits) == 1 if limits is None else found.limits == limits
 
 
-def test_the_reason_of_what_has_no_value_is_told() -> None:
+def test_a_conflict_has_the_reason_of_a_missing_value() -> None:
     found = conflict(compare(calculate(X, "/", Y), "==", 1), compare(Y, "==", 0), within(X, 0, 3))
     assert (names(found), found.reason) == ([0, 1, 2], "division of an integer by zero")
 
@@ -117,7 +117,7 @@ def test_a_long_conflict_is_found_in_bounded_time() -> None:
     assert names(found) == list(range(1001))
 
 
-def test_a_conflict_in_a_large_problem_is_small() -> None:
+def test_a_conflict_in_a_large_problem_is_minimal() -> None:
     cells = [cell(f"c{index}", Integer()) for index in range(500)]
     asked = [keep(within(one, index, index + 9), str(index), index) for index, one in enumerate(cells)]
     asked.append(keep(compare(cells[100], "<", cells[300]), "500", 500))

@@ -1,4 +1,4 @@
-"""What follows from constraints without any choice."""
+"""Consequences of constraints without any choice."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def solved(*terms: Term, seed: int = 0) -> dict[Cell, Value]:
         ([compare(calculate(1.0, "/", R, FLOAT), "==", 4.0)], R, 0.25),
     ],
 )
-def test_a_value_follows(terms: list[Term], unknown: Cell, value: Value) -> None:
+def test_a_value_follows_from_constraints(terms: list[Term], unknown: Cell, value: Value) -> None:
     for seed in range(3):
         assert solved(*terms, seed=seed)[unknown] == value
 
@@ -109,7 +109,7 @@ def test_an_opaque_condition_filters_few_values() -> None:
 
 
 @pytest.mark.parametrize("backwards", [False, True])
-def test_a_chain_of_equalities_is_followed_either_way(backwards: bool) -> None:
+def test_a_chain_of_equalities_propagates_in_both_directions(backwards: bool) -> None:
     chain = [cell(f"a{index}", Integer()) for index in range(300)]
     terms: list[Compare] = [compare(after, "==", calculate(before, "+", 1)) for before, after in pairwise(chain)]
     start = chain[-1] if backwards else chain[0]
@@ -119,18 +119,18 @@ def test_a_chain_of_equalities_is_followed_either_way(backwards: bool) -> None:
     ]
 
 
-def test_integers_do_not_wrap_where_they_need_not() -> None:
+def test_integers_do_not_wrap_if_another_solution_exists() -> None:
     assert solved(compare(calculate(X, "*", 2), "==", 10))[X] == 5
     assert solved(compare(calculate(U, "-", 5, UINT), "<", 3), compare(U, ">", 6))[U] == 7
 
 
-def test_integers_wrap_where_nothing_else_is_possible() -> None:
+def test_integers_wrap_without_another_solution() -> None:
     most, least = 2**63 - 1, -(2**63)
     assert solved(compare(calculate(X, "+", 1), "==", Y), compare(X, ">=", most))[Y] == least
     assert solved(compare(calculate(X, "+", 1), "==", least), within(Y, 0, 0))[X] == most
     assert solved(compare(calculate(U, "-", 1, UINT), "==", 2**64 - 1))[U] == 0
 
 
-def test_a_conjunction_counts_as_its_members() -> None:
+def test_a_conjunction_equals_its_members() -> None:
     values = solved(And((compare(X, "==", 1), And((compare(Y, "==", 2), compare(CellRef(Z), "==", X))))))
     assert (values[X], values[Y], values[Z]) == (1, 2, 1)

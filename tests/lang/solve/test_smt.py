@@ -1,4 +1,4 @@
-"""What goes beyond propagation and bounded search: z3."""
+"""z3, for problems that propagation and bounded search leave undecided."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ GRID = [cell(f"s{index}", Integer(1, 9)) for index in range(81)]
 
 
 def total(*factors: int) -> Term:
-    """A sum of integers times factors."""
+    """Return a sum of integers times factors."""
     terms: list[Term] = [calculate(one, "*", factor) for one, factor in zip(UNKNOWN, factors, strict=True)]
     return reduce(lambda left, right: calculate(left, "+", right), terms)
 
@@ -70,14 +70,14 @@ def test_an_empty_sudoku_is_filled_differently_for_each_seed() -> None:
     assert all(holds(constraint.term, one) for constraint in asked.constraints)
 
 
-def test_without_z3_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_hard_problem_without_z3_is_refused_with_the_extra_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(attempt, "find_spec", lambda name: None)
     with pytest.raises(NeedsSolver, match=r"install `seoro\[solver\]`"):
         solve(problem(*EQUATIONS), 0)
 
 
-def test_without_asking_z3_a_hard_problem_is_undecided() -> None:
-    with pytest.raises(Undecided, match="bound them more closely"):
+def test_a_hard_problem_is_undecided_by_search() -> None:
+    with pytest.raises(Undecided, match="narrow their bounds"):
         solve(problem(*EQUATIONS), 0, engine="search")
 
 
@@ -86,7 +86,7 @@ def test_equations_of_integers_are_solved() -> None:
     assert all(holds(what, values) for what in EQUATIONS)
 
 
-def test_the_same_values_each_time() -> None:
+def test_z3_finds_equal_values_each_time() -> None:
     asked = problem(*sudoku(HARD[:40] + "." * 41))
     first = solve(asked, 3, engine="z3").values
     solve(problem(*EQUATIONS), 3, engine="z3")
@@ -150,7 +150,7 @@ def test_models_that_fail_an_opaque_term_are_excluded() -> None:
     assert is_seven(values)
 
 
-def test_a_conflict_that_z3_proves() -> None:
+def test_z3_proves_a_conflict() -> None:
     x, y = cell("x", Integer(1, 10**9)), cell("y", Integer(1, 10**9))
     odd, even = calculate(calculate(x, "*", 2), "+", 1), calculate(y, "*", 4)
     with pytest.raises(Conflict) as raised:

@@ -1,4 +1,4 @@
-"""Traces of scenarios, whole and edited."""
+"""Traces of scenarios, original and edited."""
 
 import json
 from collections.abc import Awaitable, Callable, Sequence
@@ -12,8 +12,8 @@ import pytest
 from seoro.embed import Scenario, accept, load, prepare
 from seoro.embed.options import Options
 from seoro.runtime.accept import Acceptance
-from seoro.runtime.actions import ActionFunction
-from seoro.runtime.modifiers import ModifierFunction
+from seoro.runtime.functions.actions import ActionFunction
+from seoro.runtime.functions.modifiers import ModifierFunction
 
 HEADER = "import osc.types\nimport osc.helpers\n\n"
 Record = dict[str, Any]
@@ -21,7 +21,7 @@ Record = dict[str, Any]
 
 @dataclass
 class Traced:
-    """A scenario, and the trace of a run of it, which may be edited."""
+    """A scenario and an editable trace of its run."""
 
     scenario: Scenario
     records: list[Record] = field(default_factory=list)
@@ -31,7 +31,7 @@ class Traced:
 
     @property
     def broken(self) -> set[str]:
-        """The rules that the trace breaks."""
+        """Rules that the trace breaks."""
         return {violation.rule.title for violation in self.accept().violations}
 
     @property
@@ -44,7 +44,7 @@ class Traced:
     # -------------------------------------------------------- finding and editing
 
     def find(self, kind: str, number: int = 0, **fields: Any) -> Record:
-        """A record by its kind and some of its fields; of several, the one with that number."""
+        """Return a record by kind, fields and number among the matches."""
         return [r for r in self.records if r["kind"] == kind and fields.items() <= r.items()][number]
 
     def start(self, name: str, number: int = 0) -> Record:
@@ -54,12 +54,12 @@ class Traced:
         return self.find("behavior.end", id=self.start(name, number)["id"])
 
     def drop(self, *records: Record) -> None:
-        """Take out records, and close the gap in their numbers."""
+        """Remove records, and close the gap in their numbers."""
         self.records = [record for record in self.records if not any(record is other for other in records)]
         self._number()
 
     def drop_behavior(self, name: str, number: int = 0) -> None:
-        """Take out a behavior with all that belongs to it."""
+        """Remove all records of a behavior."""
         numbers = {self.start(name, number)["id"]}
         for record in self.records:
             if record["kind"] == "behavior.start" and record["parent"] in numbers:
@@ -68,13 +68,13 @@ class Traced:
         self.drop(*mine)
 
     def insert(self, after: Record, **fields: Any) -> None:
-        """Put in a record, at the time of another, after that."""
+        """Insert a record after another, at its time."""
         position = next(index for index, record in enumerate(self.records) if record is after)
         self.records.insert(position + 1, {"seq": 0, "t": after["t"], **fields})
         self._number()
 
     def move(self, record: Record, after: Record) -> None:
-        """Move a record after another, to whose time."""
+        """Move a record after another, at its time."""
         self.records = [other for other in self.records if other is not record]
         position = next(index for index, other in enumerate(self.records) if other is after)
         record["t"] = after["t"]
@@ -82,11 +82,11 @@ class Traced:
         self._number()
 
     def rewrite(self, value: Any, number: int = 0, **fields: Any) -> None:
-        """Let a variable take another value, in both forms."""
+        """Replace the value of a variable, in both forms."""
         self.find("variable", number, **fields).update(value=value, exact=value)
 
     def shift(self, first: Record, by: float) -> None:
-        """Let a record, and all after it, happen later by some seconds."""
+        """Delay a record and all later ones by some seconds."""
         for record in self.records[first["seq"] :]:
             record["t"] += by
             if "duration" in record:
@@ -102,7 +102,7 @@ TraceText = Callable[..., Awaitable[Traced]]
 
 @pytest.fixture
 def trace_text(tmp_path: Path) -> TraceText:
-    """Runs the text of a scenario on the virtual clock, for its trace."""
+    """Return a function that runs the text of a scenario on the virtual clock, and returns its trace."""
 
     async def trace(
         text: str, seed: int = 0, actions: Sequence[ActionFunction | ModifierFunction] = (), **options: Any

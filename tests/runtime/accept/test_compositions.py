@@ -19,10 +19,10 @@ async def test_a_member_starts_in_the_instant_in_which_its_predecessor_ended(tra
     assert traced.broken == set()
     traced.shift(traced.start("b"), 0.5)
     assert "serial" in traced.broken
-    assert "`b` starts at 1.5 s, and not at 1 s" in traced.messages
+    assert "`b` starts at 1.5 s; expected 1 s" in traced.messages
 
 
-async def test_a_member_of_serial_that_is_left_out(trace_text: TraceText) -> None:
+async def test_a_missing_member_of_serial_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(
         "scenario main:\n    do serial:\n        log('a')\n        log('b')\n        log('c')\n"
     )
@@ -30,12 +30,12 @@ async def test_a_member_of_serial_that_is_left_out(trace_text: TraceText) -> Non
     middle = traced.copy()
     middle.drop_behavior("log", 1)
     assert middle.broken == {"serial"}
-    assert "`log` is left out" in middle.messages
+    assert "`log` is missing" in middle.messages
     traced.drop_behavior("log", 2)
-    assert "succeeded before all of it was carried out" in traced.messages
+    assert "succeeded before its content has ended" in traced.messages
 
 
-async def test_members_of_serial_in_another_order(trace_text: TraceText) -> None:
+async def test_members_of_serial_in_another_order_are_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(LOGS)
     first, second = traced.start("log"), traced.start("log", 1)
     first["source"], second["source"] = second["source"], first["source"]
@@ -43,14 +43,14 @@ async def test_members_of_serial_in_another_order(trace_text: TraceText) -> None
     assert "out of order" in traced.messages
 
 
-async def test_a_member_after_one_that_has_failed(trace_text: TraceText) -> None:
+async def test_a_member_after_a_failed_one_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(SERIAL)
     traced.end("a")["status"] = "failed"
     assert "outcome" in traced.broken
     assert "`b` starts after a member has failed" in traced.messages
 
 
-async def test_a_composition_that_fails_though_its_members_succeed(trace_text: TraceText) -> None:
+async def test_a_failure_despite_successful_members_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(
         "scenario main:\n    do serial:\n        serial:\n            log('a')\n        log('b')\n"
     )
@@ -60,37 +60,37 @@ async def test_a_composition_that_fails_though_its_members_succeed(trace_text: T
     traced.find("event", event="end")["event"] = "fail"
     traced.find("run.end")["status"] = "failed"
     assert traced.broken == {"outcome"}
-    assert "it failed, but what it carries out succeeded" in traced.messages
+    assert "it failed, but its content succeeded" in traced.messages
 
 
-async def test_a_behavior_that_the_scenario_does_not_have(trace_text: TraceText) -> None:
+async def test_an_unknown_behavior_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(SERIAL)
     traced.start("b")["source"] = "test.osc:1:1"
     assert "serial" in traced.broken
-    assert "`b` is no member of it" in traced.messages
+    assert "`b` is not a member of it" in traced.messages
 
 
-async def test_a_run_of_another_scenario(trace_text: TraceText) -> None:
+async def test_a_run_of_another_scenario_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text("scenario other:\n    do log('x')\n\nscenario main:\n    do log('x')\n")
     traced.start("main")["name"] = "other"
     assert traced.broken == {"tree"}
 
 
-async def test_a_scenario_that_is_invoked_in_the_place_of_another(trace_text: TraceText) -> None:
+async def test_another_invoked_scenario_is_rejected(trace_text: TraceText) -> None:
     others = "scenario a:\n    do log('x')\n\nscenario b:\n    do log('x')\n\n"
     traced = await trace_text(others + "scenario main:\n    do serial:\n        a()\n        b()\n")
     assert traced.broken == set()
     traced.find("instance", of="a")["of"] = "b"
-    assert "`b` is invoked, and not `a`" in traced.messages
+    assert "`b` is invoked; expected `a`" in traced.messages
 
 
-async def test_a_verdict_that_is_not_that_of_the_scenario(trace_text: TraceText) -> None:
+async def test_a_verdict_that_differs_from_the_scenario_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(SERIAL)
     traced.find("run.end")["status"] = "failed"
     assert traced.broken == {"outcome"}
 
 
-async def test_a_scenario_that_ends_after_its_do(trace_text: TraceText) -> None:
+async def test_a_scenario_that_ends_after_its_do_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(SERIAL)
     traced.shift(traced.find("event", event="end"), 1.0)
     assert traced.broken == {"direct"}
@@ -119,10 +119,10 @@ async def test_members_of_parallel_start_together(trace_text: TraceText) -> None
     for record in (traced.end("b"), traced.find("event", event="b.end")):
         traced.move(record, after=start)
     traced.move(label, after=start)
-    assert "`b` starts at 2 s, and not at 0 s with the others" in traced.messages
+    assert "`b` starts at 2 s; expected 0 s, with the others" in traced.messages
 
 
-async def test_a_parallel_that_forgets_a_member(trace_text: TraceText) -> None:
+async def test_a_missing_member_of_parallel_is_rejected(trace_text: TraceText) -> None:
     traced = await parallel(trace_text, "")
     traced.drop_behavior("b")
     traced.drop(traced.find("event", event="b.start"), traced.find("event", event="b.end"))
@@ -130,16 +130,16 @@ async def test_a_parallel_that_forgets_a_member(trace_text: TraceText) -> None:
     assert "`b` does not start" in traced.messages
 
 
-async def test_a_parallel_that_does_not_wait_for_its_last_member(trace_text: TraceText) -> None:
+async def test_a_parallel_that_ends_before_its_last_member_is_rejected(trace_text: TraceText) -> None:
     traced = await parallel(trace_text, "")
     traced.shift(traced.end("parallel"), 1.0)
     assert "parallel" in traced.broken
 
 
-async def test_a_member_that_goes_on_after_another_has_failed(trace_text: TraceText) -> None:
+async def test_a_member_that_continues_after_a_failure_is_rejected(trace_text: TraceText) -> None:
     traced = await parallel(trace_text, "")
     traced.end("b")["status"] = "failed"
-    assert "`a` goes on after `b` has failed" in traced.messages
+    assert "`a` continues after `b` has failed" in traced.messages
 
 
 @pytest.mark.parametrize(
@@ -154,11 +154,11 @@ async def test_a_member_that_goes_on_after_another_has_failed(trace_text: TraceT
         ("full", "2s", "3s", -2.0),
     ],
 )
-async def test_ends_are_where_the_kind_of_overlap_wants_them(
+async def test_ends_outside_of_the_overlap_are_rejected(
     trace_text: TraceText, overlap: str, a: str, b: str, by: float
 ) -> None:
     traced = await parallel(trace_text, f"overlap: {overlap}", a, b)
-    # The one that is to end earlier ends before the other, whose end moves back.
+    # The earlier end is before the other one, which is delayed.
     late, early = ("b", "a") if by > 0 else ("a", "b")
     if traced.end(early)["seq"] > traced.end(late)["seq"]:
         end, event = traced.end(late), traced.find("event", event=f"{late}.end")
@@ -169,7 +169,7 @@ async def test_ends_are_where_the_kind_of_overlap_wants_them(
     assert "parallel" in traced.broken, traced.messages
 
 
-async def test_offsets_of_starts(trace_text: TraceText) -> None:
+async def test_wrong_offsets_of_starts_are_rejected(trace_text: TraceText) -> None:
     traced = await parallel(trace_text, "start_to_start: 1s")
     assert traced.start("b")["t"] == 1.0
     traced.shift(traced.start("b"), 0.5)
@@ -179,13 +179,13 @@ async def test_offsets_of_starts(trace_text: TraceText) -> None:
     assert "parallel" in negative.broken
 
 
-async def test_offsets_of_ends(trace_text: TraceText) -> None:
+async def test_wrong_offsets_of_ends_are_rejected(trace_text: TraceText) -> None:
     traced = await parallel(trace_text, "end_to_end: -1s")
     traced.shift(traced.end("a"), 1.0)
     assert "parallel" in traced.broken
 
 
-async def test_a_failure_that_no_member_and_no_time_explains(trace_text: TraceText) -> None:
+async def test_a_failure_without_a_cause_is_rejected(trace_text: TraceText) -> None:
     traced = await parallel(trace_text, "overlap: inside")
     traced.end("parallel")["status"] = "failed"
     assert "outcome" in traced.broken
@@ -206,26 +206,26 @@ scenario main:
 """
 
 
-async def test_one_of_goes_on_with_one_member(trace_text: TraceText) -> None:
+async def test_one_of_continues_with_one_member(trace_text: TraceText) -> None:
     traced = await trace_text(ONE_OF)
     assert traced.broken == set(), traced.messages
     traced.end("late")["status"] = "succeeded"
     traced.end("serial", 1)["status"] = "succeeded"
     assert "one_of" in traced.broken
-    assert "goes on, and so does" in traced.messages
+    assert "continues after its guard, but" in traced.messages
 
 
-async def test_a_member_that_runs_on_after_the_decision(trace_text: TraceText) -> None:
+async def test_a_member_that_continues_after_the_decision_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(ONE_OF.replace('log("guarded")', "wait elapsed(1s)"))
     assert traced.broken == set(), traced.messages
     end = next(
         traced.end("wait", number) for number in range(3) if traced.end("wait", number)["status"] == "cancelled"
     )
     traced.move(end, after=next(record for record in traced.records if record["t"] == 2.0))
-    assert "runs on after it was decided" in traced.messages
+    assert "is still running after" in traced.messages
 
 
-async def test_two_members_that_are_invoked(trace_text: TraceText) -> None:
+async def test_two_invoked_members_of_one_of_are_rejected(trace_text: TraceText) -> None:
     traced = await trace_text("scenario main:\n    do one_of:\n        log('a')\n        log('b')\n")
     assert traced.broken == set()
     [ran] = [record for record in traced.records if record["kind"] == "behavior.start" and record["name"] == "log"]
@@ -238,7 +238,7 @@ async def test_two_members_that_are_invoked(trace_text: TraceText) -> None:
     assert "one_of" in traced.broken
 
 
-async def test_no_member_that_is_invoked(trace_text: TraceText) -> None:
+async def test_one_of_without_an_invoked_member_is_rejected(trace_text: TraceText) -> None:
     traced = await trace_text(
         "scenario main:\n    do one_of:\n        wait elapsed(1s)\n        wait elapsed(2s)\n"
     )
@@ -247,7 +247,7 @@ async def test_no_member_that_is_invoked(trace_text: TraceText) -> None:
     assert "does not wait" in traced.messages
 
 
-async def test_a_next_member_though_the_first_has_not_failed(trace_text: TraceText) -> None:
+async def test_a_next_member_without_a_failure_is_rejected(trace_text: TraceText) -> None:
     text = """
 scenario main:
     do one_of:
@@ -289,7 +289,7 @@ scenario main:
 
 
 @pytest.mark.parametrize("first", ["wait @one", "wait elapsed(2s)", "serial:\n            wait elapsed(2s)"])
-async def test_members_of_one_of_that_an_override_keeps_from_starting(trace_text: TraceText, first: str) -> None:
+async def test_members_of_one_of_prevented_by_an_override_are_accepted(trace_text: TraceText, first: str) -> None:
     traced = await trace_text(f"""
 scenario main:
     event one
@@ -304,7 +304,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_a_member_of_one_of_that_is_overridden_decides(trace_text: TraceText) -> None:
+async def test_an_overridden_member_of_one_of_decides(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
     do parallel:
@@ -339,10 +339,10 @@ scenario main:
     assert traced.broken == set(), traced.messages
     traced.move(traced.end("a"), after=traced.find("event", event="b.start"))
     assert operator in traced.broken
-    assert "`a` is cancelled at 0 s, and all of it at 2 s" in traced.messages
+    assert "`a` is cancelled at 0 s, but all of it at 2 s" in traced.messages
 
 
-async def test_what_another_member_is_chosen_over_is_cancelled_then(trace_text: TraceText) -> None:
+async def test_members_are_cancelled_when_another_is_chosen(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
     do parallel:

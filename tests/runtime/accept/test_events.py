@@ -12,7 +12,7 @@ async def accepted(trace_text: TraceText, text: str) -> Traced:
 
 
 def end_later(traced: Traced, name: str, by: float = 1.0) -> None:
-    """Let a behavior, and all after its end, end later."""
+    """Delay the end of a behavior, and all later records."""
     traced.shift(traced.end(name), by)
 
 
@@ -69,7 +69,7 @@ async def test_a_wait_does_not_last_beyond_its_event(trace_text: TraceText, even
     assert "wait" in traced.broken, traced.messages
 
 
-async def test_a_wait_does_not_see_what_its_flow_has_emitted(trace_text: TraceText) -> None:
+async def test_a_wait_does_not_receive_emissions_of_its_own_task(trace_text: TraceText) -> None:
     text = """
 scenario main:
     event go
@@ -89,7 +89,7 @@ scenario main:
     assert "wait" in traced.broken
 
 
-async def test_a_wait_does_not_see_again_what_its_flow_has_consumed(trace_text: TraceText) -> None:
+async def test_a_wait_does_not_receive_a_consumed_occurrence_again(trace_text: TraceText) -> None:
     text = """
 scenario main:
     event go
@@ -113,7 +113,7 @@ scenario main:
     assert "wait" in traced.broken
 
 
-async def test_a_wait_that_goes_on_though_another_flow_has_emitted_in_that_instant(trace_text: TraceText) -> None:
+async def test_a_wait_that_misses_an_emission_of_another_task_is_rejected(trace_text: TraceText) -> None:
     text = """
 scenario main:
     event go
@@ -130,7 +130,7 @@ scenario main:
     assert "wait" in traced.broken
 
 
-async def test_a_wait_that_fails(trace_text: TraceText) -> None:
+async def test_a_failed_wait_is_rejected(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, WAIT.format(event="elapsed(1s)"))
     traced.end("it_waits")["status"] = "failed"
     assert "a `wait` cannot fail" in traced.messages
@@ -210,31 +210,31 @@ scenario main:
 """
 
 
-async def test_what_is_emitted_occurs(trace_text: TraceText) -> None:
+async def test_emitted_events_occur(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, EVENTS)
     traced.drop(traced.find("event", event="ready"))
     assert traced.broken == {"emit"}
 
 
-async def test_what_is_emitted_occurs_with_its_arguments(trace_text: TraceText) -> None:
+async def test_emitted_events_occur_with_their_arguments(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, EVENTS)
     traced.find("event", event="ready").update(exact={"n": 4}, arguments={"n": 4})
     assert {"emit", "event"} <= traced.broken
 
 
-async def test_arguments_are_those_that_are_declared(trace_text: TraceText) -> None:
+async def test_events_have_the_declared_arguments(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, EVENTS)
     traced.find("event", event="ready")["arguments"] = {"m": 3}
-    assert "declared with ['n']" in traced.messages
+    assert "expected ['n']" in traced.messages
 
 
-async def test_what_occurs_is_emitted(trace_text: TraceText) -> None:
+async def test_occurrences_have_an_emission(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, EVENTS)
     event = traced.find("event", event="ready")
     traced.insert(traced.find("event", event="start", of=event["of"]), **event | {"wall": ""})
     traced.records[event["seq"]]["t"] = event["t"]
     assert "event" in traced.broken
-    assert "nothing emits it" in traced.messages
+    assert "without an `emit`" in traced.messages
 
 
 async def test_an_event_occurs_once_in_an_instant(trace_text: TraceText) -> None:
@@ -252,7 +252,7 @@ async def test_labels_and_scenarios_have_their_events(trace_text: TraceText, nam
     assert f"`{name}` does not occur" in traced.messages
 
 
-async def test_an_end_that_is_a_failure(trace_text: TraceText) -> None:
+async def test_a_fail_event_of_a_success_is_rejected(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, EVENTS)
     traced.find("event", event="a.end")["event"] = "a.fail"
     assert traced.broken == {"event"}
@@ -275,16 +275,16 @@ scenario main:
     failed.end("inner")["status"] = "failed"
     assert "emit" in failed.broken
     traced.shift(traced.end("wait"), 2.0)
-    assert "its scenario goes on until 3 s" in traced.messages
+    assert "its scenario continues until 3 s" in traced.messages
 
 
 async def test_emit_takes_no_time(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, EVENTS)
     traced.shift(traced.end("emit"), 1.0)
-    assert "it takes 1 s, and should take no time" in traced.messages
+    assert "it takes 1 s; expected no time" in traced.messages
 
 
-async def test_a_derived_event_occurs_with_what_it_is_derived_from(trace_text: TraceText) -> None:
+async def test_a_derived_event_occurs_with_its_source(trace_text: TraceText) -> None:
     text = """
 scenario main:
     event go
@@ -300,9 +300,9 @@ scenario main:
     assert derived["derived"]
     moved, elsewhere = traced.copy(), traced.copy()
     moved.move(moved.find("event", event="again"), after=moved.start("parallel"))
-    assert "what it is declared to be does not" in moved.messages
+    assert "its source does not" in moved.messages
     elsewhere.find("event", event="again")["event"] = "go"
-    assert "neither is emitted nor declared" in elsewhere.messages
+    assert "is neither emitted nor derived" in elsewhere.messages
 
 
 # ---------------------------------------------------------------- on, sample
@@ -326,7 +326,7 @@ async def test_on_reacts_to_each_occurrence(trace_text: TraceText) -> None:
     answer = next(r for r in traced.records if r["kind"] == "behavior.start" and "/on[" in r["path"])
     traced.drop(answer, traced.find("behavior.end", id=answer["id"]), traced.find("event", event="answer"))
     assert traced.broken == {"on"}
-    assert "it reacts not at 1 s, and its event occurs once" in traced.messages
+    assert "it reacts not at 1 s, but its event occurs once" in traced.messages
 
 
 async def test_on_does_not_react_without_an_occurrence(trace_text: TraceText) -> None:
@@ -370,7 +370,7 @@ async def test_a_sampled_variable_takes_its_value_at_its_event(trace_text: Trace
     assert traced.broken == {"sample"}
 
 
-async def test_a_variable_is_sampled_no_more_when_its_scenario_has_ended_and_holds(trace_text: TraceText) -> None:
+async def test_a_held_scenario_samples_no_more_variables(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
     var taken: int = sample(taken + 1, every(0.7s), 0)
@@ -392,9 +392,7 @@ scenario main:
 @pytest.mark.parametrize(
     "event", ["@e as x if x.k > 0", "@e as x if true", "@f as x if x.k > 0"], ids=["condition", "name", "several"]
 )
-async def test_a_variable_is_sampled_from_the_occurrence_that_has_a_name(
-    event: str, trace_text: TraceText
-) -> None:
+async def test_a_variable_is_sampled_from_the_named_occurrence(event: str, trace_text: TraceText) -> None:
     traced = await accepted(
         trace_text,
         f"""
@@ -415,7 +413,7 @@ scenario main:
 
 
 @pytest.mark.parametrize("listener", ["wait @d", "wait @later", "slow() with:\n            until @d"])
-async def test_a_derived_event_that_ends_something_is_in_the_trace(listener: str, trace_text: TraceText) -> None:
+async def test_a_derived_event_that_ends_a_behavior_is_in_the_trace(listener: str, trace_text: TraceText) -> None:
     traced = await accepted(
         trace_text,
         f"""

@@ -97,7 +97,7 @@ async def test_edited_effects_are_rejected(trace_text: TraceText, rule: str, edi
     assert rule in traced.broken
 
 
-async def test_what_is_cut_in_its_instant_may_have_had_its_effect(trace_text: TraceText) -> None:
+async def test_an_action_cancelled_in_its_instant_may_have_an_effect(trace_text: TraceText) -> None:
     traced = await trace_text(
         """
 scenario main:

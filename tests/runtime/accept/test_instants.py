@@ -1,11 +1,11 @@
-"""What may happen within one instant, and whatever else correct traces hold that is easily taken for wrong."""
+"""Events within one instant, and other correct traces that look wrong."""
 
 import pytest
 
 from tests.runtime.accept.conftest import TraceText
 
 
-async def test_what_is_ended_before_it_begins_has_no_end(trace_text: TraceText) -> None:
+async def test_a_behavior_cancelled_before_its_start_has_no_end_event(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
     do wait elapsed(1s)
@@ -26,7 +26,7 @@ scenario main:
 
 @pytest.mark.parametrize("condition", ["rise(a.n > 0)", "a.n > 0"])
 @pytest.mark.parametrize("is_first", [True, False])
-async def test_what_is_invoked_in_the_round_of_a_wait_is_there_in_the_next_one(
+async def test_an_instance_invoked_in_the_cycle_of_a_wait_exists_in_the_next_one(
     trace_text: TraceText, condition: str, is_first: bool
 ) -> None:
     members = ["a: worker(2)", f"wait {condition}"]
@@ -45,7 +45,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_a_condition_does_not_rise_later_than_its_label_is_there(
+async def test_a_condition_rises_at_the_start_of_its_label(
     trace_text: TraceText,
 ) -> None:
     traced = await trace_text("""
@@ -69,7 +69,9 @@ scenario main:
 
 
 @pytest.mark.parametrize("modifiers", ["inverter()", "retry(2)", "repeat(2)", "inverter(), timeout(5s)"])
-async def test_members_of_parallel_see_each_other_within_modifiers(trace_text: TraceText, modifiers: str) -> None:
+async def test_members_of_parallel_receive_events_of_each_other_within_modifiers(
+    trace_text: TraceText, modifiers: str
+) -> None:
     lines = "\n".join(f"            {modifier}" for modifier in modifiers.split(", "))
     traced = await trace_text(f"""
 scenario main:
@@ -112,7 +114,7 @@ async def test_a_derived_event_of_a_label_has_the_context_of_its_use(trace_text:
     assert "sample" in moved.broken
 
 
-async def test_a_time_that_has_passed_before_a_label_is_there(trace_text: TraceText) -> None:
+async def test_a_time_from_before_the_start_of_a_label_counts(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
     event late is elapsed(1s)
@@ -128,7 +130,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_the_next_attempt_of_a_parallel_does_not_see_what_ended_the_one_before(
+async def test_the_next_attempt_of_a_parallel_does_not_receive_the_end_of_the_last(
     trace_text: TraceText,
 ) -> None:
     traced = await trace_text("""
@@ -157,7 +159,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_what_is_overridden_and_held_samples_no_more(trace_text: TraceText) -> None:
+async def test_an_overridden_held_behavior_samples_no_more(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
     var ticks: int = sample(ticks + 1, every(0.5s), 0)
@@ -178,7 +180,7 @@ scenario main:
     assert traced.broken == {"sample"}
 
 
-async def test_what_is_sampled_together_with_what_a_condition_reads(trace_text: TraceText) -> None:
+async def test_a_sample_and_a_variable_of_a_condition_change_in_one_cycle(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
     event go
@@ -199,7 +201,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_what_is_ended_before_it_begins_may_be_carried_out_again(trace_text: TraceText) -> None:
+async def test_a_behavior_cancelled_before_its_start_may_be_repeated(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
     do wait elapsed(1s)
@@ -224,7 +226,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_an_attempt_sees_what_occurs_in_it_though_the_one_before_met_the_like(trace_text: TraceText) -> None:
+async def test_an_attempt_receives_its_own_occurrences_after_similar_ones(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
     event told
@@ -243,7 +245,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_an_attempt_sees_the_start_of_a_member_that_an_earlier_one_had_too(trace_text: TraceText) -> None:
+async def test_an_attempt_receives_the_start_of_its_own_member(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
     do serial:

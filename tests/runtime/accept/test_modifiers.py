@@ -29,26 +29,26 @@ async def test_repeat_makes_all_its_attempts(trace_text: TraceText) -> None:
     traced = await modified(trace_text, "repeat(3)")
     traced.drop(traced.find("attempt.start", 2), traced.find("attempt.end", 2), traced.find("instance", 3))
     assert traced.broken == {"modifier"}
-    assert "ends after 2 attempts of 3" in traced.messages
+    assert "ends after 2 attempts; expected 3" in traced.messages
 
 
 async def test_repeat_makes_no_more_than_its_attempts(trace_text: TraceText) -> None:
     traced = await modified(trace_text, "repeat(3)")
     traced.find("behavior.start", type="modifier")["arguments"]["count"] = 2
-    assert "makes 3 attempts of 2" in traced.messages
-    assert "`count` has not the value that is given to the modifier" in traced.messages
+    assert "makes 3 attempts; expected 2" in traced.messages
+    assert "`count` differs from the argument of the modifier" in traced.messages
 
 
 async def test_repeat_ends_with_a_failure(trace_text: TraceText) -> None:
     traced = await modified(trace_text, "repeat(3)")
     traced.find("attempt.end", 0)["status"] = "failed"
-    assert "goes on after an attempt that failed" in traced.messages
+    assert "continues after an attempt that failed" in traced.messages
 
 
 async def test_retry_ends_with_a_success(trace_text: TraceText) -> None:
     traced = await modified(trace_text, "retry(3)", right=2)
     traced.find("attempt.end", 1)["status"] = "succeeded"
-    assert "goes on after an attempt that succeeded" in traced.messages
+    assert "continues after an attempt that succeeded" in traced.messages
 
 
 async def test_attempts_follow_each_other_at_once(trace_text: TraceText) -> None:
@@ -63,7 +63,9 @@ async def test_attempts_follow_each_other_at_once(trace_text: TraceText) -> None
 @pytest.mark.parametrize(
     "name", ["inverter()", "failure_is_success()", "success_is_failure()", "timeout(1s)", "running_is_failure()"]
 )
-async def test_ends_follow_from_what_is_modified(trace_text: TraceText, name: str, right: int) -> None:
+async def test_the_outcome_of_a_modifier_follows_from_its_behavior(
+    trace_text: TraceText, name: str, right: int
+) -> None:
     traced = await modified(trace_text, name, right)
     end = modifier_end(traced)
     end["status"] = "failed" if end["status"] == "succeeded" else "succeeded"
@@ -88,7 +90,7 @@ scenario main:
         assert "modifier" in moved.broken, by
 
 
-async def test_running_for_ever_has_no_end(trace_text: TraceText) -> None:
+async def test_the_end_of_run_forever_is_rejected(trace_text: TraceText) -> None:
     text = """
 scenario main:
     do parallel(overlap: inside):
@@ -104,7 +106,7 @@ scenario main:
     assert "modifier" in traced.broken
 
 
-async def test_a_modifier_that_is_left_out(trace_text: TraceText) -> None:
+async def test_a_missing_modifier_is_rejected(trace_text: TraceText) -> None:
     traced = await modified(trace_text, "inverter()", right=2)
     start = traced.find("behavior.start", type="modifier")
     traced.drop(
@@ -116,7 +118,7 @@ async def test_a_modifier_that_is_left_out(trace_text: TraceText) -> None:
     assert "modifier" in traced.broken
 
 
-async def test_what_libraries_do_is_told_as_not_checked(trace_text: TraceText, tmp_path: object) -> None:
+async def test_effects_of_libraries_are_reported_as_unchecked(trace_text: TraceText, tmp_path: object) -> None:
     @modifier("twice")
     async def twice(ctx: ModifierContext, child: Child) -> Outcome:
         await child.run()
@@ -128,7 +130,7 @@ async def test_what_libraries_do_is_told_as_not_checked(trace_text: TraceText, t
     traced = await trace_text(text, actions=[twice])
     assert traced.broken == set(), traced.messages
     [unchecked] = traced.accept().unchecked
-    assert unchecked.reason == "`twice` is carried out by Python, whose rules are not known"
+    assert unchecked.reason == "`twice` is implemented in Python with unknown rules"
 
 
 # ---------------------------------------------------------------- override
@@ -147,7 +149,7 @@ scenario main:
 """
 
 
-async def test_what_is_overridden_ends_when_the_other_starts(trace_text: TraceText) -> None:
+async def test_an_overridden_behavior_ends_when_the_other_starts(trace_text: TraceText) -> None:
     traced = await trace_text(OVERRIDE)
     assert traced.broken == set(), traced.messages
     assert traced.end("a")["t"] == 1.0
@@ -165,7 +167,7 @@ async def test_what_is_overridden_ends_when_the_other_starts(trace_text: TraceTe
     assert "override" in traced.broken
 
 
-async def test_what_is_overridden_may_have_ended_too_early_for_the_others(trace_text: TraceText) -> None:
+async def test_an_overridden_behavior_may_end_too_early_for_the_overlap(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
     do parallel(overlap: initial, start_to_start: -1s):
@@ -181,7 +183,7 @@ scenario main:
 
 
 @pytest.mark.parametrize(("overlap", "status"), [("", "passed"), ("(overlap: final)", "failed")])
-async def test_what_is_overridden_before_its_start_counts_as_ended(
+async def test_a_behavior_overridden_before_its_start_counts_as_ended(
     trace_text: TraceText, overlap: str, status: str
 ) -> None:
     traced = await trace_text(f"""
@@ -199,7 +201,7 @@ scenario main:
 @pytest.mark.parametrize(
     "modifiers", ["repeat(2)", "retry(2), inverter()", "inverter(), repeat(2), inverter(), inverter()"]
 )
-async def test_an_attempt_does_not_see_what_ended_the_one_before(trace_text: TraceText, modifiers: str) -> None:
+async def test_an_attempt_does_not_receive_the_end_of_the_last(trace_text: TraceText, modifiers: str) -> None:
     lines = "\n".join(f"            {modifier}" for modifier in modifiers.split(", "))
     traced = await trace_text(f"""
 scenario main:
@@ -246,7 +248,7 @@ scenario main:
         ("timeout(1s)", "duration: [2s..3s]", 2.0),
     ],
 )
-async def test_what_is_overridden_has_not_failed(
+async def test_an_overridden_behavior_has_not_failed(
     trace_text: TraceText, own: str, duration: str, end: float
 ) -> None:
     traced = await trace_text(OVERRIDDEN.format(own=own, duration=duration))
@@ -260,7 +262,7 @@ async def test_what_is_overridden_has_not_failed(
         assert "modifier" in traced.broken
 
 
-async def test_an_override_holds_as_long_as_what_it_modifies_runs_and_not_as_that_is_held(
+async def test_an_override_holds_while_its_behavior_runs_but_not_while_it_is_held(
     trace_text: TraceText,
 ) -> None:
     traced = await trace_text("""
@@ -282,7 +284,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_what_is_overridden_does_not_start_while_the_other_is_active(trace_text: TraceText) -> None:
+async def test_an_overridden_behavior_does_not_start_while_the_other_is_active(trace_text: TraceText) -> None:
     text = """
 scenario main:
     do parallel:
@@ -305,7 +307,7 @@ scenario main:
     assert started.broken == {"override"}
 
 
-async def test_a_member_that_was_kept_from_starting_need_not_overlap_the_others(trace_text: TraceText) -> None:
+async def test_a_member_prevented_from_starting_need_not_overlap(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
     event never
@@ -321,7 +323,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_a_member_that_was_overridden_does_not_run_on_when_others_end(trace_text: TraceText) -> None:
+async def test_an_overridden_member_has_ended_when_others_end(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario main:
     do serial:
@@ -339,7 +341,7 @@ scenario main:
     assert traced.broken == set(), traced.messages
 
 
-async def test_an_override_of_what_is_ended_at_its_start_does_not_hold(trace_text: TraceText) -> None:
+async def test_an_override_of_a_behavior_cancelled_at_its_start_does_not_hold(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
     do wait elapsed(2s)
@@ -371,7 +373,7 @@ scenario main:
 """
 
 
-async def test_what_is_cancelled_may_clean_up(trace_text: TraceText) -> None:
+async def test_cancelled_actions_may_clean_up(trace_text: TraceText) -> None:
     @action("linger", open_ended=True)
     async def linger(ctx: ActionContext) -> None:
         try:

@@ -1,4 +1,4 @@
-"""Structs and actors: what they sample."""
+"""Sampled variables of structs and actors."""
 
 import pytest
 
@@ -30,50 +30,50 @@ async def traced(trace_text: TraceText) -> Traced:
     return found
 
 
-async def test_a_struct_samples_from_the_start_of_the_scenario_that_held_it_first(traced: Traced) -> None:
+async def test_a_struct_samples_from_the_start_of_its_first_scenario(traced: Traced) -> None:
     changes = [(record["t"], record["path"]) for record in traced.records if record["kind"] == "variable"]
     assert changes == [(t, f"p.{side}.ticks") for t in (0.5, 1.5) for side in ("left", "right")]
 
 
-async def test_a_sample_of_a_struct_that_is_left_out(traced: Traced) -> None:
+async def test_a_missing_sample_of_a_struct_is_rejected(traced: Traced) -> None:
     traced.drop(traced.find("variable", 2))
     assert traced.broken == {"sample"}
-    assert "it reacts not at 1.5 s, and its event occurs once" in traced.messages
+    assert "it reacts not at 1.5 s, but its event occurs once" in traced.messages
 
 
-async def test_a_sample_of_a_struct_with_another_value(traced: Traced) -> None:
+async def test_a_wrong_sample_of_a_struct_is_rejected(traced: Traced) -> None:
     traced.rewrite(5, 3)
     assert traced.broken == {"sample"}
 
 
-async def test_a_sample_of_a_struct_at_another_time(traced: Traced) -> None:
+async def test_a_sample_of_a_struct_at_another_time_is_rejected(traced: Traced) -> None:
     traced.move(traced.find("variable", 1), after=traced.start("worker"))
     assert "sample" in traced.broken
 
 
-async def test_an_event_of_a_struct_at_another_time(traced: Traced) -> None:
+async def test_an_event_of_a_struct_at_another_time_is_rejected(traced: Traced) -> None:
     traced.move(traced.find("event", event="tick"), after=traced.start("worker"))
     assert traced.broken == {"event"}
 
 
-async def test_an_event_of_a_struct_that_someone_hears_occurs_once(traced: Traced) -> None:
+async def test_an_event_of_a_struct_with_subscribers_occurs_once(traced: Traced) -> None:
     tick = traced.find("event", event="tick")
     twice = traced.copy()
     twice.insert(twice.find("event", event="tick"), **{**tick, "seq": 0})
     assert twice.broken == {"event"}
     traced.drop(tick)
     assert traced.broken == {"event"}
-    assert "`tick` does not occur at 0.5 s, where someone who listens hears it" in traced.messages
+    assert "`tick` does not occur at 0.5 s, when a subscriber receives it" in traced.messages
 
 
-async def test_what_holds_a_struct_from_the_start_of_the_run_on(trace_text: TraceText) -> None:
+async def test_a_struct_of_the_entry_scenario_samples_from_the_start_of_the_run(trace_text: TraceText) -> None:
     traced = await trace_text(METER.replace("wait elapsed(0.25s)", "log(1)"))
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     traced.drop(traced.find("variable", 2))
     assert traced.broken == {"sample"}
 
 
-async def test_a_struct_that_a_modifier_has_before_its_scenario_is_not_decided(trace_text: TraceText) -> None:
+async def test_samples_of_a_struct_held_first_by_a_modifier_are_undecided(trace_text: TraceText) -> None:
     traced = await trace_text("""
 struct meter:
     event tick is every(1s)
@@ -90,6 +90,8 @@ scenario main:
         careful()
 """)
     assert traced.broken == set(), traced.messages
-    assert "which scenario held a `meter` first is not told" in {each.reason for each in traced.accept().unchecked}
+    assert "the trace does not show which scenario held a `meter` first" in {
+        each.reason for each in traced.accept().unchecked
+    }
     traced.drop(traced.find("variable"))
     assert traced.broken == set()

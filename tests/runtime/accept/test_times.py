@@ -1,4 +1,4 @@
-"""Constraints on times, and what modifiers, structs and actors do by themselves."""
+"""Constraints on times, and reactions of modifiers, structs and actors."""
 
 import pytest
 
@@ -9,7 +9,7 @@ WITHIN = NAP + "scenario main:\n    do {behavior}\n    with:\n        keep({cond
 
 
 def end_at(traced: Traced, behaviors: list[tuple[str, int]], by: float) -> None:
-    """Let behaviors, and the run, end later by some seconds."""
+    """Delay the ends of behaviors and of the run by some seconds."""
     first = min((traced.end(*each) for each in behaviors), key=lambda record: record["seq"])
     traced.shift(first, by)
 
@@ -22,32 +22,38 @@ def start_of(behavior: str) -> str:
     "condition", ["it.duration >= 5s", "it.duration in [5s..9s]", "it.duration.lower() == 5s"]
 )
 @pytest.mark.parametrize("behavior", ["serial", "one_of"])
-async def test_what_is_to_last_longer_ends_in_time(trace_text: TraceText, behavior: str, condition: str) -> None:
+async def test_a_behavior_with_a_lower_bound_that_ends_early_is_rejected(
+    trace_text: TraceText, behavior: str, condition: str
+) -> None:
     traced = await trace_text(WITHIN.format(behavior=start_of(behavior), condition=condition))
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     end_at(traced, [(behavior, 0)], -1)
     assert traced.broken == {"duration"}
-    assert "it lasts 4 s, and should at least 5 s" in traced.messages
+    assert "it lasts 4 s; expected at least 5 s" in traced.messages
 
 
 @pytest.mark.parametrize(
     ("condition", "most"),
     [("it.duration <= 1.5s", 1.5), ("it.duration < 1.5s", 1.499999999), ("not (it.duration.upper() > 1.5s)", 1.5)],
 )
-async def test_what_lasts_too_long_fails_in_time(trace_text: TraceText, condition: str, most: float) -> None:
+async def test_a_behavior_that_lasts_too_long_must_fail_in_time(
+    trace_text: TraceText, condition: str, most: float
+) -> None:
     traced = await trace_text(WITHIN.format(behavior=start_of("serial"), condition=condition))
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     assert traced.end("serial")["t"] == most
     late = traced.copy()
     late.shift(late.end("wait"), 0.25)
-    assert "it lasts 1.75 s, and should at most 1.5 s" in late.messages
+    assert "it lasts 1.75 s; expected at most 1.5 s" in late.messages
     early = traced.copy()
     early.shift(early.end("wait"), -0.25)
     assert "duration" in early.broken
-    assert "it failed at 1.25 s, with nothing that has failed, and may last until 1.5 s" in early.messages
+    assert (
+        "it failed at 1.25 s, but none of its content has failed; expected to last until 1.5 s" in early.messages
+    )
 
 
-async def test_constraints_of_modifiers_with_values_of_theirs_and_of_what_they_modify(
+async def test_constraints_of_modifiers_with_own_values_and_the_duration_are_checked(
     trace_text: TraceText,
 ) -> None:
     traced = await trace_text(f"""{NAP}
@@ -62,10 +68,10 @@ scenario main:
 """)
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     traced.shift(traced.end("longer"), -0.5)
-    assert "it lasts 2.5 s, and should at least 3 s" in traced.messages
+    assert "it lasts 2.5 s; expected at least 3 s" in traced.messages
 
 
-async def test_constraints_that_compute_with_times_are_told_as_not_checked(trace_text: TraceText) -> None:
+async def test_constraints_that_compute_with_times_are_reported_as_unchecked(trace_text: TraceText) -> None:
     traced = await trace_text(
         WITHIN.format(
             behavior="serial:\n        nap(2s)\n        nap(1s)", condition="it.duration.lower() - 1s > 3s"
@@ -77,7 +83,7 @@ async def test_constraints_that_compute_with_times_are_told_as_not_checked(trace
     traced.shift(traced.end("serial"), -0.5)
     assert traced.broken == set()
     traced.drop_behavior("nap", 1)
-    assert "it did not go on at 2 s" in traced.messages, "all else is checked"
+    assert "it stopped at 2 s" in traced.messages, "all else is checked"
 
 
 @pytest.mark.parametrize(
@@ -85,10 +91,12 @@ async def test_constraints_that_compute_with_times_are_told_as_not_checked(trace
     [
         ("it.start_to_start == 1s", "`b` starts 1.5 s after the primary member"),
         ("it.start_to_start in [0.5s..1s]", "`b` starts"),
-        ("it.overlap == start", "`b` starts at 0.5 s, and not at 0 s"),
+        ("it.overlap == start", "`b` starts at 0.5 s; expected 0 s"),
     ],
 )
-async def test_constraints_on_how_members_lie(trace_text: TraceText, condition: str, message: str) -> None:
+async def test_violated_constraints_on_overlaps_are_rejected(
+    trace_text: TraceText, condition: str, message: str
+) -> None:
     members = "parallel:\n        a: nap(4s)\n        b: nap(2s)"
     traced = await trace_text(WITHIN.format(behavior=members, condition=condition))
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
@@ -97,18 +105,18 @@ async def test_constraints_on_how_members_lie(trace_text: TraceText, condition: 
     assert message in traced.messages
 
 
-async def test_an_offset_of_ends_that_is_not_kept(trace_text: TraceText) -> None:
+async def test_a_violated_offset_of_ends_is_rejected(trace_text: TraceText) -> None:
     members = "parallel:\n        a: nap(4s)\n        b: nap(3s)"
     traced = await trace_text(WITHIN.format(behavior=members, condition="it.end_to_end in [-1s..1s]"))
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     traced.shift(traced.end("a"), 0.5)
-    assert "`b` ended before the primary member, which ran on" in traced.messages
+    assert "`b` ended before the primary member, which was still running" in traced.messages
 
 
 # ---------------------------------------------------------------- reactions at an end
 
 
-async def test_a_reaction_to_an_end_that_comes_from_around(trace_text: TraceText) -> None:
+async def test_a_reaction_to_an_end_from_an_outer_behavior_is_checked(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario watched:
     event told
@@ -129,20 +137,20 @@ scenario main:
     assert "does not occur when it is emitted" in silent.messages
     alone = traced.copy()
     alone.drop_behavior("emit")
-    assert "`told` occurs at 1 s, and nothing emits it" in alone.messages
+    assert "`told` occurs at 1 s without an `emit`" in alone.messages
     traced.shift(traced.end("wait", 1), 0.5)
     assert "wait" in traced.broken, "all else is checked"
 
 
-async def test_the_end_of_what_an_until_ends_occurs(trace_text: TraceText) -> None:
+async def test_a_behavior_ended_by_until_has_an_end_event(trace_text: TraceText) -> None:
     traced = await trace_text(f"{NAP}scenario main:\n    do nap(5s) with:\n        until elapsed(1s)\n")
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     traced.drop(traced.find("event", event="end"))
-    assert "it succeeded, and neither `end` nor `fail` occurs" in traced.messages
+    assert "it succeeded, but neither `end` nor `fail` occurs" in traced.messages
 
 
 @pytest.mark.parametrize("condition", ["level > 1", "rise(level > 1)", "fall(level < 2)"])
-async def test_an_event_that_is_a_condition_occurs_when_that_holds(trace_text: TraceText, condition: str) -> None:
+async def test_an_event_of_a_condition_occurs_when_it_holds(trace_text: TraceText, condition: str) -> None:
     traced = await trace_text(f"""
 actor tank:
     var level: int = 0
@@ -160,14 +168,14 @@ scenario main:
 """)
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     traced.move(traced.find("event", event="full"), traced.end("wait", 1))
-    assert "`full` occurs at 1 s, and its condition has another value" in traced.messages
+    assert "`full` occurs at 1 s, but its condition does not hold" in traced.messages
 
 
 @pytest.mark.parametrize(
     "listener", ["wait @r.close", "until @r.close", "on @r.close:\n        call r.size()", "@shown"]
 )
 @pytest.mark.parametrize("condition", ["elapsed(2s)", "every(5s, offset: 2s)", "elapsed([1.5s..2.5s])"])
-async def test_a_derived_event_occurs_when_someone_hears_it(
+async def test_a_derived_event_occurs_with_a_subscriber_only(
     trace_text: TraceText, condition: str, listener: str
 ) -> None:
     text = f"""
@@ -193,7 +201,7 @@ scenario main:
     assert event["derived"]
     traced.move(event, traced.find("behavior.start", 1))
     assert traced.broken == {"event"}
-    assert "`close` occurs at 0 s, and nobody who listens hears it then" in traced.messages
+    assert "`close` occurs at 0 s, but no subscriber receives it then" in traced.messages
 
 
 # ---------------------------------------------------------------- modifiers that react, and those of actors
@@ -210,9 +218,7 @@ modifier {of}guard:
 
 
 @pytest.mark.parametrize(("phase", "other"), [("end", "failed"), ("fail", "succeeded")])
-async def test_a_modifier_ends_what_it_modifies_only_when_it_says_so(
-    trace_text: TraceText, phase: str, other: str
-) -> None:
+async def test_an_end_by_a_modifier_needs_its_emit(trace_text: TraceText, phase: str, other: str) -> None:
     traced = await trace_text(f"""{GUARD.format(of="", phase=phase)}
 scenario main:
     do serial:
@@ -224,13 +230,13 @@ scenario main:
     assert {each.rule.title for each in traced.accept().unchecked} == {"modifier"}
     early = traced.copy()
     early.drop_behavior("emit", 1)
-    assert "before all of it was carried out" in early.messages
+    assert "before its content has ended" in early.messages
     traced.end("guard")["status"] = other
     traced.end("serial")["status"] = other
-    assert f"`guard` {other}, and ends itself otherwise" in traced.messages
+    assert f"`guard` {other}, but its own `emit` ends it otherwise" in traced.messages
 
 
-async def test_what_a_modifier_of_an_actor_modifies_is_checked(trace_text: TraceText) -> None:
+async def test_behaviors_with_a_modifier_of_an_actor_are_checked(trace_text: TraceText) -> None:
     traced = await trace_text(f"""{GUARD.format(of="cat.", phase="end")}
 actor cat:
     guard()
@@ -250,10 +256,10 @@ scenario main:
     late.shift(late.end("wait"), 0.5)
     assert "wait" in late.broken
     traced.drop_behavior("emit", 1)
-    assert "before all of it was carried out" in traced.messages
+    assert "before its content has ended" in traced.messages
 
 
-async def test_a_limit_that_an_actor_sets_is_checked(trace_text: TraceText) -> None:
+async def test_a_limit_of_an_actor_is_checked(trace_text: TraceText) -> None:
     traced = await trace_text("""
 struct battery:
     life: time
@@ -266,4 +272,4 @@ scenario main:
 """)
     assert traced.broken == set(), traced.messages
     traced.shift(traced.end("wait"), 1)
-    assert "what it modifies lasts longer than 2 s" in traced.messages
+    assert "the behavior lasts longer than 2 s" in traced.messages

@@ -34,14 +34,14 @@ scenario main:
 """
 
 
-async def test_arguments_are_what_the_invocation_says(trace_text: TraceText) -> None:
+async def test_arguments_equal_those_of_the_invocation(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, INVOKED)
     traced.find("instance", of="inner")["values"]["n"] = 0
     assert traced.broken == {"value"}
-    assert "`n` has the value 0, and should have" in traced.messages
+    assert "`n` has the value 0; expected" in traced.messages
 
 
-async def test_constraints_of_what_is_invoked_hold(trace_text: TraceText) -> None:
+async def test_constraints_of_the_invoked_scenario_hold(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, INVOKED)
     traced.find("instance", of="inner")["values"]["limit"] = 1
     assert traced.broken == {"constraint"}
@@ -69,13 +69,13 @@ async def test_constraints_of_the_run_hold(trace_text: TraceText) -> None:
     assert traced.broken == {"constraint"}
 
 
-async def test_the_run_has_the_values_that_its_start_tells(trace_text: TraceText) -> None:
+async def test_the_run_has_the_values_of_its_start_record(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, INVOKED)
     traced.find("run.start")["parameters"]["n"] = 9
     assert traced.broken == {"value"}
 
 
-async def test_what_is_set_from_outside_holds(trace_text: TraceText) -> None:
+async def test_overrides_of_the_run_hold(trace_text: TraceText) -> None:
     traced = await trace_text("scenario main:\n    n: int = 3\n    do log('x')\n", overrides={"n": "5"})
     assert traced.broken == set()
     assert traced.find("run.start")["overrides"] == {"n": "5"}
@@ -94,26 +94,26 @@ async def test_values_are_of_their_types(trace_text: TraceText, name: str, value
     assert "value" in traced.broken
 
 
-async def test_a_value_that_is_missing(trace_text: TraceText) -> None:
+async def test_a_missing_value_is_rejected(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, INVOKED)
     del traced.find("instance", of="inner")["values"]["c"]
     assert "`c` has no value" in traced.messages
 
 
-async def test_defaults_that_nothing_overrides(trace_text: TraceText) -> None:
+async def test_a_value_that_differs_from_its_default_is_rejected(trace_text: TraceText) -> None:
     text = "scenario inner:\n    n: int = 3\n    do log('x')\n\nscenario main:\n    do inner()\n"
     traced = await accepted(trace_text, text)
     traced.find("instance", of="inner")["values"]["n"] = 4
     assert traced.broken == {"value"}
 
 
-async def test_values_that_cannot_be_read(trace_text: TraceText) -> None:
+async def test_invalid_values_are_rejected(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, INVOKED)
     traced.find("instance", of="inner")["values"]["p"] = {"object": 999}
     assert "structure" in traced.broken
 
 
-async def test_a_default_constraint_that_does_not_hold_is_not_decided(trace_text: TraceText) -> None:
+async def test_a_violated_default_constraint_is_undecided(trace_text: TraceText) -> None:
     text = """
 scenario inner:
     n: int
@@ -148,22 +148,22 @@ scenario main:
 """
 
 
-async def test_variables_change_while_what_changes_them_runs(trace_text: TraceText) -> None:
+async def test_variables_change_while_their_action_runs(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, VARIABLES)
     traced.move(traced.find("variable", field="n"), after=traced.end("wait", 1))
     assert "variable" in traced.broken
 
 
-async def test_variables_are_changed_by_what_they_are_given_to(trace_text: TraceText) -> None:
+async def test_variables_are_changed_by_actions_with_them_as_arguments_only(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, VARIABLES)
     traced.find("variable", field="n")["field"] = "other"
-    assert "`other` is changed by `increment`, which it is not given to" in traced.messages
+    assert "`other` is changed by `increment`, which does not have it as an argument" in traced.messages
 
 
 async def test_parameters_do_not_change(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, VARIABLES)
     traced.find("variable", field="inside")["field"] = "fixed"
-    assert "`fixed` changes, and is no variable" in traced.messages
+    assert "`fixed` changes, but is not a variable" in traced.messages
 
 
 async def test_variables_hold_values_of_their_types(trace_text: TraceText) -> None:
@@ -172,7 +172,7 @@ async def test_variables_hold_values_of_their_types(trace_text: TraceText) -> No
     assert traced.broken == {"variable", "action"}
 
 
-async def test_a_condition_sees_the_changes_of_its_variables(trace_text: TraceText) -> None:
+async def test_a_condition_uses_the_changes_of_its_variables(trace_text: TraceText) -> None:
     traced = await accepted(trace_text, VARIABLES)
     traced.rewrite(0, field="n")
     assert traced.broken == {"wait", "action"}

@@ -12,8 +12,8 @@ from sim_nodes.faults.check import Observation, SensorCheck
 from sim_nodes.faults.devices import sensor_check
 from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
-from sim_nodes.sensors.feed import Feed
 from sim_nodes.sensors.sensor import Values
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 
 BEAMS = 90
 
@@ -25,7 +25,7 @@ class Reading:
 
 
 class Ruler:
-    """Measures lengths from 1 to 3 m, of which every tenth is out of sight, with noise of its own."""
+    """Measures lengths from 1 to 3 m, of which every tenth is out of range, with noise."""
 
     period = 2
     quantities = (Quantity.LENGTH, Quantity.ANGLE)
@@ -47,24 +47,24 @@ class Ruler:
         return Reading(ranges, (values[Quantity.ANGLE] + np.pi) % (2 * np.pi) - np.pi)
 
 
-def feed(*faults: SensorFault, seed: int = 0) -> Feed[Reading]:
-    """The way of a ruler's samples, with faults on it."""
-    made: Feed[Reading] = Feed(Ruler(), lambda purpose: Noise(seed, purpose))
+def pipeline(*faults: SensorFault, seed: int = 0) -> SensorPipeline[Reading]:
+    """Return the pipeline of a ruler's samples, with faults."""
+    made: SensorPipeline[Reading] = SensorPipeline(Ruler(), lambda purpose: Noise(seed, purpose))
     made.in_use = True
     for fault in faults:
-        made.put(fault)
+        made.add_fault(fault)
     return made
 
 
 def measured(
-    fault: SensorFault, *, declared: tuple[SensorFault, ...], way: Feed[Any], ticks: int
+    fault: SensorFault, *, declared: tuple[SensorFault, ...], way: SensorPipeline[Any], ticks: int
 ) -> tuple[int, SensorCheck]:
-    """Measure a fault until it is found, or for a number of ticks, on a way on which there may be others."""
+    """Check a fault until it is confirmed, or for a number of ticks, in a pipeline with other faults."""
     check = sensor_check(fault, way.sensor)
     kinds: dict[str, SensorFault] = {each.kind: each for each in declared}
     for tick in range(ticks):
-        way.pass_tick(tick)
+        way.update(tick)
         check.observe(Observation(tick, way.truth, way.arrived, kinds))
-        if check.holds:
+        if check.is_confirmed:
             return tick, check
     return ticks, check

@@ -32,7 +32,7 @@ def inject(cell: Cell, fault: wire.Fault, limit: float = 5.0, device: str = "joi
 
 
 def both_end(cell: Cell) -> dict[str, wire.Occurrence]:
-    """The ends of the fault's measurement, and of what the arm was to do."""
+    """Return the results of the check of the fault and of the goal of the arm."""
     ended: dict[str, wire.Occurrence] = {}
     while len(ended) < 2:
         ended |= {each.id: each for each in cell.advance(cell.now + 10.0).occurrences}
@@ -44,7 +44,7 @@ def positions(cell: Cell) -> list[float]:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_an_arm_without_power_stands_where_it_is_until_it_has_some_again(engine: str) -> None:
+def test_an_arm_without_power_stands_still_until_power_returns(engine: str) -> None:
     cell = Cell(engine)
     home = positions(cell)
     target = tuple(np.add(home, [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist())
@@ -63,17 +63,19 @@ def test_an_arm_without_power_stands_where_it_is_until_it_has_some_again(engine:
     assert cell.end("move").outcome is Outcome.SUCCEEDED
 
 
-def test_that_an_arm_has_no_power_shows_when_it_is_to_move() -> None:
+def test_power_loss_of_an_arm_is_confirmed_when_it_is_commanded_to_move() -> None:
     cell = Cell()
     inject(cell, PowerLoss(), limit=0.5)
     found = cell.end("fault")
     assert found.outcome is Outcome.ABORTED
-    assert "a joint was to move by 0.000 rad" in found.message
+    assert "a joint was commanded to move by 0.000 rad" in found.message
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_an_arm_that_goes_on_with_power_is_found_out(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Servos, "power", lambda self, on: None)
+def test_an_arm_that_keeps_moving_does_not_confirm_power_loss(
+    engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Servos, "set_power", lambda self, on: None)
     cell = Cell(engine)
     inject(cell, PowerLoss(), limit=4.0)
     cell.start_joints(tuple(np.add(positions(cell), [2.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist()))
@@ -90,7 +92,7 @@ def test_a_gripper_without_power_does_not_move(engine: str, scaling: float) -> N
     cell.start_gripper(0.02, max_velocity_scaling_factor=scaling)
     ended = both_end(cell)
     assert ended["fault"].outcome is Outcome.SUCCEEDED, ended["fault"].message
-    assert "a finger was to move by 0." in ended["fault"].message
+    assert "a finger was commanded to move by 0." in ended["fault"].message
     assert ended["grip"].outcome is Outcome.ABORTED
     assert ended["grip"].message == "the fingers of ur10e were stopped at 0.060 m"
     assert cell.state.opening == pytest.approx(0.06, abs=1.5e-3)
@@ -100,7 +102,7 @@ def test_a_gripper_without_power_does_not_move(engine: str, scaling: float) -> N
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_fingers_stop_on_their_way_when_they_lose_their_power(engine: str) -> None:
+def test_fingers_stop_when_they_lose_power(engine: str) -> None:
     cell = Cell(engine)
     cell.start_gripper(0.0, max_velocity_scaling_factor=0.3)
     cell.advance(0.8)
@@ -114,7 +116,7 @@ def test_fingers_stop_on_their_way_when_they_lose_their_power(engine: str) -> No
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_what_is_gripped_stays_so_without_power(engine: str) -> None:
+def test_a_gripped_body_stays_held_without_power(engine: str) -> None:
     cell = Cell(engine)
     cell.place("cube", 0.6, 0.1, 0.025)
     cell.pick("cube", 0.6, 0.1, 0.0)
@@ -128,8 +130,8 @@ def test_what_is_gripped_stays_so_without_power(engine: str) -> None:
     assert cell.state.held == ""
 
 
-def test_fingers_that_something_stops_have_not_lost_their_power(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Gripper, "power", lambda self, on: None)
+def test_blocked_fingers_do_not_confirm_power_loss(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Gripper, "set_power", lambda self, on: None)
     cell = Cell()
     cell.place("cube", 0.6, 0.1, 0.025)
     cell.move(down(0.6, 0.1, 0.03))
@@ -144,7 +146,7 @@ def test_fingers_that_something_stops_have_not_lost_their_power(monkeypatch: pyt
     assert (ended["grip"].outcome, ended["fault"].outcome) == (Outcome.SUCCEEDED, Outcome.ABORTED)
 
 
-def test_an_arm_as_a_whole_loses_the_power_of_all_that_it_has() -> None:
+def test_power_loss_of_an_arm_stops_all_its_devices() -> None:
     cell = Cell()
     cell.start_joints(tuple(np.add(positions(cell), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).tolist()))
     cell.start_gripper(0.0)
@@ -172,7 +174,7 @@ WAYS: tuple[tuple[str, wire.Fault], ...] = (
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_commands_are_spoiled_on_their_way_to_the_motors(engine: str) -> None:
+def test_faults_change_commands_to_the_motors(engine: str) -> None:
     cell = Cell(engine)
     turn = 0.5
     for device, fault in WAYS:
@@ -189,7 +191,7 @@ def test_commands_are_spoiled_on_their_way_to_the_motors(engine: str) -> None:
         cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=150))
 
 
-def test_joints_and_fingers_go_where_they_are_told_to_go() -> None:
+def test_faulty_commands_move_joints_and_fingers() -> None:
     cell = Cell()
     before = positions(cell)
     inject(cell, Bias(offset={Quantity.ANGLE: 0.03}))
@@ -212,7 +214,7 @@ def test_frozen_joints_stop_the_motion_and_stay() -> None:
     inject(cell, Freeze())
     ended = both_end(cell)
     assert (ended["fault"].outcome, ended["move"].outcome) == (Outcome.SUCCEEDED, Outcome.ABORTED)
-    assert "was stopped on its way" in ended["move"].message
+    assert "was blocked" in ended["move"].message
     stands = positions(cell)
     cell.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=500))
     np.testing.assert_allclose(positions(cell), stands, atol=0.02)
@@ -238,12 +240,12 @@ def test_faults_of_arms_are_in_snapshots() -> None:
         (
             "joints",
             Bias(offset={Quantity.ANGLE: 0.6}),
-            "bias of angle 0.6 is too much: commands may be off by 0.5",
+            "bias of angle 0.6 is too large; expected at most 0.5",
         ),
-        ("joints", Bias(offset={Quantity.LENGTH: 0.1}), "joints cannot have bias of length: it can be of angle"),
-        ("gripper", WheelSlip(left=0.5, right=0.5), "gripper cannot have wheel_slip: there are no wheels"),
+        ("joints", Bias(offset={Quantity.LENGTH: 0.1}), "joints cannot have bias of length; quantities: angle"),
+        ("gripper", WheelSlip(left=0.5, right=0.5), "gripper cannot have wheel_slip: it has no wheels"),
     ],
 )
-def test_faults_that_make_no_sense_are_refused(device: str, fault: wire.Fault, words: str) -> None:
+def test_invalid_faults_are_refused(device: str, fault: wire.Fault, words: str) -> None:
     with pytest.raises(RequestRefused, match=words):
         inject(Cell(), fault, device=device)

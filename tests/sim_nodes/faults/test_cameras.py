@@ -20,18 +20,18 @@ from seoro.bridges.wire import (
     GaussianNoise,
     MessageLoss,
     Outcome,
+    Position3D,
     PowerLoss,
     Quantity,
     ResetScope,
     Result,
-    Vector3,
     WheelSlip,
 )
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import cameras
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.sensors import camera_feed
-from sim_nodes.sensors.camera_feed import CameraFeed, Missing
+from sim_nodes.sensors import camera_pipeline as camera_feed
+from sim_nodes.sensors.camera_pipeline import CameraPipeline, Missing
 from sim_nodes.views import NoRendering, Picture
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.engines import needs_pictures
@@ -63,12 +63,12 @@ def bias(offset: float) -> Bias:
 
 
 def scene(engine: str = "mujoco") -> Client:
-    """A robot that drives past a small free camera that looks at it."""
+    """A robot that drives past a small free camera."""
     needs_pictures(engine)
     client = Client("empty", engine=engine)
     place = pose(1.0, -1.5, z=0.6)
     client.ask(wire.SPAWN_CAMERA, wire.SpawnCamera(name=EYE, pose=place, fov=0.8, width=96, height=64))
-    client.ask(wire.AIM_CAMERA, wire.AimCamera(name=EYE, target=Vector3(x=0.3, z=0.1)))
+    client.ask(wire.AIM_CAMERA, wire.AimCamera(name=EYE, target=Position3D(x=0.3, z=0.1)))
     client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.2, duration=60.0))
     client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=10))
     return client
@@ -92,8 +92,8 @@ def picture(client: Client, camera: str = EYE) -> Picture:
     return np.asarray(Image.open(io.BytesIO(image(client, camera).data)))
 
 
-def feed(client: Client, camera: str = EYE) -> CameraFeed:
-    return client.simulator.simulation.entities.cameras.feed(camera)
+def pipeline(client: Client, camera: str = EYE) -> CameraPipeline:
+    return client.simulator.simulation.entities.cameras.pipeline(camera)
 
 
 def pass_time(client: Client, duration: float) -> None:
@@ -115,7 +115,7 @@ def test_faults_are_found_by_the_pictures(engine: str) -> None:
         clear(client, EYE)
 
 
-def test_what_users_get_has_the_faults_and_what_films_see_has_not() -> None:
+def test_images_have_faults_and_recordings_have_none() -> None:
     client = scene()
     sound = picture(client)
     inject(client, bias(0.2))
@@ -123,21 +123,21 @@ def test_what_users_get_has_the_faults_and_what_films_see_has_not() -> None:
     confirmed(client)
     confirmed(client, "dead")
     assert (picture(client)[:, 48:] == 0).all()
-    assert (picture(client)[:, :48] >= feed(client).sound()[:, :48]).all()
-    assert feed(client).sound().mean() == pytest.approx(sound.mean(), rel=0.05)
+    assert (picture(client)[:, :48] >= pipeline(client).true_picture()[:, :48]).all()
+    assert pipeline(client).true_picture().mean() == pytest.approx(sound.mean(), rel=0.05)
     clear(client, EYE)
-    np.testing.assert_array_equal(picture(client), feed(client).sound())
+    np.testing.assert_array_equal(picture(client), pipeline(client).true_picture())
 
 
-def test_a_delayed_camera_shows_what_was_then_and_says_when() -> None:
+def test_a_delayed_camera_returns_old_images_with_their_times() -> None:
     client = scene()
     inject(client, Delay(time=0.5))
-    with pytest.raises(RequestRefused, match="no picture of 'eye' has come: it is still on its way"):
+    with pytest.raises(RequestRefused, match="no image from 'eye': the image is delayed"):
         image(client)
     confirmed(client)
     then = {}
     for _ in range(8):
-        then[round(client.simulator.simulation.time, 6)] = feed(client).sound()
+        then[round(client.simulator.simulation.time, 6)] = pipeline(client).true_picture()
         client.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=25))
     given = image(client)
     assert 0.5 - 1e-6 <= client.simulator.simulation.time - given.time < 0.6
@@ -147,63 +147,63 @@ def test_a_delayed_camera_shows_what_was_then_and_says_when() -> None:
     assert image(client).time == client.simulator.simulation.time
 
 
-def test_a_frozen_camera_gives_the_picture_of_the_moment_of_freezing() -> None:
+def test_a_frozen_camera_repeats_the_image_of_the_freeze() -> None:
     client = scene()
     inject(client, Freeze())
     pass_time(client, 0.02)
     frozen = picture(client)
-    np.testing.assert_array_equal(frozen, feed(client).sound())
+    np.testing.assert_array_equal(frozen, pipeline(client).true_picture())
     confirmed(client)
     pass_time(client, 1.0)
     np.testing.assert_array_equal(picture(client), frozen)
     assert image(client).time == client.simulator.simulation.time
-    assert (feed(client).sound() != frozen).any()
+    assert (pipeline(client).true_picture() != frozen).any()
     clear(client, EYE, "freeze")
-    np.testing.assert_array_equal(picture(client), feed(client).sound())
+    np.testing.assert_array_equal(picture(client), pipeline(client).true_picture())
 
 
-def test_lost_pictures_are_told_and_the_next_may_come() -> None:
+def test_lost_images_are_refused_and_later_ones_arrive() -> None:
     client = scene()
     inject(client, MessageLoss(probability=0.5))
     confirmed(client)
     chances = []
     for _ in range(60):
         pass_time(client, 0.02)
-        chances.append(feed(client).missing(client.simulator.simulation.tick))
+        chances.append(pipeline(client).missing(client.simulator.simulation.tick))
     assert 15 < chances.count(Missing.LOST) < 45
-    while feed(client).missing(client.simulator.simulation.tick) is None:
+    while pipeline(client).missing(client.simulator.simulation.tick) is None:
         pass_time(client, 0.02)
-    with pytest.raises(RequestRefused, match="no picture of 'eye' has come: it was lost on its way") as refused:
+    with pytest.raises(RequestRefused, match="no image from 'eye': the image was lost") as refused:
         image(client)
     assert refused.value.code == Result.OPERATION_FAILED
-    while feed(client).missing(client.simulator.simulation.tick) is Missing.LOST:
+    while pipeline(client).missing(client.simulator.simulation.tick) is Missing.LOST:
         pass_time(client, 0.02)
     assert image(client).width == 96
 
 
-def test_a_camera_without_power_gives_nothing() -> None:
+def test_a_camera_without_power_gives_no_image() -> None:
     client = scene()
     inject(client, PowerLoss())
-    with pytest.raises(RequestRefused, match="no picture of 'eye' has come: the camera has no power"):
+    with pytest.raises(RequestRefused, match="no image from 'eye': the camera has no power"):
         image(client)
-    assert "pictures in a row have not arrived, in 0.50 s" in confirmed(client)
+    assert "pictures in a row are missing, for 0.50 s" in confirmed(client)
     clear(client)
     assert image(client).width == 96
 
 
-def test_cameras_of_robots_are_devices_of_theirs() -> None:
+def test_cameras_of_robots_are_devices() -> None:
     client = scene()
     [robot] = client.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty()).robots
     assert "front" in robot.devices
     inject(client, noise(0.1), "front", ROBOT)
     assert "gaussian_noise of turtlebot4/front takes effect" in confirmed(client)
     clear(client)  # of free cameras only
-    assert list(feed(client, FRONT).faults) == ["gaussian_noise"]
+    assert list(pipeline(client, FRONT).faults) == ["gaussian_noise"]
     clear(client, robot=ROBOT)
-    assert feed(client, FRONT).faults == {}
+    assert pipeline(client, FRONT).faults == {}
 
 
-def test_a_robot_without_power_has_no_pictures() -> None:
+def test_a_robot_without_power_gives_no_images() -> None:
     client = scene()
     inject(client, PowerLoss(), "robot", ROBOT)
     assert "front: " in confirmed(client)
@@ -225,12 +225,12 @@ def test_a_fault_of_a_camera_that_is_deleted_ends_with_it() -> None:
     assert fork.run_until("fault")[0] == ended
 
 
-def test_resets_clear_faults_and_end_their_measurements() -> None:
+def test_a_reset_clears_faults_and_ends_their_checks() -> None:
     client = scene()
     inject(client, Delay(time=5.0), limit=100.0)
     inject(client, Delay(time=5.0), "lidar", ROBOT, 100.0, "scans")
     client.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=ResetScope.STATE))
-    assert feed(client).faults == {}
+    assert pipeline(client).faults == {}
     for name in ("fault", "scans"):
         client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id=name, robot=ROBOT, distance=1.0))  # the id is free
     ended = {each.id: each for each in client.advance(1.0).occurrences}
@@ -240,14 +240,14 @@ def test_resets_clear_faults_and_end_their_measurements() -> None:
     }
 
 
-def test_cancelling_the_measurement_clears_the_fault() -> None:
+def test_cancelling_the_check_clears_the_fault() -> None:
     client = scene()
     inject(client, Delay(time=5.0))
-    with pytest.raises(RequestRefused, match="the id 'fault' is in use"):
+    with pytest.raises(RequestRefused, match="duplicate id 'fault'"):
         inject(client, Freeze())
     client.ask(wire.CANCEL_GOAL, wire.CancelGoal(id="fault"))
     assert client.run_until("fault")[0].outcome is Outcome.CANCELED
-    assert feed(client).faults == {}
+    assert pipeline(client).faults == {}
 
 
 @pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
@@ -264,10 +264,10 @@ def test_faults_of_cameras_are_in_snapshots(engine: str) -> None:
     for each in (client, fork):
         pass_time(each, 0.5)
     assert image(client).data == image(fork).data
-    assert (feed(client, FRONT)._frozen, len(feed(fork)._under_way)) == (feed(fork, FRONT)._frozen, 5)
+    assert (pipeline(client, FRONT)._frozen, len(pipeline(fork)._in_transit)) == (pipeline(fork, FRONT)._frozen, 5)
 
 
-def test_asking_for_pictures_changes_nothing() -> None:
+def test_requesting_images_does_not_change_the_run() -> None:
     asked, unasked = scene(), scene()
     for client in (asked, unasked):
         inject(client, noise(0.1), name="noise")
@@ -281,63 +281,63 @@ def test_asking_for_pictures_changes_nothing() -> None:
     assert differences(asked.simulator.simulation, unasked.simulator.simulation) == []
 
 
-def test_no_fault_where_there_is_no_rendering(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_camera_faults_without_rendering_are_refused(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     def blind(self: object, view: object) -> Picture:
         raise NoRendering("the lights are out")
 
     monkeypatch.setattr(type(empty.simulator.simulation.engine), "render", blind)
-    with pytest.raises(RequestRefused, match="no picture can be taken: the lights are out"):
+    with pytest.raises(RequestRefused, match="cannot render: the lights are out"):
         inject(empty, noise(0.1), "front", ROBOT)
-    inject(empty, PowerLoss(), "robot", ROBOT)  # for which nothing has to be drawn
+    inject(empty, PowerLoss(), "robot", ROBOT)  # needs no rendering
     assert "front: " in confirmed(empty)
 
 
 @pytest.mark.parametrize(
     ("fault", "message"),
     [
-        (GaussianNoise(deviation={}), "deviations are zero or more, and not all of them zero"),
-        (GaussianNoise(deviation={Quantity.LENGTH: 0.1}), "gaussian_noise of length: it can be of brightness"),
-        (noise(NAN), "no finite number"),
-        (noise(1e-5), "gaussian_noise of brightness by 1e-05 is rounded to nothing: it has to be 0.0004 at least"),
-        (bias(0.001), "bias of brightness by 0.001 is rounded to nothing: it has to be 0.002 at least"),
-        (bias(0.0), "a bias of nothing is none"),
-        (DeadPixels(share=1.1), "the share is 1.1"),
-        (DeadPixels(share=1e-5), "a share of 1e-05 of 6144 pixels is not one pixel"),
-        (DeadArea(left=0.5, top=0.0, right=0.4, bottom=1.0), "not from 0.5 to 0.4 across and from 0 to 1 down"),
-        (DeadArea(left=NAN, top=0.0, right=0.4, bottom=1.0), "an area lies within 0 and 1"),
-        (DeadArea(left=0.5, top=0.0, right=0.502, bottom=1.0), "no pixel lies from 0.5 to 0.502 across"),
-        (Delay(time=11.0), "a delay lasts from 0.02 s to 10 s, not 11 s"),
-        (MessageLoss(probability=0.0), "the probability is 0"),
+        (GaussianNoise(deviation={}), "expected zero or more, and not all zero"),
+        (GaussianNoise(deviation={Quantity.LENGTH: 0.1}), "gaussian_noise of length; quantities: brightness"),
+        (noise(NAN), "finite number"),
+        (noise(1e-5), "gaussian_noise of brightness by 1e-05 is lost by rounding; expected at least 0.0004"),
+        (bias(0.001), "bias of brightness by 0.001 is lost by rounding; expected at least 0.002"),
+        (bias(0.0), "invalid bias without an offset"),
+        (DeadPixels(share=1.1), "invalid share 1.1"),
+        (DeadPixels(share=1e-5), "invalid share 1e-05 of 6144 pixels"),
+        (DeadArea(left=0.5, top=0.0, right=0.4, bottom=1.0), "invalid area from 0.5 to 0.4 across"),
+        (DeadArea(left=NAN, top=0.0, right=0.4, bottom=1.0), "invalid area"),
+        (DeadArea(left=0.5, top=0.0, right=0.502, bottom=1.0), "no pixel is from 0.5 to 0.502 across"),
+        (Delay(time=11.0), "invalid delay of 11 s; expected 0.02 s to 10 s"),
+        (MessageLoss(probability=0.0), "invalid probability 0"),
         (BeamLoss(share=0.5), "eye cannot have beam_loss: it has no beams"),
         (WheelSlip(left=0.5, right=0.5), "eye cannot have wheel_slip: it has no wheels"),
     ],
     ids=str,
 )  # fmt: skip
-def test_faults_that_make_no_sense_are_refused(fault: Fault, message: str) -> None:
+def test_invalid_faults_are_refused(fault: Fault, message: str) -> None:
     client = scene()
     with pytest.raises(RequestRefused, match=message):
         inject(client, fault)
     assert client.simulator.simulation.camera_faults.goals == ()
 
 
-def test_cameras_that_are_not_there_are_refused_with_those_that_are() -> None:
+def test_unknown_cameras_are_refused_with_the_known_ones() -> None:
     client = scene()
-    with pytest.raises(RequestRefused, match="there is no free camera 'nose': there are eye"):
+    with pytest.raises(RequestRefused, match="unknown free camera 'nose'; cameras: eye"):
         inject(client, Freeze(), "nose")
-    with pytest.raises(RequestRefused, match=r"turtlebot4 has no device 'back': it has .*front"):
+    with pytest.raises(RequestRefused, match=r"unknown device 'back' of turtlebot4; devices: .*front"):
         inject(client, Freeze(), "back", ROBOT)
     with pytest.raises(RequestRefused, match="lidar cannot have dead_pixels: it has no pixels"):
         inject(client, DeadPixels(share=0.1), "lidar", ROBOT)
 
 
-def test_pictures_that_are_kept_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_for_kept_images_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     client = scene()
     monkeypatch.setattr(cameras, "MAX_KEPT", 260_000)  # 14 pictures of this size
     inject(client, Delay(time=1.0))
     inject(client, Delay(time=1.2), name="longer")  # in the place of the first
     with pytest.raises(
-        RequestRefused, match=r"freeze of 'turtlebot4/front' keeps .* MB of pictures, .* 0 MB are left"
+        RequestRefused, match=r"freeze of 'turtlebot4/front' keeps .* MB of images; .* 0 MB are left"
     ):
         inject(client, Freeze(), "front", ROBOT)
     pass_time(client, 2.0)
-    assert len(feed(client)._under_way) * camera_feed.PERIOD * 0.02 <= 1.2 + 0.2
+    assert len(pipeline(client)._in_transit) * camera_feed.PERIOD * 0.02 <= 1.2 + 0.2

@@ -1,4 +1,4 @@
-"""Faults are found by what they do; what does nothing, or something else, is not found."""
+"""Checks confirm effects of faults; faults without an effect, or with another one, are not confirmed."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from seoro.bridges.wire import (
     Quantity,
     SensorFault,
 )
-from sim_nodes.faults.normal import truncated
-from tests.sim_nodes.faults.ruler import Ruler, feed, measured
+from sim_nodes.faults.statistics import truncated
+from tests.sim_nodes.faults.ruler import Ruler, measured, pipeline
 
 LENGTH, ANGLE = Quantity.LENGTH, Quantity.ANGLE
-PATIENCE = 1500  # ticks; a fault that takes effect is found in fewer
+PATIENCE = 1500  # ticks; sufficient for every check
 
 
 def noise(length: float = 0.0, angle: float = 0.0) -> GaussianNoise:
@@ -56,16 +56,16 @@ FAULTS: tuple[SensorFault, ...] = (
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_a_fault_is_found(fault: SensorFault, seed: int) -> None:
-    ticks, check = measured(fault, declared=(fault,), way=feed(fault, seed=seed), ticks=PATIENCE)
-    assert check.holds, check.figures()
+    ticks, check = measured(fault, declared=(fault,), way=pipeline(fault, seed=seed), ticks=PATIENCE)
+    assert check.is_confirmed, check.summary()
     assert ticks < 400
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_a_sound_sensor_has_no_fault(fault: SensorFault) -> None:
-    _, check = measured(fault, declared=(fault,), way=feed(), ticks=PATIENCE)
-    assert not check.holds, check.figures()
-    assert check.figures()
+    _, check = measured(fault, declared=(fault,), way=pipeline(), ticks=PATIENCE)
+    assert not check.is_confirmed, check.summary()
+    assert check.summary()
 
 
 @pytest.mark.parametrize(
@@ -90,9 +90,9 @@ def test_a_sound_sensor_has_no_fault(fault: SensorFault) -> None:
     ],
     ids=str,
 )
-def test_a_fault_is_not_taken_for_another(fault: SensorFault, instead: SensorFault) -> None:
-    _, check = measured(fault, declared=(fault,), way=feed(instead), ticks=PATIENCE)
-    assert not check.holds, check.figures()
+def test_a_check_does_not_confirm_another_fault(fault: SensorFault, instead: SensorFault) -> None:
+    _, check = measured(fault, declared=(fault,), way=pipeline(instead), ticks=PATIENCE)
+    assert not check.is_confirmed, check.summary()
 
 
 @pytest.mark.parametrize(
@@ -108,25 +108,25 @@ def test_a_fault_is_not_taken_for_another(fault: SensorFault, instead: SensorFau
     ids=str,
 )
 def test_a_fault_is_found_among_others(fault: SensorFault, others: tuple[SensorFault, ...]) -> None:
-    _, check = measured(fault, declared=(fault, *others), way=feed(fault, *others), ticks=PATIENCE)
-    assert check.holds, check.figures()
+    _, check = measured(fault, declared=(fault, *others), way=pipeline(fault, *others), ticks=PATIENCE)
+    assert check.is_confirmed, check.summary()
 
 
-def test_what_can_never_be_seen_is_not_found() -> None:
-    blind = DeadBeams(beams=(0, 10))  # those that hit nothing anyway
-    _, check = measured(blind, declared=(blind,), way=feed(blind), ticks=PATIENCE)
-    assert not check.holds
+def test_faults_without_an_effect_are_not_confirmed() -> None:
+    blind = DeadBeams(beams=(0, 10))  # beams without a return
+    _, check = measured(blind, declared=(blind,), way=pipeline(blind), ticks=PATIENCE)
+    assert not check.is_confirmed
 
 
-def test_a_standing_reading_is_not_frozen() -> None:
+def test_a_constant_reading_does_not_confirm_a_freeze() -> None:
     class Still(Ruler):
         def read(self, tick: int):  # type: ignore[no-untyped-def]
             return super().read(0)
 
-    way = feed(Freeze())
+    way = pipeline(Freeze())
     way.sensor = Still()
     _, check = measured(Freeze(), declared=(Freeze(),), way=way, ticks=PATIENCE)
-    assert not check.holds
+    assert not check.is_confirmed
 
 
 @pytest.mark.parametrize(("low", "high"), [(-np.inf, np.inf), (-1.0, 2.0), (-np.inf, 0.3), (1.5, 8.0)])

@@ -1,4 +1,4 @@
-"""Every device has every fault, or refuses it with a sentence: the table of `docs/faults.md`."""
+"""Every device accepts or refuses each fault, as in the table of `docs/how-to/faults.md`."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ POSSIBLE = {
 
 
 def faults(device: str) -> tuple[Fault, ...]:
-    """A fault of each kind, of what the device measures if it measures anything."""
+    """Return a fault of each kind, with the quantities of the device, if it has any."""
     quantity = QUANTITIES.get(device, Quantity.LENGTH)
     return (
         GaussianNoise(deviation={quantity: 0.05}),
@@ -74,7 +74,7 @@ def faults(device: str) -> tuple[Fault, ...]:
 
 
 @pytest.mark.parametrize("robot", [ROBOT, ARM])
-def test_every_device_has_a_fault_or_says_why_it_cannot(robot: str) -> None:
+def test_every_device_accepts_or_refuses_each_fault(robot: str) -> None:
     needs_pictures("mujoco")
     client = Cell() if robot == ARM else Client("empty")
     [info] = client.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty()).robots

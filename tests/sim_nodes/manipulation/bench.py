@@ -1,4 +1,4 @@
-"""The arm that tests of manipulation are about."""
+"""Arm of the tests of manipulation."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ __all__ = ["CHAIN", "HOME", "configurations", "downward"]
 
 
 def configurations(count: int, seed: int = 0) -> Array:
-    """Configurations drawn within half a turn of each joint, shape (count, 6)."""
+    """Draw configurations within half a turn of each joint, shape (count, 6)."""
     return np.random.default_rng(seed).uniform(-3.0, 3.0, size=(count, len(HOME)))
 
 
 def downward(x: float, y: float, z: float, yaw: float = 0.0) -> Array:
-    """The pose of a tool that points down, in the arm's base."""
+    """Return the pose of a tool that points down, in the arm's base."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     return pose_matrix((x, y, z), np.array([[cos, sin, 0.0], [sin, -cos, 0.0], [0.0, 0.0, -1.0]]))

@@ -1,4 +1,4 @@
-"""A client of an arm in its cell, and things to put on the table."""
+"""Client of an arm in its cell, and bodies for its table."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from importlib import resources
 from typing import Any
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Occurrence, Orientation, Outcome, Pose, Vector3
+from seoro.bridges.wire import Occurrence, Orientation3D, Outcome, Pose3D, Position3D
 from tests.sim_nodes.client import Client
 
 ARM = "ur10e"
@@ -17,20 +17,20 @@ HOME = (0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0)
 
 
 def box(x: float, y: float, z: float, *, static: bool = False) -> str:
-    """An SDF box with its origin in the middle."""
+    """Return an SDF box with its origin at its centre."""
     return f"""<sdf version="1.9"><model name="box"><static>{str(static).lower()}</static><link name="link">
         <inertial><mass>0.2</mass></inertial>
         <collision name="collision"><geometry><box><size>{x} {y} {z}</size></box></geometry></collision>
         </link></model></sdf>"""
 
 
-def down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose:
-    """The pose of a tool that points down."""
-    return Pose(position=Vector3(x=x, y=y, z=z), orientation=Orientation(roll=math.pi, yaw=yaw))
+def down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose3D:
+    """Return the pose of a tool that points down."""
+    return Pose3D(Position3D(x, y, z), Orientation3D(roll=math.pi, yaw=yaw))
 
 
 class Cell(Client):
-    """Asks a simulator with an arm in a cell; poses are in the frame of the arm's base."""
+    """Client of a simulator with an arm in a cell; poses are in the frame of the arm's base."""
 
     def __init__(self, engine: str = "mujoco", seed: int = 0) -> None:
         super().__init__("arm_cell", seed, engine)
@@ -49,13 +49,13 @@ class Cell(Client):
         return self.ask(wire.GET_ARM_STATE, wire.RobotName(robot=ARM))
 
     def place(self, name: str, x: float, y: float, z: float, yaw: float = 0.0) -> tuple[float, float, float]:
-        """Where an entity is, after it was put on something at a place in the arm's base."""
-        pose = Pose(position=Vector3(x=x, y=y, z=TABLE + z), orientation=Orientation(yaw=yaw))
+        """Place an entity at a position in the frame of the arm's base; returns its position."""
+        pose = Pose3D(Position3D(x, y, TABLE + z), Orientation3D(yaw=yaw))
         self.spawn(name, pose, CUBE)
         return self.where(name)
 
     def where(self, name: str) -> tuple[float, float, float]:
-        """Where an entity is in the frame of the arm's base."""
+        """Return the position of an entity in the frame of the arm's base."""
         position = self.ask(wire.GET_ENTITY_STATE, wire.EntityName(name=name)).pose.position
         return position.x, position.y, position.z - TABLE
 
@@ -63,7 +63,7 @@ class Cell(Client):
         request = wire.FollowJointTrajectory(id=goal, robot=ARM, points=points, **more)
         self.ask(wire.FOLLOW_JOINT_TRAJECTORY, request)
 
-    def start_tool(self, pose: Pose, goal: str = "move", frame: str = "base_link", **more: Any) -> None:
+    def start_tool(self, pose: Pose3D, goal: str = "move", frame: str = "base_link", **more: Any) -> None:
         self.ask(wire.MOVE_TO_POSE, wire.MoveToPose(id=goal, robot=ARM, pose=pose, frame=frame, **more))
 
     def start_gripper(self, opening: float, goal: str = "grip", **more: Any) -> None:
@@ -72,7 +72,7 @@ class Cell(Client):
     def end(self, goal: str = "move", limit: float = 30.0) -> Occurrence:
         return self.run_until(goal, self.now + limit)[0]
 
-    def move(self, pose: Pose, *, straight: bool = False) -> None:
+    def move(self, pose: Pose3D, *, straight: bool = False) -> None:
         """Move the tool and expect it to succeed."""
         self.start_tool(pose, straight=straight)
         ended = self.end()

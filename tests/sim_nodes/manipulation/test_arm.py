@@ -28,7 +28,7 @@ def refused(action: object, *arguments: object, **more: object) -> RequestRefuse
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
-def test_joints_go_through_points_within_their_limits(engine: str) -> None:
+def test_joints_pass_waypoints_within_their_limits(engine: str) -> None:
     cell = Cell(engine)
     cell.start_joints(AWAY, HOME, max_velocity_scaling_factor=0.4)
     speeds: list[tuple[float, ...]] = []
@@ -45,7 +45,7 @@ def test_joints_go_through_points_within_their_limits(engine: str) -> None:
     assert 0.35 < highest.max() < 0.42
 
 
-def test_names_say_which_joint_is_which(cell: Cell) -> None:
+def test_joint_names_define_the_order_of_positions(cell: Cell) -> None:
     names = cell.joints.names
     assert names[:2] == ("shoulder_pan_joint", "shoulder_lift_joint")
     assert len(names) == 8
@@ -53,10 +53,10 @@ def test_names_say_which_joint_is_which(cell: Cell) -> None:
     assert cell.end().outcome is Outcome.SUCCEEDED
     np.testing.assert_allclose(cell.joints.positions[:6], AWAY, atol=TOLERANCE)
     error = refused(cell.start_joints, AWAY, joint_names=("a", *names[1:6]))
-    assert "the joints of ur10e are shoulder_pan_joint" in error.message
+    assert "expected those of ur10e: shoulder_pan_joint" in error.message
 
 
-def test_the_tool_goes_to_a_pose(cell: Cell) -> None:
+def test_the_tool_moves_to_a_pose(cell: Cell) -> None:
     cell.start_tool(down(0.7, 0.2, TABLE + 0.2, 0.4), frame="map")
     assert cell.end().outcome is Outcome.SUCCEEDED
     tool = cell.state.tool
@@ -90,11 +90,11 @@ def test_the_tool_moves_in_a_straight_line(cell: Cell) -> None:
         (down(1.2, 0.9, 0.2), True, ArmResult.UNREACHABLE, "cannot follow the straight line"),
         (down(0.7, 0.0, -0.05), False, ArmResult.IN_COLLISION, "with 'table'"),
         (down(0.7, 0.0, 0.005), True, ArmResult.IN_COLLISION, "at its goal: left_finger with 'table'"),
-        (down(0.0, 0.0, 0.5), True, ArmResult.UNREACHABLE, "would have to turn over"),
+        (down(0.0, 0.0, 0.5), True, ArmResult.UNREACHABLE, "the arm would flip"),
     ],
 )
-def test_a_pose_that_cannot_be_is_refused(
-    cell: Cell, target: wire.Pose, straight: bool, code: ArmResult, words: str
+def test_unreachable_poses_are_refused(
+    cell: Cell, target: wire.Pose3D, straight: bool, code: ArmResult, words: str
 ) -> None:
     error = refused(cell.start_tool, target, straight=straight)
     assert words in error.message
@@ -105,18 +105,18 @@ def test_a_pose_that_cannot_be_is_refused(
 @pytest.mark.parametrize(
     ("points", "more", "words"),
     [
-        ((), {}, "0 points were given"),
-        ((HOME[:5],), {}, "a finite position for each of shoulder_pan_joint"),
-        (((math.nan, *HOME[1:]),), {}, "a finite position for each of"),
-        (((7.0, *HOME[1:]),), {}, "shoulder_pan_joint of ur10e goes from -6.283 to 6.283 rad, not to 7.000 rad"),
-        ((AWAY,), {"max_velocity_scaling_factor": 1.5}, "the velocity scaling factor is 1.5"),
-        ((AWAY,), {"max_velocity_scaling_factor": 0.0}, "the velocity scaling factor is 0"),
-        ((AWAY,), {"tolerance": -1.0}, "the tolerance is -1.0"),
+        ((), {}, "found 0 waypoints"),
+        ((HOME[:5],), {}, "a finite number for each of shoulder_pan_joint"),
+        (((math.nan, *HOME[1:]),), {}, "a finite number for each of"),
+        (((7.0, *HOME[1:]),), {}, "7.000 rad of shoulder_pan_joint of ur10e; expected -6.283 to 6.283 rad"),
+        ((AWAY,), {"max_velocity_scaling_factor": 1.5}, "invalid velocity scaling factor 1.5"),
+        ((AWAY,), {"max_velocity_scaling_factor": 0.0}, "invalid velocity scaling factor 0"),
+        ((AWAY,), {"tolerance": -1.0}, "invalid tolerance -1.0"),
         (((0.0, -1.5, 2.9, 0.5, -1.57, 0.0),), {}, "would collide"),
         (((0.0, 0.3, 0.0, 0.0, 0.0, 0.0),), {}, "would collide"),
     ],
 )
-def test_points_that_cannot_be_are_refused(
+def test_invalid_waypoints_are_refused(
     cell: Cell, points: tuple[tuple[float, ...], ...], more: dict[str, float], words: str
 ) -> None:
     assert words in refused(cell.start_joints, *points, **more).message
@@ -124,24 +124,27 @@ def test_points_that_cannot_be_are_refused(
 
 def test_an_unknown_frame_joint_or_robot_is_refused(cell: Cell, empty: Client) -> None:
     message = refused(cell.start_tool, down(0.7, 0, 0.3), frame="odom").message
-    assert "in one of base_link, map, ur10e/base_link" in message
+    assert "frames: base_link, map, ur10e/base_link" in message
     watch = wire.WatchJoint(id="w", robot=ARM, joint="knee", position=0.0, tolerance=0.1)
-    assert "no joint 'knee'" in refused(cell.ask, wire.WATCH_JOINT, watch).message
+    assert "unknown joint 'knee'" in refused(cell.ask, wire.WATCH_JOINT, watch).message
     error = refused(empty.ask, wire.GET_ARM_STATE, wire.RobotName(robot="turtlebot4"))
-    assert (error.code, error.message) == (Result.FEATURE_UNSUPPORTED, "turtlebot4 is a robot without an arm")
+    assert (error.code, error.message) == (Result.FEATURE_UNSUPPORTED, "turtlebot4 has no arm")
     drive = wire.NavigateThroughPoses(id="g", robot=ARM, poses=(pose(1.0, 0.0),))
-    assert refused(cell.ask, wire.NAVIGATE_THROUGH_POSES, drive).message == "ur10e is a robot that does not drive"
+    assert refused(cell.ask, wire.NAVIGATE_THROUGH_POSES, drive).message == "ur10e has no wheeled base"
     put = wire.SetEntityState(name=ARM, pose=pose(1.0, 0.0))
-    assert "'ur10e' is fixed to the world" in refused(cell.ask, wire.SET_ENTITY_STATE, put).message
+    assert (
+        "'ur10e' cannot be moved: it is fixed to the world"
+        in refused(cell.ask, wire.SET_ENTITY_STATE, put).message
+    )
 
 
-def test_an_arm_makes_one_motion_at_a_time(cell: Cell) -> None:
+def test_a_second_motion_is_refused_while_the_arm_moves(cell: Cell) -> None:
     cell.start_joints(AWAY)
-    assert "ur10e moves for goal 'move'" in refused(cell.start_joints, HOME, goal="second").message
-    assert "in use" in refused(cell.start_gripper, 0.04, goal="move").message
+    assert "ur10e is busy with goal 'move'" in refused(cell.start_joints, HOME, goal="second").message
+    assert "duplicate id 'move'" in refused(cell.start_gripper, 0.04, goal="move").message
 
 
-def test_a_plan_alone_moves_nothing(cell: Cell) -> None:
+def test_planning_only_does_not_move_the_arm(cell: Cell) -> None:
     before = cell.joints
     cell.start_joints(AWAY, plan_only=True)
     assert cell.end().outcome is Outcome.SUCCEEDED
@@ -185,20 +188,20 @@ def test_a_stopped_robot_cancels_everything_and_holds_still(cell: Cell) -> None:
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
-def test_what_is_put_into_the_way_stops_the_arm(engine: str) -> None:
+def test_an_obstacle_stops_the_arm(engine: str) -> None:
     cell = Cell(engine)
     cell.start_joints((1.0, *HOME[1:]), max_velocity_scaling_factor=0.3)
     cell.advance(0.3)
     cell.spawn("post", pose(0.55, 0.55, z=TABLE + 0.4), box(0.1, 0.1, 0.7, static=True))
     ended = cell.end()
     assert ended.outcome is Outcome.ABORTED
-    assert "shoulder_pan_joint was stopped on its way" in ended.message
+    assert "shoulder_pan_joint was blocked" in ended.message
     assert "touches 'post'" in ended.message
     cell.advance(cell.now + 0.5)
     assert np.abs(cell.joints.velocities[:6]).max() < 0.02
 
 
-def test_what_may_be_touched_is_pushed(cell: Cell) -> None:
+def test_bodies_that_may_be_touched_are_pushed(cell: Cell) -> None:
     cell.place("cube", 0.7, 0.0, 0.025)
     cell.grip()
     cell.move(down(0.7, -0.15, 0.03))
@@ -211,7 +214,7 @@ def test_what_may_be_touched_is_pushed(cell: Cell) -> None:
     assert y > 0.12
 
 
-def test_two_arms_keep_out_of_each_other(tmp_path: Path) -> None:
+def test_two_arms_do_not_collide(tmp_path: Path) -> None:
     world = tmp_path / "arms.yaml"
     world.write_text(
         "name: arms\nextent: [-2, -2, 3, 2]\nrobots:\n"
@@ -236,7 +239,7 @@ def test_a_joint_is_watched(cell: Cell) -> None:
     assert cell.joints.positions[0] == pytest.approx(0.25, abs=0.011)
 
 
-def test_a_joint_that_passes_between_two_looks_is_noticed(cell: Cell) -> None:
+def test_a_joint_that_passes_its_target_between_ticks_is_reported(cell: Cell) -> None:
     watch = wire.WatchJoint(id="past", robot=ARM, joint="wrist_3_joint", position=0.3, tolerance=1e-6)
     cell.ask(wire.WATCH_JOINT, watch)
     cell.start_joints(AWAY)
@@ -244,7 +247,7 @@ def test_a_joint_that_passes_between_two_looks_is_noticed(cell: Cell) -> None:
     assert cell.joints.positions[5] == pytest.approx(0.3, abs=0.06)
 
 
-def test_a_reset_of_states_puts_the_arm_home(cell: Cell) -> None:
+def test_a_state_reset_returns_the_arm_home(cell: Cell) -> None:
     cell.start_joints(AWAY)
     cell.advance(0.5)
     cell.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.STATE))

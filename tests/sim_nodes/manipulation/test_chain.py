@@ -24,7 +24,7 @@ FLANGE_TO_TOOL = 0.135  # [m]
 
 
 def by_table(positions: Array) -> Array:
-    """The pose of the tool by Denavit and Hartenberg's rule."""
+    """Return the pose of the tool by the Denavit-Hartenberg convention."""
     pose = HALF_TURN
     for angle, (d, a, alpha) in zip(positions.tolist(), TABLE, strict=True):
         cos, sin, tilt, rise = math.cos(angle), math.sin(angle), math.cos(alpha), math.sin(alpha)
@@ -39,7 +39,7 @@ def by_table(positions: Array) -> Array:
     return pose @ pose_matrix((0.0, 0.0, FLANGE_TO_TOOL), np.eye(3))
 
 
-def test_the_tool_is_where_the_published_table_puts_it() -> None:
+def test_the_tool_pose_matches_the_published_table() -> None:
     for positions in configurations(200):
         np.testing.assert_allclose(CHAIN.tool_pose(positions), by_table(positions), atol=1e-6)
 
@@ -50,7 +50,7 @@ def test_the_tool_points_down_in_front_of_the_arm_at_home() -> None:
     assert 0.6 < tool[0, 3] < 0.8
 
 
-def test_the_jacobian_is_how_the_tool_moves() -> None:
+def test_the_jacobian_matches_finite_differences() -> None:
     step = 1e-6
     for positions in configurations(5, seed=1):
         pose, jacobian = CHAIN.jacobian(positions)
@@ -61,7 +61,7 @@ def test_the_jacobian_is_how_the_tool_moves() -> None:
             np.testing.assert_allclose((spin[2, 1], spin[0, 2], spin[1, 0]), jacobian[3:, joint], atol=1e-5)
 
 
-def test_limits_are_those_of_the_urdf() -> None:
+def test_limits_are_read_from_the_urdf() -> None:
     limits = CHAIN.limits
     np.testing.assert_allclose(limits.upper, np.radians([360, 360, 180, 360, 360, 360]))
     np.testing.assert_allclose(limits.lower, -limits.upper)
@@ -76,11 +76,11 @@ def test_a_pose_and_its_inverse_cancel() -> None:
 @pytest.mark.parametrize(
     ("tool", "joints", "words"),
     [
-        ("nowhere", CHAIN.joints, "nothing holds nowhere"),
-        ("tcp", CHAIN.joints[:5], r"the joints from base_link to tcp are \["),
-        ("left_finger", (*CHAIN.joints, "left_finger_joint"), "have to be revolute"),
+        ("nowhere", CHAIN.joints, "nowhere has no parent joint"),
+        ("tcp", CHAIN.joints[:5], r"from base_link to tcp; expected \["),
+        ("left_finger", (*CHAIN.joints, "left_finger_joint"), "expected only revolute joints"),
     ],
 )
-def test_a_way_that_is_not_the_declared_one_is_refused(tool: str, joints: tuple[str, ...], words: str) -> None:
+def test_chains_other_than_declared_are_refused(tool: str, joints: tuple[str, ...], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         Chain(UR10E.urdf, "base_link", tool, joints)

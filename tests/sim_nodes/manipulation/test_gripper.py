@@ -32,7 +32,7 @@ def test_the_gripper_goes_to_an_opening_at_its_speed(engine: str) -> None:
     assert cell.state.held == ""
 
 
-def test_a_gripper_that_closes_on_nothing_holds_nothing(cell: Cell) -> None:
+def test_a_gripper_that_closes_without_an_object_holds_none(cell: Cell) -> None:
     cell.grip()
     assert cell.state.held == ""
     assert cell.state.opening == pytest.approx(0.0, abs=3e-3)
@@ -42,25 +42,27 @@ def test_a_gripper_that_closes_on_nothing_holds_nothing(cell: Cell) -> None:
 @pytest.mark.parametrize(
     ("opening", "more", "words"),
     [
-        (0.1, {}, "opens from 0 to 0.085 m, not 0.1 m"),
-        (-0.01, {}, "opens from 0 to 0.085 m"),
-        (float("nan"), {}, "no finite number"),
-        (0.0, {"force": 500.0}, "press with 20 to 120 N, not 500 N"),
-        (0.0, {"force": 1.0}, "press with 20 to 120 N"),
+        (0.1, {}, "invalid opening 0.1 m; expected 0 to 0.085 m"),
+        (-0.01, {}, "expected 0 to 0.085 m"),
+        (float("nan"), {}, "expected finite numbers"),
+        (0.0, {"force": 500.0}, "invalid force 500 N; expected 20 to 120 N"),
+        (0.0, {"force": 1.0}, "expected 20 to 120 N"),
     ],
 )
-def test_what_it_cannot_do_is_refused(cell: Cell, opening: float, more: dict[str, float], words: str) -> None:
+def test_impossible_goals_are_refused(cell: Cell, opening: float, more: dict[str, float], words: str) -> None:
     assert words in refused(cell.start_gripper, opening, **more).message
 
 
-def test_it_does_one_thing_at_a_time(cell: Cell) -> None:
+def test_a_second_goal_is_refused_while_the_gripper_is_busy(cell: Cell) -> None:
     cell.start_gripper(0.0)
-    assert "the gripper of ur10e works on goal 'grip'" in refused(cell.start_gripper, 0.05, goal="again").message
+    assert (
+        "the gripper of ur10e is busy with goal 'grip'" in refused(cell.start_gripper, 0.05, goal="again").message
+    )
 
 
 @pytest.mark.parametrize("force", [20.0, 120.0])
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
-def test_what_is_gripped_with_little_or_much_force_stays_held(engine: str, force: float) -> None:
+def test_gripped_bodies_stay_held_at_low_and_high_force(engine: str, force: float) -> None:
     cell = Cell(engine)
     cell.place("cube", 0.65, 0.1, 0.025)
     cell.pick("cube", 0.65, 0.1, 0.0, force=force)
@@ -76,7 +78,7 @@ def test_what_is_gripped_with_little_or_much_force_stays_held(engine: str, force
     assert (cell.state.held, cell.where("cube")[2] < 0.05) == ("", True)
 
 
-def test_a_loss_of_what_is_held_is_told_at_once(cell: Cell) -> None:
+def test_loss_of_a_held_body_is_reported_immediately(cell: Cell) -> None:
     cell.place("cube", 0.65, 0.1, 0.025)
     cell.pick("cube", 0.65, 0.1, 0.0)
     assert "ur10e holds 'cube', not 'box'" in refused(hold, cell, "box").message
@@ -90,7 +92,7 @@ def test_a_loss_of_what_is_held_is_told_at_once(cell: Cell) -> None:
     assert cell.state.held == ""
 
 
-def test_what_is_held_is_kept_out_of_what_is_in_the_way(cell: Cell) -> None:
+def test_paths_with_a_held_body_avoid_collisions(cell: Cell) -> None:
     cell.place("cube", 0.65, 0.1, 0.025)
     cell.pick("cube", 0.65, 0.1, 0.0)
     message = refused(cell.start_tool, down(0.65, -0.2, 0.015), straight=True).message
@@ -101,7 +103,7 @@ def test_what_is_held_is_kept_out_of_what_is_in_the_way(cell: Cell) -> None:
     cell.move(down(0.65, 0.2, 0.03))
 
 
-def test_what_cannot_be_moved_is_not_held(cell: Cell) -> None:
+def test_static_bodies_are_not_held(cell: Cell) -> None:
     cell.spawn("block", pose(0.65, 0.1, z=0.7 + 0.03), box(0.05, 0.05, 0.05, static=True))
     cell.move(down(0.65, 0.1, 0.18))
     cell.move(down(0.65, 0.1, 0.03), straight=True)
@@ -135,13 +137,13 @@ def test_a_canceled_gripper_stays_where_it_is(cell: Cell) -> None:
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 @pytest.mark.parametrize(("mass", "held"), [(3.0, True), (6.0, False)])
-def test_what_is_too_heavy_for_the_force_slips_out(engine: str, mass: float, held: bool) -> None:
+def test_heavy_bodies_slip_out_of_the_gripper(engine: str, mass: float, held: bool) -> None:
     cell = Cell(engine)
     heavy = box(0.05, 0.05, 0.05).replace("<mass>0.2<", f"<mass>{mass}<")
     cell.spawn("heavy", pose(0.65, 0.1, z=0.725), heavy)
     cell.move(down(0.65, 0.1, 0.18))
     cell.move(down(0.65, 0.1, 0.03), straight=True)
-    cell.grip(force=25.0)  # which bears up to 5.1 kg, with a coefficient of friction of 1
+    cell.grip(force=25.0)  # friction bears up to 5.1 kg, with a coefficient of 1
     cell.start_tool(down(0.65, 0.1, 0.18), straight=True, max_velocity_scaling_factor=0.2)
     cell.end()
     cell.advance(cell.now + 1.0)

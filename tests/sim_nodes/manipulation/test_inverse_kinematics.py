@@ -32,7 +32,7 @@ def test_every_pose_above_the_table_is_found_from_home() -> None:
         assert angle < 1e-6
 
 
-def test_a_solution_is_the_one_near_the_start() -> None:
+def test_the_solution_nearest_to_the_start_is_found() -> None:
     target = CHAIN.tool_pose(HOME + 0.1)
     found = solve(CHAIN, target, HOME)
     assert found is not None
@@ -44,7 +44,7 @@ def test_a_pose_out_of_reach_has_no_solution() -> None:
     assert list(solutions(CHAIN, downward(2.0, 0.0, 0.1), HOME, HOME, Noise(0, "test"))) == []
 
 
-def test_a_pose_has_several_solutions_and_all_of_them_are() -> None:
+def test_all_solutions_of_a_pose_reach_it() -> None:
     target = downward(0.6, 0.2, 0.2)
     found = list(solutions(CHAIN, target, HOME, HOME, Noise(0, "test")))
     assert len(found) >= 4
@@ -58,7 +58,7 @@ def test_a_pose_has_several_solutions_and_all_of_them_are() -> None:
     assert all(np.array_equal(one, other) for one, other in zip(found, again, strict=True))
 
 
-def test_whole_turns_are_taken_off_where_limits_allow() -> None:
+def test_whole_turns_are_removed_within_limits() -> None:
     near = nearest_turns(
         CHAIN, np.array([6.0, 0.0, 3.0, -6.0, 0.0, 0.0]), np.array([0.0, 6.0, -3.0, 0.0, 0.0, 0.0])
     )
@@ -67,7 +67,7 @@ def test_whole_turns_are_taken_off_where_limits_allow() -> None:
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 0.3, 3.0, math.pi - 1e-10, math.pi])
-def test_rotation_vectors_are_axis_times_angle(angle: float) -> None:
+def test_rotation_vectors_equal_axis_times_angle(angle: float) -> None:
     for axis in configurations(5, seed=2)[:, :3]:
         unit = axis / np.linalg.norm(axis)
         cross = np.array([[0, -unit[2], unit[1]], [unit[2], 0, -unit[0]], [-unit[1], unit[0], 0]])
@@ -104,7 +104,7 @@ def seven() -> Chain:
     return Chain(text, "l0", "tool", [f"j{number}" for number in range(1, 8)])
 
 
-def test_an_arm_of_seven_joints_reaches_a_pose_whatever_is_drawn(seven: Chain) -> None:
+def test_a_seven_joint_arm_reaches_a_pose_with_any_seed(seven: Chain) -> None:
     target, start = downward(0.45, 0.0, 0.25), np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
     for seed in range(4):
         found = _search(seven, target, start, Noise(seed, "test"))
@@ -114,7 +114,7 @@ def test_an_arm_of_seven_joints_reaches_a_pose_whatever_is_drawn(seven: Chain) -
 
 
 @pytest.mark.slow
-def test_poses_of_an_arm_of_seven_joints_are_found(seven: Chain) -> None:
+def test_poses_of_seven_joint_arms_are_found(seven: Chain) -> None:
     draw, limits = np.random.default_rng(3), seven.limits
     start = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
     for seed in range(20):
@@ -122,7 +122,7 @@ def test_poses_of_an_arm_of_seven_joints_are_found(seven: Chain) -> None:
         assert next(solutions(seven, target, start, start, Noise(seed, "test")), None) is not None
 
 
-def test_many_configurations_at_once_are_as_each_by_itself(seven: Chain) -> None:
+def test_batch_kinematics_equal_single_kinematics(seven: Chain) -> None:
     drawn = np.random.default_rng(0).uniform(seven.limits.lower, seven.limits.upper, size=(20, 7))
     poses, jacobians = seven.jacobians(drawn)
     target = poses[0]
@@ -134,7 +134,7 @@ def test_many_configurations_at_once_are_as_each_by_itself(seven: Chain) -> None
         np.testing.assert_allclose(_errors(poses, target)[index], expected, atol=1e-8)
 
 
-def test_a_pose_beyond_the_stretched_arm_is_known_to_be_out_of_reach(seven: Chain) -> None:
+def test_a_pose_beyond_the_stretched_arm_is_out_of_reach(seven: Chain) -> None:
     assert seven.reach == pytest.approx(0.316 + math.hypot(0.0825, 0.384) + 0.0825 + 0.088 + 0.107)
     assert out_of_reach(seven, downward(2.0, 0.0, 0.333)) == pytest.approx(2.0 - seven.reach)
     assert out_of_reach(seven, downward(0.5, 0.0, 0.3)) == 0.0

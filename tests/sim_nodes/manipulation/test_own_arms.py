@@ -22,7 +22,7 @@ PAN = (
 
 
 def world_with(folder: Path, old: str = "", new: str = "") -> str:
-    """A world with a UR10e whose declaration is changed."""
+    """Write a world with a UR10e whose declaration is changed."""
     robots = resources.files("sim_nodes.robots")
     declaration = robots.joinpath("ur10e.yaml").read_text(encoding="utf-8")
     assert old in declaration
@@ -33,7 +33,7 @@ def world_with(folder: Path, old: str = "", new: str = "") -> str:
     return str(path)
 
 
-def test_an_arm_of_ones_own_moves(tmp_path: Path) -> None:
+def test_a_user_declared_arm_moves(tmp_path: Path) -> None:
     client = Client(world_with(tmp_path))
     request = wire.MoveToPose(id="move", robot="mine", pose=down(0.6, 0.2, 0.3), frame="base_link")
     client.ask(wire.MOVE_TO_POSE, request)
@@ -43,11 +43,11 @@ def test_an_arm_of_ones_own_moves(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (PAN, "", "the joints from base_link to tcp are"),
-        ("tool_link: tcp", "tool_link: left_finger", "the joints from base_link to left_finger are"),
-        ("fixed: true", "fixed: false", "does not say `fixed: true`"),
-        ("home: 1.5708", "home: 4.0", "elbow_joint goes from -3.142 to 3.142 rad, and its `home` is 4.000 rad"),
-        ("elbow_joint", "knee_joint", "there is no joint 'knee_joint'"),
+        (PAN, "", "from base_link to tcp; expected"),
+        ("tool_link: tcp", "tool_link: left_finger", "from base_link to left_finger; expected"),
+        ("fixed: true", "fixed: false", "missing `fixed: true`"),
+        ("home: 1.5708", "home: 4.0", "invalid `home` 4.000 rad of elbow_joint; expected -3.142 to 3.142 rad"),
+        ("elbow_joint", "knee_joint", "unknown joint 'knee_joint'"),
         ("stroke: 0.085", "stroke: -1.0", "stroke"),
     ],
 )
@@ -61,5 +61,5 @@ def test_a_joint_that_cannot_move_is_refused(tmp_path: Path) -> None:
     path = world_with(tmp_path)
     urdf = (tmp_path / "ur10e.urdf").read_text()
     (tmp_path / "ur10e.urdf").write_text(re.sub(r'velocity="[^"]*"', 'velocity="0"', urdf, count=1))
-    with pytest.raises(WorldError, match="limit of shoulder_pan_joint is 0 rad/s: it has to be above 0"):
+    with pytest.raises(WorldError, match="limit 0 rad/s of shoulder_pan_joint; expected more than 0"):
         load_world(path)

@@ -55,7 +55,7 @@ def test_fifty_of_fifty_cubes_are_picked_held_and_placed(engine: str, pose: tupl
     pick_and_place(engine, *pose, holding=10.0)
 
 
-def test_a_run_is_the_same_again_to_the_bit() -> None:
+def test_a_repeated_run_is_bit_identical() -> None:
     first, second = (pick_and_place("mujoco", 0.7, -0.2, 0.3, holding=0.2) for _ in range(2))
     assert first.now == second.now
     assert first.joints == second.joints
@@ -63,7 +63,7 @@ def test_a_run_is_the_same_again_to_the_bit() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_fork_in_the_midst_of_a_pick_goes_on_as_the_original(engine: str) -> None:
+def test_a_fork_during_a_pick_continues_as_the_original(engine: str) -> None:
     original = Cell(engine)
     original.place("cube", 0.7, -0.2, 0.025, 0.3)
     original.pick("cube", 0.7, -0.2, 0.3)

@@ -22,7 +22,7 @@ def samples(trajectory: Trajectory) -> tuple[Array, Array, Array, Array]:
 
 @pytest.mark.parametrize("share", [1.0, 0.1])
 @pytest.mark.parametrize("waypoints", [(), (HOME + np.array([0.2, 0.3, 0.3, 0.0, 0.1, 0.1]), HOME + 0.4)])
-def test_limits_hold_and_one_of_them_is_reached(share: float, waypoints: tuple[Array, ...]) -> None:
+def test_a_trajectory_reaches_one_limit_and_exceeds_none(share: float, waypoints: tuple[Array, ...]) -> None:
     trajectory = Trajectory(Path([HOME, *waypoints, HOME + WAY]), share * SPEED, ACCELERATION)
     _, _, velocities, accelerations = samples(trajectory)
     speed = np.abs(velocities / (share * SPEED)).max()
@@ -32,7 +32,7 @@ def test_limits_hold_and_one_of_them_is_reached(share: float, waypoints: tuple[A
     assert max(speed, acceleration) > 0.99
 
 
-def test_it_leads_from_rest_to_rest_through_all_points() -> None:
+def test_a_trajectory_passes_all_waypoints_from_rest_to_rest() -> None:
     points = [HOME, HOME + 0.3, HOME + np.array([0.3, 0.0, 0.5, 0.1, 0.0, 0.2])]
     path = Path(points)
     trajectory = Trajectory(path, SPEED, ACCELERATION)
@@ -48,13 +48,13 @@ def test_it_leads_from_rest_to_rest_through_all_points() -> None:
         np.testing.assert_allclose(path.at(knot), point, atol=1e-12)
 
 
-def test_velocities_are_how_positions_change() -> None:
+def test_velocities_are_derivatives_of_positions() -> None:
     points = [HOME, HOME + 0.3, HOME + np.array([0.3, 0.0, 0.5, 0.1, 0.0, 0.2])]
     times, positions, velocities, _ = samples(Trajectory(Path(points), SPEED, ACCELERATION))
     np.testing.assert_allclose(np.gradient(positions, times, axis=0), velocities, atol=0.02)
 
 
-def test_between_points_no_joint_leaves_what_is_between_them() -> None:
+def test_joints_stay_between_neighbouring_waypoints() -> None:
     points = np.array([HOME, HOME + 1.0, HOME + 1.01, HOME])
     path = Path(list(points))
     found = np.array([path.at(place) for place in np.linspace(0.0, 1.0, 500)])
@@ -62,7 +62,7 @@ def test_between_points_no_joint_leaves_what_is_between_them() -> None:
     assert np.all(found <= points.max(axis=0) + 1e-12)
 
 
-def test_a_path_of_no_length_takes_a_moment() -> None:
+def test_a_path_without_length_has_a_minimum_duration() -> None:
     trajectory = Trajectory(Path([HOME, HOME]), SPEED, ACCELERATION)
     assert trajectory.duration == SHORTEST
     np.testing.assert_array_equal(trajectory.at(0.02).positions, HOME)

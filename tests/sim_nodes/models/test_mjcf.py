@@ -12,7 +12,7 @@ from sim_nodes.models import parse_model
 from sim_nodes.physics import Box, Cylinder, Sphere
 from tests.sim_nodes.client import Client, pose
 
-# All the ways to say where something is, and how heavy.
+# All notations of poses and masses.
 TOY = """
 <mujoco model="toy">
   <compiler angle="radian"/>
@@ -55,7 +55,7 @@ def test_shapes_masses_and_friction_are_read() -> None:
     assert (model.friction, model.static, model.colour) == (0.7, False, (0.1, 0.2, 0.3, 1.0))
 
 
-def test_everything_is_where_mujoco_puts_it() -> None:
+def test_poses_match_those_of_mujoco() -> None:
     mujoco = pytest.importorskip("mujoco")
     world = mujoco.MjModel.from_xml_string(TOY)
     data = mujoco.MjData(world)
@@ -79,19 +79,19 @@ def test_degrees_are_the_default() -> None:
     assert parts[0].orientation == pytest.approx(parts[1].orientation)
 
 
-def test_what_has_no_joint_stands_fixed() -> None:
+def test_bodies_without_a_joint_are_static() -> None:
     model = parse_model(mjcf(GEOM, body(GEOM, attributes='pos="1 0 0"')))
     assert model.static
     assert [part.position for part in model.parts] == [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]
     assert not parse_model(mjcf(body('<joint type="free"/>', GEOM))).static
 
 
-def test_a_place_in_the_file_does_not_move_what_is_spawned() -> None:
+def test_a_pose_in_the_file_does_not_move_a_spawned_body() -> None:
     assert parse_model(mjcf(body(FREE, GEOM, attributes='pos="5 0 1"'))).parts[0].position == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_it_falls_and_lies_still(engine: str) -> None:
+def test_a_spawned_body_falls_and_comes_to_rest(engine: str) -> None:
     client = Client("empty", engine=engine)
     client.spawn("toy", pose(2.0, 1.0, z=0.1), TOY)
     client.advance(4.0)
@@ -110,10 +110,10 @@ def test_it_falls_and_lies_still(engine: str) -> None:
         (mjcf(GEOM, head='<default><default class="a"/></default>'), "<default>"),
         ("<mujoco/>", "0 <worldbody>"),
         (mjcf("<light/>"), "<light>"),
-        (mjcf(), "0 shapes"),
-        (mjcf(body(FREE, GEOM), GEOM), "is not alone"),
+        (mjcf(), "found 0 collision shapes"),
+        (mjcf(body(FREE, GEOM), GEOM), "moves beside others"),
         (mjcf(body("<joint/>", GEOM)), "hinge joint"),
-        (mjcf(body(FREE, GEOM, body(FREE, GEOM))), "only the outermost"),
+        (mjcf(body(FREE, GEOM, body(FREE, GEOM))), "free joint of the outermost"),
         (mjcf(body(FREE, FREE, GEOM)), "2 joints"),
         (mjcf(body(GEOM, "<site/>")), "<site>"),
         (mjcf(body(GEOM, attributes='mocap="true"')), "'mocap'"),
@@ -121,26 +121,26 @@ def test_it_falls_and_lies_still(engine: str) -> None:
         (mjcf('<geom type="plane" size="1 1 1"/>'), "'plane'"),
         (mjcf('<geom class="a" size="0.1"/>'), "'class'"),
         (mjcf('<geom size="0.1" condim="6"/>'), "'condim'"),
-        (mjcf('<geom size="0.1" friction="1 0.1"/>'), "only sliding friction"),
+        (mjcf('<geom size="0.1" friction="1 0.1"/>'), "only the first value"),
         (mjcf('<geom size="0.1" friction="1"/>', '<geom size="0.1" friction="2"/>'), "different friction"),
         (mjcf('<geom type="box" size="0.1"/>'), "3 numbers"),
         (mjcf('<geom type="box" fromto="0 0 0 1 0 0" size="0.1"/>'), "for cylinders"),
         (mjcf('<geom type="cylinder" fromto="0 0 0 0 0 0" size="0.1"/>'), "0 m long"),
-        (mjcf('<geom size="0.1" quat="0 0 0 0"/>'), "no length"),
+        (mjcf('<geom size="0.1" quat="0 0 0 0"/>'), "zero (length|axis)"),
         (mjcf('<geom size="0.1" quat="1 0 0 0" euler="0 0 0"/>'), "both 'euler' and 'quat'"),
-        (mjcf(body(FREE, '<geom size="0.1" mass="0"/>')), "weighs 0 kg"),
+        (mjcf(body(FREE, '<geom size="0.1" mass="0"/>')), "a mass of 0 kg"),
         (mjcf(body(FREE, '<inertial pos="1 0 0" mass="1"/>', GEOM)), "centre of mass"),
         (mjcf(body(FREE, '<inertial pos="0 0 0" mass="1"/>')), "no geom"),
         (mjcf("<body>" * 60 + "</body>" * 60), "deep"),
     ],
 )
-def test_what_is_not_supported_is_refused_by_name(text: str, words: str) -> None:
+def test_unsupported_elements_are_refused_by_name(text: str, words: str) -> None:
     with pytest.raises(RequestRefused, match=words) as refused:
         parse_model(text)
     assert refused.value.code == SpawnResult.RESOURCE_PARSE_ERROR
 
 
 def test_meshes_are_refused() -> None:
-    with pytest.raises(RequestRefused, match="meshes") as refused:
+    with pytest.raises(RequestRefused, match="mesh") as refused:
         parse_model(mjcf('<geom type="mesh" size="1"/>'))
     assert refused.value.code == SpawnResult.UNSUPPORTED_ASSETS

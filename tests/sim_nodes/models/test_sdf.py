@@ -52,7 +52,7 @@ def test_poses_add_up_from_model_to_collision() -> None:
     assert parse_model(text).parts[0].position == pytest.approx((1.0 - 1.0, 1.0, 0.0), abs=1e-9)
 
 
-def test_degrees_are_understood() -> None:
+def test_poses_in_degrees_are_read() -> None:
     text = sdf(collision("<box><size>1 1 1</size></box>", '<pose degrees="true">0 0 0 0 0 90</pose>'))
     assert parse_model(text).parts[0].orientation == pytest.approx(quaternion(0.0, 0.0, math.pi / 2))
 
@@ -65,8 +65,8 @@ def test_friction_and_mass_are_read() -> None:
 @pytest.mark.parametrize(
     ("text", "code", "words"),
     [
-        ("<sdf><model>", SpawnResult.RESOURCE_PARSE_ERROR, "no well-formed XML"),
-        ('<!DOCTYPE d [<!ENTITY a "b">]><sdf>&a;</sdf>', SpawnResult.RESOURCE_PARSE_ERROR, "no well-formed XML"),
+        ("<sdf><model>", SpawnResult.RESOURCE_PARSE_ERROR, "invalid XML"),
+        ('<!DOCTYPE d [<!ENTITY a "b">]><sdf>&a;</sdf>', SpawnResult.RESOURCE_PARSE_ERROR, "invalid XML"),
         ("<urdf/>", SpawnResult.UNSUPPORTED_FORMAT, "<urdf>"),
         ("<sdf/>", SpawnResult.RESOURCE_PARSE_ERROR, "0 models"),
         (sdf(SPHERE, '<plugin name="p" filename="f"/>'), SpawnResult.RESOURCE_PARSE_ERROR, "<plugin>"),
@@ -81,11 +81,11 @@ def test_friction_and_mass_are_read() -> None:
         (sdf(ROUGH + SPHERE), SpawnResult.RESOURCE_PARSE_ERROR, "different friction"),
         (sdf(ROUGH.replace("mu", "mu2")), SpawnResult.RESOURCE_PARSE_ERROR, "<mu2>"),
         (sdf(""), SpawnResult.RESOURCE_PARSE_ERROR, "0 <collision>"),
-        (sdf(collision("<mesh/>")), SpawnResult.UNSUPPORTED_ASSETS, "meshes"),
+        (sdf(collision("<mesh/>")), SpawnResult.UNSUPPORTED_ASSETS, "mesh"),
         (
             "<sdf><world name='w'><model name='a'/></world></sdf>",
             SpawnResult.RESOURCE_PARSE_ERROR,
-            "has a <world>: only files with one <model>",
+            "unsupported <world> in the SDF file; expected one <model>",
         ),
         (sdf(collision("<plane/>")), SpawnResult.RESOURCE_PARSE_ERROR, "<plane>"),
         (sdf(collision("<box><size>1 2</size></box>")), SpawnResult.RESOURCE_PARSE_ERROR, "3 numbers"),
@@ -99,10 +99,10 @@ def test_friction_and_mass_are_read() -> None:
             SpawnResult.RESOURCE_PARSE_ERROR,
             "relative_to",
         ),
-        ("<sdf>" + " " * 1_000_001, SpawnResult.RESOURCE_PARSE_ERROR, "longer than"),
+        ("<sdf>" + " " * 1_000_001, SpawnResult.RESOURCE_PARSE_ERROR, "has more than"),
     ],
 )
-def test_what_is_not_supported_is_refused_by_name(text: str, code: SpawnResult, words: str) -> None:
+def test_unsupported_elements_are_refused_by_name(text: str, code: SpawnResult, words: str) -> None:
     with pytest.raises(RequestRefused, match=words) as refused:
         parse_model(text)
     assert refused.value.code == code

@@ -57,15 +57,15 @@ def test_links_at_fixed_joints_are_one_body() -> None:
     assert (model.mass, foot.mass, rod.mass, model.static) == (4.0, 1.0, 3.0, False)
 
 
-def test_the_colour_is_that_of_the_first_visual() -> None:
+def test_the_first_visual_defines_the_colour() -> None:
     assert parse_model(STAND).colour == (0.8, 0.1, 0.1, 1.0)
 
 
-def test_the_mass_is_where_the_links_have_it() -> None:
+def test_masses_are_read_by_link() -> None:
     assert inertia(parse_model(STAND)).centre == pytest.approx((0.075, 0.15, (0.2 + 3 * 0.45) / 4))
 
 
-def test_shapes_are_where_mujoco_puts_them() -> None:
+def test_shape_poses_match_those_of_mujoco() -> None:
     mujoco = pytest.importorskip("mujoco")
     text = STAND.replace(
         '<visual><geometry><mesh filename="pretty.dae"/></geometry><material name="red"/></visual>', ""
@@ -82,14 +82,14 @@ def test_shapes_are_where_mujoco_puts_them() -> None:
     assert positions == sorted(tuple(round(value, 9) for value in part.position) for part in own.parts)
 
 
-def test_what_stands_fixed_needs_no_mass() -> None:
+def test_static_bodies_need_no_mass() -> None:
     model = parse_model(urdf(link(BALL)), static=True)
     assert model.static
     assert model.parts[0].shape == Sphere(0.1)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_it_falls_onto_its_foot_and_stands_there(engine: str) -> None:
+def test_a_body_with_a_foot_stands(engine: str) -> None:
     client = Client("empty", engine=engine)
     client.spawn("stand", pose(2.0, 1.0, z=0.05), STAND.replace('value="3"', 'value="0.1"'))
     client.advance(2.0)
@@ -97,7 +97,7 @@ def test_it_falls_onto_its_foot_and_stands_there(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_it_tips_over_where_its_mass_is_beside_its_foot(engine: str) -> None:
+def test_a_body_with_its_mass_beside_its_foot_tips_over(engine: str) -> None:
     client = Client("empty", engine=engine)
     client.spawn("stand", pose(2.0, 1.0, z=0.001), STAND.replace('value="3"', 'value="30"'))
     client.advance(2.0)
@@ -111,32 +111,32 @@ def test_it_tips_over_where_its_mass_is_beside_its_foot(engine: str) -> None:
         (urdf(link(MASS + BALL), "<gazebo/>"), "<gazebo>"),
         (urdf(link(MASS + BALL), "<transmission/>"), "<transmission>"),
         (urdf(link(MASS + BALL), link(MASS + BALL, "k"), joint("l", "k", "revolute")), "'revolute'"),
-        (urdf(link(MASS + BALL), link(MASS + BALL, "k")), "2 links that hang on no other"),
-        (urdf(link(MASS + BALL), link(MASS + BALL)), "name of its own"),
-        (urdf(link(MASS + BALL), joint("l", "m")), "no link 'm' to be its child"),
-        (urdf(link(BALL), link(BALL, "k"), joint("l", "k"), joint("k", "l")), "0 links that hang on no other"),
-        (urdf(link(""), link("", "k"), link("", "m"), joint("k", "m"), joint("m", "k")), "hangs on itself"),
+        (urdf(link(MASS + BALL), link(MASS + BALL, "k")), "found 2 root links"),
+        (urdf(link(MASS + BALL), link(MASS + BALL)), "missing or duplicate name"),
+        (urdf(link(MASS + BALL), joint("l", "m")), "unknown child link 'm'"),
+        (urdf(link(BALL), link(BALL, "k"), joint("l", "k"), joint("k", "l")), "found 0 root links"),
+        (urdf(link(""), link("", "k"), link("", "m"), joint("k", "m"), joint("m", "k")), "is its own ancestor"),
         (urdf(link(BALL)), "no <inertial>"),
         (urdf(link(MASS)), "no <collision>"),
-        (urdf(link("")), "0 shapes"),
-        (urdf(link("<inertial/>" + BALL)), "mass of <link name='l'> is ''"),
+        (urdf(link("")), "found 0 collision shapes"),
+        (urdf(link("<inertial/>" + BALL)), "invalid mass of <link name='l'>: ''"),
         (urdf(link('<inertial><mass value="nan"/></inertial>' + BALL)), "0.001 to 10000"),
         (urdf(link('<inertial><origin xyz="1 0 0"/><mass value="1"/></inertial>' + BALL)), "centre of mass"),
         (urdf(link(MASS + BALL.replace("sphere", "capsule"))), "<capsule>"),
         (urdf(link(MASS + BALL.replace('radius="0.1"', 'radius="0"'))), "0.01 to 20"),
         (urdf(link(MASS + '<collision><origin xyz="1 2"/></collision>')), "3 numbers"),
-        (urdf(link(MASS + "<collision/>")), "one shape in it"),
-        (urdf(link(MASS + BALL * 65)), "65 shapes"),
+        (urdf(link(MASS + "<collision/>")), "with one shape"),
+        (urdf(link(MASS + BALL * 65)), "found 65 collision shapes"),
     ],
 )
-def test_what_is_not_supported_is_refused_by_name(text: str, words: str) -> None:
+def test_unsupported_elements_are_refused_by_name(text: str, words: str) -> None:
     with pytest.raises(RequestRefused, match=words) as refused:
         parse_model(text)
     assert refused.value.code == SpawnResult.RESOURCE_PARSE_ERROR
 
 
-def test_meshes_that_collide_are_refused() -> None:
+def test_collision_meshes_are_refused() -> None:
     mesh = '<collision><geometry><mesh filename="a.stl"/></geometry></collision>'
-    with pytest.raises(RequestRefused, match="meshes") as refused:
+    with pytest.raises(RequestRefused, match="mesh") as refused:
         parse_model(urdf(link(MASS + mesh)))
     assert refused.value.code == SpawnResult.UNSUPPORTED_ASSETS

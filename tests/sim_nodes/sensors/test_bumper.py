@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sim_nodes.geometry import quaternion
-from sim_nodes.physics import BodyState, TouchPoint
+from sim_nodes.physics import BodyState, ContactPoint
 from sim_nodes.robots.declaration import load_robot
 from sim_nodes.sensors.bumper import RELEASE_TICKS, Bump, Bumper
 
@@ -19,11 +19,11 @@ def bumper() -> Bumper:
     return Bumper(base.bumper, lambda: PLACE)
 
 
-def point(bearing: float, height: float = 0.05, entity: str = "box") -> TouchPoint:
-    """A point of the robot's rim at a bearing [rad] from straight ahead, to the left."""
+def point(bearing: float, height: float = 0.05, entity: str = "box") -> ContactPoint:
+    """Return a point of the robot's rim at a bearing [rad] from straight ahead, to the left."""
     angle = bearing + math.pi / 2
     outward = (math.cos(angle), math.sin(angle), 0.0)
-    return TouchPoint(entity, (2.0 + 0.164 * outward[0], 1.0 + 0.164 * outward[1], height), outward)
+    return ContactPoint(entity, (2.0 + 0.164 * outward[0], 1.0 + 0.164 * outward[1], height), outward)
 
 
 @pytest.mark.parametrize(
@@ -36,27 +36,27 @@ def point(bearing: float, height: float = 0.05, entity: str = "box") -> TouchPoi
         (-89, "bump_right"),
     ],
 )
-def test_zones_lie_about_the_front(degrees: float, zone: str) -> None:
+def test_zones_cover_the_front(degrees: float, zone: str) -> None:
     pressed = bumper()
     pressed.touch([point(math.radians(degrees))], 5)
     assert pressed.read(5).bumps == (Bump(zone, "box", 5),)
 
 
 @pytest.mark.parametrize("touched", [point(math.pi), point(math.radians(100)), point(0.0, height=0.2)])
-def test_touch_behind_and_above_does_not_press_it(touched: TouchPoint) -> None:
+def test_contacts_behind_and_above_do_not_press_a_bumper(touched: ContactPoint) -> None:
     pressed = bumper()
     pressed.touch([touched], 5)
     assert pressed.read(5).bumps == ()
 
 
-def test_a_short_touch_between_samples_is_told_and_over_after_a_while() -> None:
+def test_a_short_touch_between_samples_presses_and_releases() -> None:
     pressed = bumper()
     pressed.touch([point(0.0)], 5)
     assert pressed.read(5 + RELEASE_TICKS).bumps == (Bump("bump_front_center", "box", 5),)
     assert pressed.read(6 + RELEASE_TICKS).bumps == ()
 
 
-def test_what_rattles_is_pressed_since_it_began() -> None:
+def test_rattling_counts_as_one_press() -> None:
     pressed = bumper()
     for tick in (5, 8, 11):
         pressed.touch([point(0.0)], tick)
@@ -65,7 +65,7 @@ def test_what_rattles_is_pressed_since_it_began() -> None:
     assert pressed.read(12 + 2 * RELEASE_TICKS).bumps[0].since == 12 + 2 * RELEASE_TICKS
 
 
-def test_several_things_press_several_zones() -> None:
+def test_several_entities_press_several_zones() -> None:
     pressed = bumper()
     pressed.touch([point(1.2, entity="wall"), point(0.0), point(0.1)], 1)
     assert pressed.read(1).bumps == (Bump("bump_front_center", "box", 1), Bump("bump_left", "wall", 1))

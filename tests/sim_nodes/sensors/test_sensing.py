@@ -38,7 +38,7 @@ def check_rate(client: Client, sensor: str, lowest: float, highest: float, durat
 
 
 @pytest.mark.parametrize("sensor", ["lidar", "odometry", "imu", "bumper"])
-def test_the_latest_sample_is_told_once_one_has_arrived(sensor: str, maze: Client) -> None:
+def test_the_latest_sample_is_returned_after_the_first_arrival(sensor: str, maze: Client) -> None:
     with pytest.raises(RequestRefused, match=f"no sample of turtlebot4/{sensor} has arrived yet"):
         sample(maze, sensor)
     maze.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=60))  # 0.24 s
@@ -48,9 +48,9 @@ def test_the_latest_sample_is_told_once_one_has_arrived(sensor: str, maze: Clien
     assert [name for name, part in parts.items() if part is not None] == [sensor]
 
 
-def test_samples_say_what_there_is(maze: Client) -> None:
+def test_samples_contain_the_expected_values(maze: Client) -> None:
     for sensor in ("lidar", "imu", "bumper"):
-        maze.simulator.simulation.feed(ROBOT, sensor).in_use = True
+        maze.simulator.simulation.pipeline(ROBOT, sensor).in_use = True
     maze.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=250))
     scan, odometry = sample(maze, "lidar").lidar, sample(maze, "odometry").odometry
     imu, bumper = sample(maze, "imu").imu, sample(maze, "bumper").bumper
@@ -78,7 +78,7 @@ def test_a_bump_is_reported_by_zone_and_entity(engine: str) -> None:
     assert bump.since == pytest.approx(bumped.time, abs=0.03)
 
 
-def test_a_bump_elsewhere_is_another(empty: Client) -> None:
+def test_a_bump_of_another_zone_is_reported_separately(empty: Client) -> None:
     empty.spawn("box", pose(-0.6, 0.0, z=0.1))
     drive(empty, -0.3)
     watch_bumper(empty)
@@ -86,7 +86,7 @@ def test_a_bump_elsewhere_is_another(empty: Client) -> None:
         assert empty.advance(3.0).occurrences == ()  # it has no zones behind
 
 
-def test_a_bumper_without_power_feels_nothing(empty: Client) -> None:
+def test_a_bumper_without_power_reports_nothing(empty: Client) -> None:
     empty.spawn("box", pose(0.6, 0.0, z=0.1))
     drive(empty, 0.3)
     break_sensor(empty, "bumper", wire.PowerLoss())
@@ -107,7 +107,7 @@ def test_the_next_sample_is_reported_when_it_arrives(maze: Client) -> None:
     assert maze.run_until("next")[0].time == pytest.approx(0.26)
 
 
-def test_something_near_is_reported_by_bearing(empty: Client) -> None:
+def test_a_near_obstacle_is_reported_by_bearing(empty: Client) -> None:
     empty.spawn("box", pose(0.0, 1.0, z=0.1))
     ahead = wire.WatchRange(id="ahead", robot=ROBOT, sensor="lidar", distance=1.0, start=-0.5, end=0.5)
     left = wire.WatchRange(id="left", robot=ROBOT, sensor="lidar", distance=1.0, start=1.0, end=2.0)
@@ -118,12 +118,12 @@ def test_something_near_is_reported_by_bearing(empty: Client) -> None:
     assert empty.advance(1.0).occurrences == ()
 
 
-def test_rates_are_counted_and_faults_show(maze: Client) -> None:
+def test_rate_watches_detect_lost_samples(maze: Client) -> None:
     check_rate(maze, "lidar", 9.5, 10.5)
     ended, _ = maze.run_until("rate")
     assert ended.outcome is Outcome.SUCCEEDED
     assert ended.message == (
-        "10 samples of turtlebot4/lidar have arrived in 1 s, 10 a second; 9.5 to 10.5 were expected"
+        "10 samples of turtlebot4/lidar have arrived in 1 s, 10 a second; expected 9.5 to 10.5"
     )
     break_sensor(maze, "lidar", wire.MessageLoss(probability=0.5))
     check_rate(maze, "lidar", 9.5, 10.5, 2.0)
@@ -131,7 +131,7 @@ def test_rates_are_counted_and_faults_show(maze: Client) -> None:
     assert ended.outcome is Outcome.ABORTED
 
 
-def test_watches_go_on_in_a_world_that_is_reset(maze: Client) -> None:
+def test_watches_continue_after_a_reset(maze: Client) -> None:
     maze.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=100))
     check_rate(maze, "imu", 49.0, 51.0)
     maze.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=50))
@@ -139,10 +139,12 @@ def test_watches_go_on_in_a_world_that_is_reset(maze: Client) -> None:
     assert maze.run_until("rate")[0].outcome is Outcome.SUCCEEDED
 
 
-def test_what_makes_no_sense_is_refused(maze: Client) -> None:
-    with pytest.raises(RequestRefused, match="has no sensor 'nose': it has bumper, imu, lidar, odometry"):
+def test_invalid_requests_are_refused(maze: Client) -> None:
+    with pytest.raises(
+        RequestRefused, match="unknown sensor 'nose' of turtlebot4; sensors: bumper, imu, lidar, odometry"
+    ):
         sample(maze, "nose")
-    with pytest.raises(RequestRefused, match="no zone 'back': it has bump_right, bump_front_right"):
+    with pytest.raises(RequestRefused, match=r"unknown zone 'back' .*; zones: bump_right, bump_front_right"):
         watch_bumper(maze, "back")
     for start, end, distance, message in ((math.nan, 0.0, 1.0, "bearings"), (0.0, 1.0, -1.0, "distance")):
         with pytest.raises(RequestRefused, match=message):
@@ -150,10 +152,10 @@ def test_what_makes_no_sense_is_refused(maze: Client) -> None:
                 id="near", robot=ROBOT, sensor="lidar", distance=distance, start=start, end=end
             )
             maze.ask(wire.WATCH_RANGE, request)
-    with pytest.raises(RequestRefused, match="turtlebot4/imu measures no ranges"):
+    with pytest.raises(RequestRefused, match="turtlebot4/imu does not measure ranges"):
         request = wire.WatchRange(id="near", robot=ROBOT, sensor="imu", distance=1.0, start=0.0, end=1.0)
         maze.ask(wire.WATCH_RANGE, request)
-    with pytest.raises(RequestRefused, match="the bounds are zero or more, the lower one first"):
+    with pytest.raises(RequestRefused, match="expected bounds of zero or more, the lower one first"):
         check_rate(maze, "lidar", 11.0, 9.0)
-    with pytest.raises(RequestRefused, match=r"samples are counted for 0\.02 to 3600 s, not for nan s"):
+    with pytest.raises(RequestRefused, match=r"nan s for counting samples; expected 0\.02 to 3600 s"):
         check_rate(maze, "lidar", 9.0, 11.0, math.nan)

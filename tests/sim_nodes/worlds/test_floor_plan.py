@@ -47,7 +47,7 @@ def test_straight_walls_are_one_box_each() -> None:
     assert len(merged(ROOM < 128)) == 5
 
 
-def test_walls_are_where_the_picture_has_them(tmp_path: Path) -> None:
+def test_walls_match_the_dark_pixels(tmp_path: Path) -> None:
     world = parse_world(world_text(), "w", save(tmp_path))
     assert world.extent == (-1.0, -0.5, 2.0, 1.5)
     known = build_map(world.extent, world.walls)
@@ -55,7 +55,7 @@ def test_walls_are_where_the_picture_has_them(tmp_path: Path) -> None:
     assert np.array_equal(dark, ROOM == 0)
 
 
-def test_a_turned_plan_is_turned_about_its_lower_left_corner(tmp_path: Path) -> None:
+def test_a_rotated_plan_rotates_about_its_lower_left_corner(tmp_path: Path) -> None:
     text = world_text(f"{{{PLAN.replace('0.0]', f'{math.pi / 2}]')}}}")
     world = parse_world(text, "w", save(tmp_path))
     assert world.extent == pytest.approx((-3.0, -0.5, -1.0, 2.5))
@@ -75,7 +75,7 @@ def test_a_file_of_the_map_server_is_a_floor_plan(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["negated", "transparent", "grey", "16 bit"])
-def test_what_is_dark_is_wall(kind: str, tmp_path: Path) -> None:
+def test_dark_pixels_are_wall(kind: str, tmp_path: Path) -> None:
     pixels, more = ROOM, ""
     match kind:
         case "negated":
@@ -92,7 +92,7 @@ def test_what_is_dark_is_wall(kind: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_walls_of_a_plan_stop_what_rolls(engine: str, tmp_path: Path) -> None:
+def test_walls_of_a_plan_are_solid(engine: str, tmp_path: Path) -> None:
     text = world_text() + "props: [{name: ball, sphere: 0.1, mass: 1.0, pose: {x: -0.5, y: 1.0}}]\n"
     world = parse_world(text, "w", save(tmp_path))
     made = make_engine(engine)
@@ -108,7 +108,7 @@ def test_walls_of_a_plan_stop_what_rolls(engine: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_plan_of_many_walls_is_built(engine: str, tmp_path: Path) -> None:
+def test_a_plan_with_many_walls_loads(engine: str, tmp_path: Path) -> None:
     dotted = ROOM.copy()
     dotted[5:-5:4, 5:-5:4] = 0
     world = parse_world(world_text(), "w", save(tmp_path, dotted))
@@ -125,19 +125,19 @@ def test_a_plan_of_many_walls_is_built(engine: str, tmp_path: Path) -> None:
     [
         ("{image: plan.png}", "floor_plan"),
         (f"{{{PLAN}, mode: raw}}", "mode"),
-        (f"{{{PLAN}, occupied_thresh: 0.2}}", "`free_thresh` has to be less"),
+        (f"{{{PLAN}, occupied_thresh: 0.2}}", "expected `free_thresh` below"),
         (f"{{{PLAN.replace('0.05', '0')}}}", "resolution"),
         (f"{{{PLAN.replace('plan.png', 'none.png')}}}", "floor_plan: cannot read the floor plan"),
-        (f"{{{PLAN.replace('plan.png', 'text.png')}}}", "neither PNG nor PGM"),
+        (f"{{{PLAN.replace('plan.png', 'text.png')}}}", "expected PNG or PGM"),
         (f"{{{PLAN.replace('plan.png', 'cut.png')}}}", "cannot read the floor plan"),
-        (f"{{{PLAN.replace('plan.png', 'noise.png')}}}", "boxes, more than 2000"),
-        (f"{{{PLAN.replace('plan.png', 'large.png')}}}", "more than 4000000 altogether"),
+        (f"{{{PLAN.replace('plan.png', 'noise.png')}}}", "boxes; expected at most 2000"),
+        (f"{{{PLAN.replace('plan.png', 'large.png')}}}", "expected at most 4000000 altogether"),
         (f"{{{PLAN.replace('0.05', '0.01')}}}", "at least 1 m wide"),
         ("none.yaml", "floor_plan: cannot read"),
         ("wrong.yaml", "floor_plan: .*wrong.yaml:1: image: Field required"),
     ],
 )
-def test_a_wrong_plan_is_refused_with_the_place(plan: str, words: str, tmp_path: Path) -> None:
+def test_an_invalid_plan_is_refused_with_the_key(plan: str, words: str, tmp_path: Path) -> None:
     save(tmp_path)
     (tmp_path / "text.png").write_text("no picture")
     (tmp_path / "wrong.yaml").write_text("resolution: 0.05\norigin: [0, 0, 0]\n")
@@ -151,6 +151,6 @@ def test_a_wrong_plan_is_refused_with_the_place(plan: str, words: str, tmp_path:
     assert str(error.value).startswith("w.yaml")
 
 
-def test_a_world_says_how_large_it_is() -> None:
-    with pytest.raises(WorldError, match="an `extent`, or a `floor_plan`"):
+def test_a_world_requires_an_extent() -> None:
+    with pytest.raises(WorldError, match="either `extent` or `floor_plan`"):
         parse_world("name: w\n", "w")

@@ -1,4 +1,4 @@
-"""Which worlds there are, and what their files say of them."""
+"""Lists of available worlds, with descriptions and tags from their files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.wire import FilterMode, GetAvailableWorlds, TagsFilter
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.worlds import listing
+from sim_nodes import files
 from sim_nodes.worlds.loader import available_worlds
 from tests.sim_nodes.client import Client
 
@@ -21,7 +21,7 @@ def found(client: Client, *sources: str, tags: tuple[str, ...] = ()) -> wire.Ava
     return client.ask(wire.GET_AVAILABLE_WORLDS, GetAvailableWorlds(tags=wanted, sources=sources))
 
 
-def test_worlds_of_the_node_are_listed_with_what_they_are(empty: Client) -> None:
+def test_worlds_are_listed_with_descriptions(empty: Client) -> None:
     worlds = found(empty)
     assert worlds.names == available_worlds()
     assert [world.source for world in worlds.worlds] == list(worlds.names)
@@ -38,21 +38,21 @@ def test_worlds_of_folders_are_listed_by_paths_that_load_them(empty: Client, tmp
     path = str(tmp_path.resolve() / "yards" / "yard.yaml")
     assert worlds.names == (*available_worlds(), path)
     assert worlds.worlds[-1] == wire.WorldInfo(source=path, description="Outside.", tags=("outdoor", "small"))
-    assert worlds.message == "'here' is no folder here"
+    assert worlds.message == "folder not found: 'here'"
     assert empty.ask(wire.LOAD_WORLD, wire.LoadWorld(world=path)).world == "yard"
     assert empty.ask(wire.GET_CURRENT_WORLD, wire.Empty()).tags == ("outdoor", "small")
 
 
-def test_worlds_are_chosen_by_their_tags(empty: Client, tmp_path: Path) -> None:
+def test_worlds_are_filtered_by_tags(empty: Client, tmp_path: Path) -> None:
     (tmp_path / "yard.yaml").write_text(YARD)
     assert len(found(empty, str(tmp_path), tags=("small", "outdoor")).names) == 1
     assert found(empty, str(tmp_path), tags=("small", "indoor")).names == ()
-    with pytest.raises(RequestRefused, match="'' is no tag"):
+    with pytest.raises(RequestRefused, match="invalid tag ''"):
         found(empty, tags=("",))
 
 
-def test_a_long_list_says_where_it_ends(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(listing, "MAX_FILES", 2)
+def test_a_truncated_list_is_reported(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "MAX_FILES", 2)
     worlds = found(empty)
     assert worlds.names == available_worlds()[:2]
-    assert worlds.message == "after 2 files no more were looked at"
+    assert worlds.message == "ignored further files after the first 2"

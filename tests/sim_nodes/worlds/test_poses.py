@@ -1,4 +1,4 @@
-"""Poses that a world has names for."""
+"""Named poses of worlds."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def names(asked: Client, *tags: str, mode: int = FilterMode.ANY) -> list[str]:
     return [pose.name for pose in answer.poses]
 
 
-def test_poses_are_told_with_what_the_file_says_of_them(tmp_path: Path) -> None:
+def test_named_poses_have_descriptions_and_tags(tmp_path: Path) -> None:
     dock, shelf = client(tmp_path).ask(wire.GET_NAMED_POSES, TagsFilter()).poses
     assert (dock.name, dock.description, dock.tags) == ("dock", "by the door", ("goal", "charging"))
     position = dock.pose.position
@@ -45,25 +45,25 @@ def test_poses_are_told_with_what_the_file_says_of_them(tmp_path: Path) -> None:
     assert shelf.pose.position.z == 1.2
 
 
-def test_poses_are_chosen_by_their_tags(tmp_path: Path) -> None:
+def test_named_poses_are_filtered_by_tags(tmp_path: Path) -> None:
     asked = client(tmp_path)
     assert names(asked, "goal", "spawn") == ["dock", "shelf"]
     assert names(asked, "goal", "charging", mode=FilterMode.ALL) == ["dock"]
     assert names(asked, "goal", "spawn", mode=FilterMode.ALL) == []
 
 
-def test_the_room_at_a_pose_is_told_where_the_file_says_it(tmp_path: Path) -> None:
+def test_bounds_of_named_poses_are_returned(tmp_path: Path) -> None:
     asked = client(tmp_path)
     bounds = asked.ask(wire.GET_NAMED_POSE_BOUNDS, wire.PoseName(name="dock")).bounds
     assert bounds is not None
     assert (bounds.lower.x, bounds.upper.z) == (-0.5, 1.0)
     assert asked.ask(wire.GET_NAMED_POSE_BOUNDS, wire.PoseName(name="shelf")).bounds is None
-    with pytest.raises(RequestRefused, match="the world has no pose 'door': named are dock, shelf") as refused:
+    with pytest.raises(RequestRefused, match="unknown pose 'door' of the world; poses: dock, shelf") as refused:
         asked.ask(wire.GET_NAMED_POSE_BOUNDS, wire.PoseName(name="door"))
     assert refused.value.code == wire.Result.NOT_FOUND
 
 
-def test_they_come_with_snapshots(tmp_path: Path) -> None:
+def test_snapshots_contain_named_poses(tmp_path: Path) -> None:
     resumed = Client(client(tmp_path).ask(wire.SAVE_STATE, wire.Empty()), None)
     assert names(resumed) == ["dock", "shelf"]
 
@@ -76,16 +76,16 @@ def test_they_come_with_snapshots(tmp_path: Path) -> None:
             "yard.yaml:6: poses.0.pose: 'far' at (7, 0) is outside of the world",
         ),
         (SHELF + "  - {name: bare}\n", "yard.yaml:7: poses.1.pose: Field required"),
-        (SHELF + SHELF, "two of the `poses` have the same name"),
+        (SHELF + SHELF, "duplicate name in `poses`"),
         ("  - {name: a b, pose: {}}\n", "yard.yaml:6: poses.0.name: String should match"),
         ("  - {name: a, pose: {}, tags: [two words]}\n", "yard.yaml:6: poses.0.tags.0: String should match"),
         (
             "  - {name: a, pose: {}, bounds: {lower: [0, 0, 0], upper: [1, 0, 1]}}\n",
-            "yard.yaml:6: poses.0.bounds: Value error, `lower` has to be less than `upper`",
+            "yard.yaml:6: poses.0.bounds: Value error, expected `lower` below `upper`",
         ),
     ],
 )
-def test_mistakes_are_told_with_their_lines(poses: str, words: str) -> None:
+def test_errors_have_line_numbers(poses: str, words: str) -> None:
     with pytest.raises(WorldError) as error:
         parse_world(WORLD + poses, "yard.yaml")
     assert words in str(error.value)

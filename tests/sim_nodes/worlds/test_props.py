@@ -31,7 +31,7 @@ def world_file(folder: Path, text: str = PROPS) -> str:
     return str(path)
 
 
-def test_shapes_stand_on_the_floor_unless_said_otherwise() -> None:
+def test_shapes_stand_on_the_floor_by_default() -> None:
     crate, die, column, ball = parse_world(PROPS, "w").props
     assert [prop.model.parts[0].shape for prop in (crate, die, column, ball)] == [
         Box((0.4, 0.6, 0.5)),
@@ -43,7 +43,7 @@ def test_shapes_stand_on_the_floor_unless_said_otherwise() -> None:
     assert (crate.model.mass, crate.model.colour, die.model.friction) == (4.0, (0.5, 0.4, 0.3, 1.0), 0.4)
 
 
-def test_what_has_no_mass_stands_fixed_and_is_in_the_map() -> None:
+def test_props_without_mass_are_static_and_in_the_map() -> None:
     world = parse_world(PROPS, "w")
     assert [prop.name for prop in world.props if prop.model.static] == ["column"]
     known = build_map(world.extent, world.walls, world.outlines)
@@ -52,7 +52,7 @@ def test_what_has_no_mass_stands_fixed_and_is_in_the_map() -> None:
     assert known.distance[known.grid.cell(1.0, 1.0)] > 1.0
 
 
-def test_what_begins_overhead_is_in_nobodys_way() -> None:
+def test_overhead_props_are_not_in_the_map() -> None:
     text = PROPS.replace("pose: {x: -1.0}}", "pose: {x: -1.0, z: 1.1}}")
     assert parse_world(text, "w").outlines == ()
 
@@ -69,7 +69,7 @@ def test_props_are_entities_of_the_world(engine: str, tmp_path: Path) -> None:
         client.ask(wire.DELETE_ENTITY, wire.EntityName(name="ball"))
     with pytest.raises(RequestRefused, match="would overlap crate"):
         client.spawn("box", pose(1.0, 1.0), BOX)
-    with pytest.raises(RequestRefused, match="inside the floor") as refused:
+    with pytest.raises(RequestRefused, match="below the floor") as refused:
         client.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name="ball", pose=pose(2.0, 2.0)))
     assert refused.value.code != Result.OK
     client.ask(wire.SET_ENTITY_STATE, wire.SetEntityState(name="ball", pose=pose(2.0, 2.0, z=0.1)))
@@ -79,7 +79,7 @@ def test_props_are_entities_of_the_world(engine: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_prop_that_can_move_does_not_begin_inside_of_another(engine: str, tmp_path: Path) -> None:
+def test_a_movable_prop_inside_another_is_refused(engine: str, tmp_path: Path) -> None:
     client = Client("empty", engine=engine)
     client.advance(1.0)
     path = world_file(tmp_path, PROPS.replace("y: 1.0, z: 0.6", "y: 1.0, z: 0.4"))
@@ -94,20 +94,20 @@ def test_a_prop_that_can_move_does_not_begin_inside_of_another(engine: str, tmp_
 @pytest.mark.parametrize(
     ("prop", "words"),
     [
-        ("{name: a}", "props.0: .*has one of box, cube, cylinder, sphere, model, not none"),
-        ("{name: a, cube: 1, sphere: 1}", "not cube and sphere"),
+        ("{name: a}", "props.0: .*expected one of box, cube, cylinder, sphere, model in a prop, found none"),
+        ("{name: a, cube: 1, sphere: 1}", "found cube and sphere"),
         ("{name: a, cube: 0.001}", "props.0.cube"),
         ("{name: a, cube: 1, mass: 0}", "props.0.mass"),
-        ("{name: a, cube: 1, static: true}", "`static` is for models"),
-        ("{name: a, model: a.sdf, mass: 1}", "`mass` and `friction` of a model"),
+        ("{name: a, cube: 1, static: true}", "unexpected `static`"),
+        ("{name: a, model: a.sdf, mass: 1}", "unexpected `mass` or `friction`"),
         ("{name: a, cube: 1, colour: [2, 0, 0]}", "props.0.colour.0"),
-        ("{name: a, cube: 1, pose: {z: 0.2}}", "props.0.pose.z: 'a' would be 0.300 m inside the floor"),
-        ("{name: a, cube: 1}, {name: a, cube: 1}", "the name of prop 'a' is taken"),
-        ("{name: walls, cube: 1}", "the name of prop 'walls' is taken"),
+        ("{name: a, cube: 1, pose: {z: 0.2}}", "props.0.pose.z: 'a' would be 0.300 m below the floor"),
+        ("{name: a, cube: 1}, {name: a, cube: 1}", "duplicate name 'a' of a prop"),
+        ("{name: walls, cube: 1}", "duplicate name 'walls' of a prop"),
         ("{name: a, model: none.sdf}", "props.0.model: cannot read .*none.sdf"),
     ],
 )
-def test_a_wrong_prop_is_refused_with_the_place(prop: str, words: str, tmp_path: Path) -> None:
+def test_an_invalid_prop_is_refused_with_the_key(prop: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(WorldError, match=words) as error:
         parse_world(f"name: w\nextent: [-4, -4, 4, 4]\nprops: [{prop}]\n", "w.yaml", tmp_path)
     assert str(error.value).startswith("w.yaml")
@@ -119,11 +119,11 @@ def test_models_are_found_beside_the_world(tmp_path: Path) -> None:
     [prop] = parse_world(text, "w", tmp_path).props
     assert (prop.model.static, prop.model.colour) == (True, (1.0, 0.0, 0.0, 1.0))
     (tmp_path / "box.sdf").write_text("<sdf/>")
-    with pytest.raises(WorldError, match=r"props.0.model: box.sdf: the SDF file has 0 models"):
+    with pytest.raises(WorldError, match=r"props.0.model: box.sdf: found 0 models directly under <sdf>"):
         parse_world(text, "w", tmp_path)
 
 
-def test_a_tilted_box_covers_what_is_seen_from_above() -> None:
+def test_a_tilted_box_covers_its_outline_from_above() -> None:
     tilted = f"{{name: a, box: [1, 0.4, 0.2], pose: {{roll: 0.4, pitch: 0.3, yaw: {math.pi / 2}}}}}"
     world = parse_world(f"name: w\nextent: [-4, -4, 4, 4]\nprops: [{tilted}]\n", "w")
     known = build_map(world.extent, (), world.outlines)

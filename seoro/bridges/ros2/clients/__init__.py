@@ -1,1 +1,1 @@
-"""What is built of topics and services in ROS 2: actions, parameters, life cycles, transforms."""
+"""Clients of actions, parameters and life cycles of ROS 2."""

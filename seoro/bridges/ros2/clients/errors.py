@@ -1,8 +1,8 @@
-"""What those say who were asked for something.
+"""Rejections by nodes.
 
 BackendError
-|-- GoalRejected    the server of an action does not take a goal
-`-- NodeRefused     a node does not take a parameter, or has no such thing
+|-- GoalRejected    the server of an action rejected a goal
+`-- NodeRefused     a node is missing, or rejected a request
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from seoro.errors import BackendError
 
 
 class GoalRejected(BackendError):
-    """The server of an action does not take a goal."""
+    """The server of an action rejected a goal."""
 
 
 class NodeRefused(BackendError):
-    """A node does not take a parameter, or has no such thing."""
+    """A node is missing, lacks a parameter or a life cycle, or rejected a value."""

@@ -1,8 +1,8 @@
-"""States of nodes that have a life cycle (managed nodes): the present one, and each that they come to.
+"""States of lifecycle nodes (managed nodes): the present one, and each later one.
 
-A node tells of its transitions on `~/transition_event`, and of its state when asked by `~/get_state`. Transitions
-lead through states such as `configuring`, in which nodes are while they work on it; those are no states to be in.
-A node that dies tells nothing, but its services are gone.
+A node publishes its transitions on `~/transition_event`, and returns its state from `~/get_state`. Transition
+states such as `configuring` are not reported as states. A node that dies publishes nothing, but its services
+disappear.
 """
 
 from __future__ import annotations
@@ -11,128 +11,115 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 
-from seoro.background import background
-from seoro.bridges.ros2.clients.errors import NodeRefused
-from seoro.bridges.ros2.clients.parameters import ANSWER_WITHIN
-from seoro.bridges.ros2.errors import NoServiceServer
+from seoro.bridges.ros2.clients.parameters import call_node
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Qos
-from seoro.changes import Changes
+from seoro.concurrency.background import background
+from seoro.concurrency.condition import Condition
 from seoro.errors import SeoroError
 
 EVENTS = Qos(depth=100)
-GONE = "gone"  # the state of a node that is not there any more
-STATES = {
-    1: "unconfigured",
-    2: "inactive",
-    3: "active",
-    4: "finalized",
-}  # primary states, lifecycle_msgs/msg/State
+GONE = "gone"  # state of a node that has disappeared
+STATES = {1: "unconfigured", 2: "inactive", 3: "active", 4: "finalized"}  # primary: lifecycle_msgs/msg/State
 
 
-class _States:
-    """What is told of the states of a node, from what it says when asked and of its transitions.
+class _StateTracker:
+    """State of a node, from its response and its transitions.
 
     Args:
-        tell: Told of each state.
+        report: Called with each state.
     """
 
-    def __init__(self, tell: Callable[[str], None]) -> None:
-        self._tell = tell
+    def __init__(self, report: Callable[[str], None]) -> None:
+        self._report = report
         self._last = ""
-        self._is_leaving = False  # on its way to another state
+        self._is_changing = False
 
-    def begin(self, state: str) -> None:
-        """The node says that it is in a state, or in one on the way."""
-        self._last, self._is_leaving = state, state not in STATES.values()
-        if not self._is_leaving:
-            self._tell(state)
+    def set(self, state: str) -> None:
+        """Set the state that the node has responded, possibly a transition state."""
+        self._last, self._is_changing = state, state not in STATES.values()
+        if not self._is_changing:
+            self._report(state)
 
-    def take(self, event: Message) -> None:
-        """The node tells of a transition; one from before it was asked does not begin in its state, and is old."""
-        self._is_leaving = self._is_leaving or STATES.get(event.start_state.id) == self._last
+    def apply(self, event: Message) -> None:
+        """Apply a transition; ignore one that happened before the response, which starts in another state."""
+        self._is_changing = self._is_changing or STATES.get(event.start_state.id) == self._last
         state = STATES.get(event.goal_state.id)
-        if self._is_leaving and state is not None:
-            self._is_leaving, self._last = False, state
-            self._tell(state)
+        if self._is_changing and state is not None:
+            self._is_changing, self._last = False, state
+            self._report(state)
 
-    def end(self) -> None:
-        """The node is gone."""
-        self._is_leaving = True
-        self._tell(GONE)
+    def set_gone(self) -> None:
+        """Report that the node has disappeared."""
+        self._is_changing = True
+        self._report(GONE)
 
 
 @asynccontextmanager
-async def following_lifecycle(node: RosNode, other: str) -> AsyncIterator[AsyncIterator[str]]:
-    """Follow the states of another node for as long as the block lasts; `GONE` is one, too.
+async def watching_lifecycle(node: RosNode, other: str) -> AsyncIterator[AsyncIterator[str]]:
+    """Follow the states of another node during the block, including `GONE`.
 
     Args:
-        node: Who follows it.
+        node: Subscribing node.
         other: Full name of the other node.
 
     Raises:
-        NodeRefused: There is no such node with a life cycle.
-        CallFailed: It does not say in which state it is.
+        NodeRefused: The node is unknown, or has no life cycle.
+        CallFailed: The node does not send its state.
     """
     topic, type_name = f"{other}/transition_event", "lifecycle_msgs/msg/TransitionEvent"
-    told = deque[str | SeoroError]()
-    changes = Changes()
+    reports = deque[str | SeoroError]()
+    changes = Condition()
 
-    def tell(what: str | SeoroError) -> None:
-        told.append(what)
-        changes.tell()
+    def report(state: str | SeoroError) -> None:
+        reports.append(state)
+        changes.notify_all()
 
     async def states() -> AsyncIterator[str]:
         while True:
-            await changes.wait_for(lambda: told)
-            found = told.popleft()
-            if isinstance(found, SeoroError):
-                raise found
-            yield found
+            await changes.wait_for(lambda: reports)
+            state = reports.popleft()
+            if isinstance(state, SeoroError):
+                raise state
+            yield state
 
     async with node.subscribing(topic, type_name, EVENTS) as events, background() as tasks:
-        following = _States(tell)
-        following.begin(await lifecycle_state(node, other))
-        tasks.start_soon(_follow_transitions, events, following, tell)
-        tasks.start_soon(_follow_presence, node, other, following)
+        tracker = _StateTracker(report)
+        tracker.set(await lifecycle_state(node, other))
+        tasks.start_soon(_follow_transitions, events, tracker, report)
+        tasks.start_soon(_follow_presence, node, other, tracker)
         yield states()
 
 
 async def _follow_transitions(
-    events: Subscription, following: _States, tell: Callable[[str | SeoroError], None]
+    events: Subscription, tracker: _StateTracker, report: Callable[[str | SeoroError], None]
 ) -> None:
     try:
         async for received in events:
-            following.take(events.decode(received))
-    except SeoroError as error:  # it cannot be read
-        tell(error)
+            tracker.apply(events.decode(received))
+    except SeoroError as error:  # the message is undecodable
+        report(error)
 
 
-async def _follow_presence(node: RosNode, other: str, following: _States) -> None:
+async def _follow_presence(node: RosNode, other: str, tracker: _StateTracker) -> None:
     service = f"{other}/get_state"
     while True:
-        await node.graph.wait_for(lambda seen: not seen.servers(service))
-        following.end()
-        await node.graph.wait_for(lambda seen: seen.servers(service))
-        with suppress(SeoroError):  # then it may tell of its next transition
-            following.begin(await lifecycle_state(node, other))
+        await node.graph.wait_for(lambda graph: not graph.servers(service))
+        tracker.set_gone()
+        await node.graph.wait_for(lambda graph: graph.servers(service))
+        with suppress(SeoroError):  # its next transition may be published nonetheless
+            tracker.set(await lifecycle_state(node, other))
 
 
 async def lifecycle_state(node: RosNode, other: str) -> str:
-    """In which state another node is now; maybe one of those on the way.
+    """Return the present state of another node, possibly a transition state.
 
     Raises:
-        NodeRefused: There is no such node with a life cycle.
-        CallFailed: It does not say.
+        NodeRefused: The node is unknown, or has no life cycle.
+        CallFailed: The node does not send its state.
     """
-    async with node.calling(f"{other}/get_state", "lifecycle_msgs/srv/GetState") as client:
-        try:
-            await client.wait_for_server(ANSWER_WITHIN)
-        except NoServiceServer:
-            nodes = ", ".join(node.graph.nodes()) or "none"
-            raise NodeRefused(f"there is no node {other} that has a life cycle; nodes are {nodes}") from None
-        response = await client.call({}, ANSWER_WITHIN)
+    response = await call_node(node, other, "get_state", "lifecycle_msgs/srv/GetState", {}, "a life cycle")
     state = response.current_state
     return STATES.get(state.id, str(state.label))

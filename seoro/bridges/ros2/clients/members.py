@@ -1,4 +1,4 @@
-"""Messages as mappings of their members."""
+"""Messages as mappings of members."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from seoro.bridges.ros2.interfaces.messages import attribute
 
 
 class Members(Mapping[str, Any]):
-    """A message, looked into as if it were plain values: only what is asked for is converted.
+    """Mapping of the members of a message to plain values, converted on access.
 
     Args:
         message: The message.
@@ -26,7 +26,7 @@ class Members(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         if name not in self.message.__members__:
             raise KeyError(name)
-        return _shown(getattr(self.message, attribute(name)))
+        return _plain(getattr(self.message, attribute(name)))
 
     def __contains__(self, name: object) -> bool:
         return name in self.message.__members__
@@ -41,13 +41,13 @@ class Members(Mapping[str, Any]):
         return repr(dict(self))
 
 
-def _shown(value: Any) -> Any:
+def _plain(value: Any) -> Any:
     match value:
         case Message():
             return Members(value)
         case np.ndarray() | np.generic():
             return value.tolist()
         case list() | tuple():
-            return [_shown(item) for item in value]
+            return [_plain(item) for item in value]
         case _:
             return value

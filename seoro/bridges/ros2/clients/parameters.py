@@ -1,8 +1,8 @@
-"""Parameters of nodes: their values as texts, and setting them.
+"""Parameters of nodes: list, get and set them.
 
-Kinds of values, and the members of `rcl_interfaces/msg/ParameterValue` that hold them, are those of
-`rcl_interfaces/msg/ParameterType`. A text is read as YAML, as `ros2 param set` does. Beyond that, a node is asked
-for the kind of a parameter first: a whole number is then given as a double where it has one, and `1` as a text.
+Types of parameters, and the members of `rcl_interfaces/msg/ParameterValue` for their values, are those of
+`rcl_interfaces/msg/ParameterType`. A text is parsed as YAML, as `ros2 param set` does. Beyond that, the type of
+the parameter is requested from the node: `1` becomes a double or a string if the parameter is one.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.errors import NoServiceServer
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
-from seoro.errors import InvalidUse
-from seoro.plain_yaml import read_yaml
+from seoro.errors import UsageError
+from seoro.files.plain_yaml import read_yaml
 
-ANSWER_WITHIN = 10.0  # [s] that nodes may take for what they do at once
+ANSWER_TIMEOUT = 10.0  # [s] for services of nodes that respond at once
 
 NOT_SET, BOOL, INTEGER, DOUBLE, STRING, BYTE_ARRAY, BOOL_ARRAY, INTEGER_ARRAY, DOUBLE_ARRAY, STRING_ARRAY = range(
     10
@@ -45,14 +45,14 @@ _ARRAYS: Final[Mapping[int, int]] = MappingProxyType(
 
 
 def read_parameter(text: str, kind: int = NOT_SET) -> dict[str, Any]:
-    """What a text says, as the members of a `rcl_interfaces/msg/ParameterValue`.
+    """Parse a text into the members of a `rcl_interfaces/msg/ParameterValue`.
 
     Args:
         text: The text.
-        kind: What the node has for the parameter; `NOT_SET` if that is not known.
+        kind: Type of the parameter; `NOT_SET` if unknown.
 
     Raises:
-        InvalidUse: No parameter can have that value.
+        UsageError: The text is an invalid parameter value.
     """
     value = _read(text)
     if kind == STRING and not isinstance(value, str):
@@ -61,8 +61,8 @@ def read_parameter(text: str, kind: int = NOT_SET) -> dict[str, Any]:
         value = _with_floats(value)
     found = _kind(value, kind)
     if found is None:
-        raise InvalidUse(
-            f"`{text}` is no value of a parameter: that is a bool, a number, a text, or a list of one kind of them"
+        raise UsageError(
+            f"`{text}` is an invalid parameter value; expected a bool, number or text, or a list of one kind"
         )
     return {"type": found, _MEMBERS[found]: list(value) if isinstance(value, list) else value}
 
@@ -106,65 +106,85 @@ async def set_parameter(node: RosNode, other: str, name: str, text: str) -> None
     """Set a parameter of another node.
 
     Args:
-        node: Who asks for that.
+        node: Requesting node.
         other: Full name of the other node.
-        name: The parameter.
-        text: Its value.
+        name: Name of the parameter.
+        text: Value of the parameter.
 
     Raises:
-        InvalidUse: No parameter can have that value.
-        NodeRefused: There is no such node, or it does not take the value; says why.
-        CallFailed: It does not respond.
+        UsageError: The text is an invalid parameter value.
+        NodeRefused: The node is unknown, or rejects the value; the message has the reason.
+        CallFailed: The node does not respond.
     """
     declared = await _ask(node, other, "get_parameter_types", "GetParameterTypes", {"names": [name]})
     kind = int(declared.types[0]) if len(declared.types) else NOT_SET
     parameter = {"name": name, "value": read_parameter(text, kind)}
     response = await _ask(node, other, "set_parameters", "SetParameters", {"parameters": [parameter]})
     if not response.results:
-        raise NodeRefused(f"{other} says nothing of the parameter `{name}`")
+        raise NodeRefused(f"{other} sent no result for the parameter `{name}`")
     result = response.results[0]
     if not result.successful:
-        raise NodeRefused(f"{other} does not take `{text}` for `{name}`: {result.reason or 'it gives no reason'}")
+        raise NodeRefused(f"{other} rejects `{text}` for `{name}`: {result.reason or 'no reason given'}")
 
 
 async def _ask(node: RosNode, other: str, service: str, kind: str, request: Mapping[str, Any]) -> Message:
-    async with node.calling(f"{other}/{service}", f"rcl_interfaces/srv/{kind}") as client:
+    return await call_node(node, other, service, f"rcl_interfaces/srv/{kind}", request, "parameters")
+
+
+async def call_node(
+    node: RosNode, other: str, service: str, type_name: str, request: Mapping[str, Any], feature: str
+) -> Message:
+    """Call a service of another node.
+
+    Args:
+        node: Calling node.
+        other: Full name of the other node.
+        service: Name of the service below that of the node.
+        type_name: Type of the service.
+        request: The request.
+        feature: Feature that nodes with the service have, in messages.
+
+    Raises:
+        NodeRefused: The node is unknown, or lacks the service.
+        CallFailed: The node does not respond.
+    """
+    async with node.calling(f"{other}/{service}", type_name) as client:
         try:
-            await client.wait_for_server(ANSWER_WITHIN)
+            await client.wait_for_server(ANSWER_TIMEOUT)
         except NoServiceServer:
             nodes = ", ".join(name for name in node.graph.nodes() if name != node.node.full_name) or "none"
-            raise NodeRefused(f"there is no node {other} that has parameters; nodes are {nodes}") from None
-        return await client.call(request, ANSWER_WITHIN)
+            raise NodeRefused(f"no node {other} with {feature} (nodes: {nodes})") from None
+        return await client.call(request, ANSWER_TIMEOUT)
 
 
 async def list_parameters(node: RosNode, other: str) -> list[str]:
-    """The names of all parameters of another node, sorted.
+    """Return the names of all parameters of another node, sorted.
 
     Raises:
-        NodeRefused: There is no such node that has parameters.
-        CallFailed: It does not respond.
+        NodeRefused: The node is unknown, or has no parameters.
+        CallFailed: The node does not respond.
     """
     response = await _ask(node, other, "list_parameters", "ListParameters", {})
     return sorted(map(str, response.result.names))
 
 
 async def get_parameters(node: RosNode, other: str, names: Sequence[str]) -> dict[str, Any]:
-    """The values of parameters of another node; None for those that are declared and not set.
+    """Return the values of parameters of another node; None for declared parameters without a value.
 
     Raises:
-        NodeRefused: There is no such node that has parameters, or it has not all of them.
-        CallFailed: It does not respond.
+        NodeRefused: The node is unknown, or lacks one of the parameters.
+        CallFailed: The node does not respond.
     """
     response = await _ask(node, other, "get_parameters", "GetParameters", {"names": list(names)})
     if len(response.values) != len(names):
         known = await list_parameters(node, other)
         unknown = next((name for name in names if name not in known), names[0])
         near = ", ".join(get_close_matches(unknown, known, n=3)) or ", ".join(known) or "none"
-        raise NodeRefused(f"{other} has no parameter `{unknown}`; there is {near}")
+        raise NodeRefused(f"{other} has no parameter `{unknown}` (parameters: {near})")
     return {name: _value(value) for name, value in zip(names, response.values, strict=True)}
 
 
 def _value(message: Any) -> Any:
-    """What a `rcl_interfaces/msg/ParameterValue` says."""
+    """Convert a `rcl_interfaces/msg/ParameterValue`."""
     member = _MEMBERS.get(int(message.type))
     return None if member is None else Members(message)[member]

@@ -1,24 +1,35 @@
-"""Whether things are there that a scenario waits for: nodes, topics, services, actions, and who has them."""
+"""Presence of the nodes, topics, services and actions that a scenario waits for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from typing import assert_never
+from typing import Final
 
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.wire import Endpoint, Node, Ros2Dds
-from seoro.errors import InvalidUse
-from seoro.runtime.ros_system import Wanted
+from seoro.bridges.ros2.wire import Endpoint, Ros2Dds
+from seoro.errors import UsageError
+from seoro.runtime.contracts.ros2 import Wanted
+
+Find = Callable[[RosGraph, str], tuple[Endpoint, ...]]
+
+_ENDPOINTS: Final[Mapping[str, tuple[Find, ...]]] = {
+    "topic": (RosGraph.publishers, RosGraph.subscriptions),
+    "publisher": (RosGraph.publishers,),
+    "subscription": (RosGraph.subscriptions,),
+    "service": (RosGraph.servers,),
+    "server": (RosGraph.servers,),
+    "action": (RosGraph.action_servers,),
+}
 
 
 class Presence:
-    """Looks for things in a system; those of its own session and of seoro's bridges do not count.
+    """Presence of entities in a system; those of its own session and of seoro's bridges do not count.
 
     Args:
-        node: Who looks.
+        node: Node of the own session.
     """
 
     def __init__(self, node: RosNode) -> None:
@@ -26,66 +37,47 @@ class Presence:
         self._own = node.node.session
 
     def resolved(self, wanted: Wanted) -> Wanted:
-        """The same by full names.
+        """Return a wanted entity with full names.
 
         Raises:
-            InvalidUse: The names cannot be such, or nothing can be said of nodes here.
+            UsageError: A name is invalid, or the system does not announce nodes.
         """
         if (wanted.node or wanted.kind == "node") and isinstance(self._node.system.dialect, Ros2Dds):
-            raise InvalidUse("a bridge for DDS robots does not tell of nodes", help="wait for topics or services")
+            raise UsageError("a bridge for DDS robots does not announce nodes", help="wait for topics or services")
         node = full_name(wanted.node) if wanted.node else ""
         name = full_name(wanted.name) if wanted.kind == "node" else self._node.resolve(wanted.name)
         return Wanted(wanted.kind, name, node)
 
     def has(self, graph: RosGraph, wanted: Wanted) -> bool:
-        """Whether something is there."""
-        match wanted.kind:
-            case "node":
-                return wanted.name in graph.nodes()
-            case "topic":
-                return self._is_any(graph.publishers(wanted.name)) or self._is_any(
-                    graph.subscriptions(wanted.name)
-                )
-            case "service":
-                return self._is_any(graph.servers(wanted.name))
-            case "action":
-                return self._is_any(graph.action_servers(wanted.name))
-            case "publisher":
-                return self._is_any(graph.publishers(wanted.name), wanted.node)
-            case "subscription":
-                return self._is_any(graph.subscriptions(wanted.name), wanted.node)
-            case "server":
-                return self._is_any(graph.servers(wanted.name), wanted.node)
-            case _:
-                assert_never(wanted.kind)
+        """Return whether a wanted entity exists."""
+        if wanted.kind == "node":
+            return wanted.name in graph.nodes()
+        found = (each for find in _ENDPOINTS[wanted.kind] for each in find(graph, wanted.name))
+        return any(self._counts(each, wanted.node) for each in found)
 
-    def _is_any(self, endpoints: Iterable[Endpoint], node: str = "") -> bool:
-        def is_it(owner: Node | None) -> bool:
-            if node:
-                return owner is not None and owner.full_name == node
-            return owner is None or owner.name not in (BRIDGE, GUARD)  # who wait for the robot themselves
-
-        return any(each.session != self._own and is_it(each.node) for each in endpoints)
+    def _counts(self, endpoint: Endpoint, node: str) -> bool:
+        owner = endpoint.node
+        if endpoint.session == self._own:
+            return False
+        if node:
+            return owner is not None and owner.full_name == node
+        return owner is None or owner.name not in (BRIDGE, GUARD)  # these wait for the robot, too
 
     def missing(self, wanted: Wanted) -> str:
-        """That something is not there, and what is there of a similar name."""
-        graph = self._node.graph
-        what = (
-            f"{wanted.kind} {wanted.name}"
-            if wanted.kind in ("node", "topic", "service", "action")
-            else (f"{wanted.kind} of {wanted.name}")
-        )
+        """Describe a missing entity, and entities with a similar name."""
+        is_endpoint = wanted.kind in ("publisher", "subscription", "server")
+        text = f"{wanted.kind} {'of ' if is_endpoint else ''}{wanted.name}"
         if wanted.node:
-            what += f" in the node {wanted.node}"
-        known = _names(graph, wanted)
+            text += f" in the node {wanted.node}"
+        known = _names(self._node.graph, wanted)
         if wanted.name in known:
-            return what
+            return text
         near = get_close_matches(wanted.name, known, n=3)
-        return f"{what} (there is {', '.join(near)})" if near else what
+        return f"{text} (similar: {', '.join(near)})" if near else text
 
 
 def full_name(node: str) -> str:
-    """The full name of a node: one without a namespace is in the root."""
+    """Return the full name of a node, which is in the root if it has no namespace."""
     return node if node.startswith("/") else f"/{node}"
 
 
@@ -93,11 +85,9 @@ def _names(graph: RosGraph, wanted: Wanted) -> Iterable[str]:
     match wanted.kind:
         case "node":
             return graph.nodes()
-        case "topic" | "publisher" | "subscription":
-            return graph.topics(hidden=True)
         case "service" | "server":
             return graph.services(hidden=True)
         case "action":
             return graph.actions()
         case _:
-            assert_never(wanted.kind)
+            return graph.topics(hidden=True)

@@ -1,4 +1,4 @@
-"""Where the links of a robot are, by its URDF and the positions of its joints (as robot_state_publisher does)."""
+"""Transforms of the links of a robot, from its URDF and joint positions, as robot_state_publisher has them."""
 
 from __future__ import annotations
 
@@ -11,57 +11,57 @@ from xml.etree.ElementTree import Element
 from defusedxml import ElementTree
 
 from seoro.bridges.ros2.geometry import Quaternion, header, quaternion
+from seoro.bridges.ros2.tf.transform import IDENTITY, Transform, Vector
 
-TURNING, SLIDING = ("revolute", "continuous"), "prismatic"
-
-Vector = tuple[float, float, float]
+REVOLUTE, PRISMATIC = ("revolute", "continuous"), "prismatic"
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of a URDF: the child link in the frame of the parent, and how it moves."""
+    """A joint of a URDF: its parent and child links, its origin in the parent, and its axis and speed limit."""
 
     name: str
     kind: str
     parent: str
     child: str
-    place: Vector  # [m]
-    turn: Quaternion
+    origin: Transform
     axis: Vector
-    speed: float  # that it can have [rad/s, m/s]
+    speed: float  # [rad/s, m/s]
 
     @property
     def moves(self) -> bool:
-        """Whether the child moves against the parent."""
-        return self.kind in TURNING or self.kind == SLIDING
+        """Whether the child moves relative to the parent."""
+        return self.kind in REVOLUTE or self.kind == PRISMATIC
 
     def transform(self, position: float, time: float) -> dict[str, Any]:
-        """A `geometry_msgs/TransformStamped` of a position [rad, m] at a time [s]."""
-        (x, y, z), turn = self.place, self.turn
-        if self.kind in TURNING:
-            turn = turn.times(_about(self.axis, position))
-        elif self.kind == SLIDING:
-            dx, dy, dz = turn.turned(*(part * position for part in self.axis))
-            x, y, z = x + dx, y + dy, z + dz
+        """Make a `geometry_msgs/TransformStamped` for a joint position [rad, m] and a time [s]."""
+        found = self.origin
+        if self.kind in REVOLUTE:
+            found @= Transform(IDENTITY.translation, _about(self.axis, position))
+        elif self.kind == PRISMATIC:
+            x, y, z = self.axis
+            found @= Transform((x * position, y * position, z * position), IDENTITY.rotation)
+        x, y, z = found.translation
+        rotation = Quaternion(*found.rotation)._asdict()
         return {
             "header": header(self.parent, time),
             "child_frame_id": self.child,
-            "transform": {"translation": {"x": x, "y": y, "z": z}, "rotation": turn._asdict()},
+            "transform": {"translation": {"x": x, "y": y, "z": z}, "rotation": rotation},
         }
 
 
 @dataclass(frozen=True)
 class Links:
-    """The links of a robot."""
+    """Links of a robot."""
 
     joints: tuple[Joint, ...]
 
     def fixed(self) -> list[dict[str, Any]]:
-        """The transforms that never change."""
+        """Return the transforms of fixed joints."""
         return [joint.transform(0.0, 0.0) for joint in self.joints if not joint.moves]
 
     def moving(self, positions: Mapping[str, float], time: float) -> list[dict[str, Any]]:
-        """Those of joints whose positions [rad, m] are known, at a time [s]."""
+        """Return the transforms of moving joints with known positions [rad, m], at a time [s]."""
         return [
             joint.transform(positions[joint.name], time)
             for joint in self.joints
@@ -70,7 +70,7 @@ class Links:
 
 
 def read_links(urdf: str) -> Links:
-    """The links in the text of a URDF that a simulator node has checked."""
+    """Parse the text of a URDF that a simulator node has checked."""
     return Links(tuple(_joint(element) for element in ElementTree.fromstring(urdf).iter("joint")))
 
 
@@ -80,8 +80,10 @@ def _joint(element: Element) -> Joint:
         kind=element.get("type", "fixed"),
         parent=_link(element, "parent"),
         child=_link(element, "child"),
-        place=_numbers(element, "origin", "xyz", (0.0, 0.0, 0.0)),
-        turn=quaternion(*_numbers(element, "origin", "rpy", (0.0, 0.0, 0.0))),
+        origin=Transform(
+            _numbers(element, "origin", "xyz", (0.0, 0.0, 0.0)),
+            quaternion(*_numbers(element, "origin", "rpy", (0.0, 0.0, 0.0))),
+        ),
         axis=_numbers(element, "axis", "xyz", (1.0, 0.0, 0.0)),
         speed=_speed(element),
     )
@@ -107,6 +109,7 @@ def _numbers(element: Element, name: str, attribute: str, default: Vector) -> Ve
 
 
 def _about(axis: Vector, angle: float) -> Quaternion:
+    """Return the rotation about an axis by an angle [rad]."""
     length = math.hypot(*axis)
     sine = math.sin(angle / 2.0) / length
     return Quaternion(axis[0] * sine, axis[1] * sine, axis[2] * sine, math.cos(angle / 2.0))

@@ -1,4 +1,4 @@
-"""What robots of a simulator sense, as messages of ROS 2 (REP 103 and 105)."""
+"""Conversion of samples of simulated robots to ROS 2 messages (REP 103 and 105)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Fields = dict[str, Any]
 
 
 def clock(time: float) -> Fields:
-    """A `rosgraph_msgs/Clock` of a time [s]."""
+    """Make a `rosgraph_msgs/Clock` from a time [s]."""
     return {"clock": stamp(time)}
 
 
 def laser_scan(scan: wire.LaserScan, lidar: wire.LidarDescription, time: float) -> Fields:
-    """A `sensor_msgs/LaserScan`, in the frame of the link that the lidar is on."""
+    """Make a `sensor_msgs/LaserScan` in the frame of the link of the lidar."""
     bearings = scan.bearings
     increment = (bearings[-1] - bearings[0]) / (len(bearings) - 1) if len(bearings) > 1 else 0.0
     first = bearings[0] - lidar.yaw
@@ -40,7 +40,7 @@ def laser_scan(scan: wire.LaserScan, lidar: wire.LidarDescription, time: float) 
 
 
 def odometry(sample: wire.OdometrySample, base: str, time: float) -> Fields:
-    """A `nav_msgs/Odometry`; it says nothing of how far it is off."""
+    """Make a `nav_msgs/Odometry`, without covariances."""
     return {
         "header": header(ODOM, time),
         "child_frame_id": base,
@@ -50,7 +50,7 @@ def odometry(sample: wire.OdometrySample, base: str, time: float) -> Fields:
 
 
 def imu(sample: wire.ImuSample, base: str, time: float) -> Fields:
-    """A `sensor_msgs/Imu`, without an orientation, which such a unit does not know."""
+    """Make a `sensor_msgs/Imu`, without an orientation, which the sensor does not measure."""
     unknown = np.zeros(9)
     unknown[0] = -1.0
     return {
@@ -62,7 +62,7 @@ def imu(sample: wire.ImuSample, base: str, time: float) -> Fields:
 
 
 def battery_state(charge: float, base: str, time: float) -> Fields:
-    """A `sensor_msgs/BatteryState` of a charge from 0 to 1; what simulated ones do not have is no number."""
+    """Make a `sensor_msgs/BatteryState` of a charge from 0 to 1; unknown fields are NaN."""
     unknown = math.nan
     return {
         "header": header(base, time),
@@ -78,26 +78,26 @@ def battery_state(charge: float, base: str, time: float) -> Fields:
     }
 
 
-def believed_pose(told: wire.StreamedPose, time: float) -> Fields:
-    """A `geometry_msgs/PoseWithCovarianceStamped` in the map, as AMCL publishes it."""
+def estimated_pose(pose: wire.StreamedPose, time: float) -> Fields:
+    """Make a `geometry_msgs/PoseWithCovarianceStamped` in the map, as AMCL publishes it."""
     covariance = np.zeros(36)
-    covariance[[0, 7]] = told.deviation**2 / 2.0  # both axes alike
-    return {"header": header(MAP, time), "pose": {"pose": pose_message(told.base), "covariance": covariance}}
+    covariance[[0, 7]] = pose.deviation**2 / 2.0  # equal for both axes
+    return {"header": header(MAP, time), "pose": {"pose": pose_message(pose.base), "covariance": covariance}}
 
 
 def occupancy_grid(grid: wire.OccupancyGrid) -> Fields:
-    """A `nav_msgs/OccupancyGrid`, as a map server publishes it."""
+    """Make a `nav_msgs/OccupancyGrid`, as a map server publishes it."""
     info = {
         "resolution": grid.resolution,
         "width": grid.columns,
         "height": grid.rows,
-        "origin": pose_message(wire.Pose(position=wire.Vector3(x=grid.x, y=grid.y))),
+        "origin": pose_message(wire.Pose3D(wire.Position3D(grid.x, grid.y))),
     }
     return {"header": header(MAP, 0.0), "info": info, "data": np.frombuffer(grid.cells, dtype=np.int8)}
 
 
 def joint_state(joints: wire.JointStates, time: float) -> Fields:
-    """A `sensor_msgs/JointState`."""
+    """Make a `sensor_msgs/JointState`."""
     return {
         "header": header("", time),
         "name": list(joints.names),
@@ -107,6 +107,6 @@ def joint_state(joints: wire.JointStates, time: float) -> Fields:
     }
 
 
-def transform(parent: str, child: str, pose: wire.Pose, time: float) -> Fields:
-    """A `geometry_msgs/TransformStamped`."""
+def transform(parent: str, child: str, pose: wire.Pose3D, time: float) -> Fields:
+    """Make a `geometry_msgs/TransformStamped`."""
     return {"header": header(parent, time), "child_frame_id": child, "transform": transform_message(pose)}

@@ -1,4 +1,4 @@
-"""The simulator node that is exposed: asked, and followed in what happens and in what is published."""
+"""Client of the exposed simulator node: its requests, events and streams."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from itertools import count
 
 import anyio
 
-from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.ros2.expose.worlds import Worlds
 from seoro.bridges.session import Bound, Mailbox, Sample, subscribing
 from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.concurrency.background import background
 from seoro.errors import BackendError
 
-WAIT = 5.0  # [s] for what happens, until the node is asked again
-PATIENCE = 3600.0  # [s] for an answer: a node may be amid many steps; one that is gone is noticed at once
-WAITING = Bound(500)  # what was published and not passed on yet: 10 s of it
+EVENTS_TIMEOUT = 5.0  # [s] of a request for events
+ANSWER_TIMEOUT = 3600.0  # [s]; a node may be busy with many steps, and the loss of a node is noticed at once
+WAITING = Bound(500)  # queue of a stream: 10 s
 
-Told = Callable[[wire.NavigationFeedback], None]
+OnFeedback = Callable[[wire.NavigationFeedback], None]
 
 
 class ExposedNode:
     """A simulator node.
 
     Args:
-        address: How it is reached.
+        address: Address of the node.
 
     Attributes:
-        worlds: Which of its worlds is exposed.
+        worlds: World of the node.
     """
 
     def __init__(self, address: NodeAddress) -> None:
@@ -39,29 +39,29 @@ class ExposedNode:
         self._client = secrets.token_hex(4)
         self._numbers = count(1)
         self._ends: dict[str, asyncio.Future[wire.Occurrence]] = {}
-        self._ways: dict[str, Told] = {}
+        self._on_feedback: dict[str, OnFeedback] = {}
         self.worlds = Worlds()
 
     async def ask(self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q) -> wire.A:
-        """Ask it to carry out a verb.
+        """Send a request, and return the answer.
 
         Raises:
-            BackendRefused: It said no.
-            BackendLost: It is gone, or does not answer.
+            BackendRefused: The node refuses the request.
+            BackendLost: The node has disappeared, or does not answer.
         """
-        return await ask(self.address, verb, request, PATIENCE)
+        return await ask(self.address, verb, request, ANSWER_TIMEOUT)
 
     async def pursue(
         self, verb: wire.Verb[wire.Q, wire.Empty], request: Callable[[str], wire.Q]
     ) -> wire.Occurrence:
-        """Ask for what has a goal, and wait for its end; when this is cancelled, so is the goal.
+        """Send a goal, and wait for its end; if the task is cancelled, the goal is canceled.
 
         Args:
-            verb: What is asked for.
-            request: Makes the request from the id of the goal.
+            verb: Verb of the request.
+            request: Makes the request from the ID of the goal.
 
         Raises:
-            BackendRefused: The node said no.
+            BackendRefused: The node refuses the request.
         """
         goal = f"ros-{self._client}-{next(self._numbers)}"
         end: asyncio.Future[wire.Occurrence] = asyncio.get_running_loop().create_future()
@@ -77,70 +77,70 @@ class ExposedNode:
             del self._ends[goal]
 
     async def _cancel(self, goal: str) -> None:
-        with suppress(BackendError):  # it has ended by itself, or with the node
+        with suppress(BackendError):  # the goal has ended, or the node has disappeared
             await self.ask(wire.CANCEL_GOAL, wire.CancelGoal(id=goal))
 
     @asynccontextmanager
-    async def on_its_way(self, robot: str, told: Told) -> AsyncIterator[None]:
-        """Be told how far a robot is on its way, for as long as the block lasts."""
-        self._ways[robot] = told
+    async def receiving_feedback(self, robot: str, on_feedback: OnFeedback) -> AsyncIterator[None]:
+        """Receive the navigation feedback of a robot for the duration of the block."""
+        self._on_feedback[robot] = on_feedback
         try:
             yield
         finally:
-            if self._ways.get(robot) is told:
-                del self._ways[robot]
+            if self._on_feedback.get(robot) is on_feedback:
+                del self._on_feedback[robot]
 
     async def last_number(self) -> int:
-        """The number of what has happened last."""
-        return (await self.ask(wire.AWAIT_HAPPENINGS, wire.AwaitHappenings())).number
+        """Return the number of the last event."""
+        return (await self.ask(wire.AWAIT_EVENTS, wire.AwaitEvents())).number
 
     async def follow(self, number: int) -> None:
-        """Tell of ends, ways to goals and other worlds after a number, for ever.
+        """Dispatch ends, feedback and world changes after an event number, without end.
 
         Raises:
-            BackendLost: The node is gone.
+            BackendLost: The node has disappeared.
         """
         while True:
-            asked = wire.AwaitHappenings(since=number, wait=WAIT)
-            happened = await self.ask(wire.AWAIT_HAPPENINGS, asked)
-            number = happened.number
-            for each in happened.happenings:
-                self._tell(each)
+            request = wire.AwaitEvents(since=number, wait=EVENTS_TIMEOUT)
+            answer = await self.ask(wire.AWAIT_EVENTS, request)
+            number = answer.number
+            for each in answer.events:
+                self._dispatch(each)
 
-    def _tell(self, happening: wire.Happening) -> None:
-        occurrence, feedback = happening.occurrence, happening.feedback
+    def _dispatch(self, event: wire.LoggedEvent) -> None:
+        occurrence, feedback = event.occurrence, event.feedback
         if occurrence is not None and occurrence.id in self._ends and not self._ends[occurrence.id].done():
             self._ends[occurrence.id].set_result(occurrence)
-        if feedback is not None and feedback.robot in self._ways:
-            self._ways[feedback.robot](feedback)
-        if happening.world is not None:
-            self.worlds.tell(happening.world.number)
+        if feedback is not None and feedback.robot in self._on_feedback:
+            self._on_feedback[feedback.robot](feedback)
+        if event.world is not None:
+            self.worlds.set_number(event.world.number)
 
     @asynccontextmanager
-    async def streaming(self, wanted: wire.OpenStream) -> AsyncIterator[Mailbox[wire.Streamed]]:
-        """Have it publish, for as long as the block lasts. The name of the stream is made here."""
+    async def streaming(self, wanted: wire.OpenStream) -> AsyncIterator[Mailbox[wire.StreamUpdate]]:
+        """Open a stream of data, with a new name, for the duration of the block."""
         name = f"ros-{self._client}-{next(self._numbers)}"
-        told: Mailbox[wire.Streamed] = Mailbox(WAITING)
+        updates: Mailbox[wire.StreamUpdate] = Mailbox(WAITING)
         key = wire.node_stream(self.address.namespace, self.address.node, name)
 
-        def take(sample: Sample) -> None:
-            told.put(wire.decode(wire.Streamed, sample.payload, wire.ANSWER), len(sample.payload))
+        def on_sample(sample: Sample) -> None:
+            updates.put(wire.decode(wire.StreamUpdate, sample.payload, wire.ANSWER), len(sample.payload))
 
-        async with subscribing(self.address.session, key, take):
+        async with subscribing(self.address.session, key, on_sample):
             await self.ask(wire.OPEN_STREAM, wanted.model_copy(update={"id": name}))
             try:
-                yield told
+                yield updates
             finally:
                 with anyio.CancelScope(shield=True), suppress(BackendError):
                     await self.ask(wire.CLOSE_STREAM, wire.StreamName(id=name))
 
 
 @asynccontextmanager
-async def following(address: NodeAddress) -> AsyncIterator[ExposedNode]:
-    """Follow a simulator node for as long as the block lasts, from before its beginning on.
+async def following_node(address: NodeAddress) -> AsyncIterator[ExposedNode]:
+    """Follow the events of a simulator node during the block.
 
     Raises:
-        BackendLost: The node is gone.
+        BackendLost: The node has disappeared.
     """
     node = ExposedNode(address)
     number = await node.last_number()

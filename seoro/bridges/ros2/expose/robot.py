@@ -1,6 +1,6 @@
-"""A robot of a simulator as topics of ROS 2, under the names that a TurtleBot 4 or an arm of UR has them.
+"""A simulated robot as ROS 2 topics, with the names of a TurtleBot 4 or an arm of UR.
 
-Frames have no prefixes: as Nav2 has it for many robots, each has `tf` and `tf_static` in its own namespace.
+Frames have no prefixes: as in Nav2 with several robots, each robot has `tf` and `tf_static` in its own namespace.
 """
 
 from __future__ import annotations
@@ -8,11 +8,10 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.errors import DefinitionMismatch
@@ -27,10 +26,11 @@ from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.session import Bound
+from seoro.concurrency.background import background
 from seoro.errors import BackendRefused
 
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
-LATEST = Bound(1)  # of what commands a robot, only the last counts
+LATEST = Bound(1)  # queue of commands
 POSED = "geometry_msgs/msg/PoseWithCovarianceStamped"
 SENSED = ("lidar", "odometry", "imu")
 
@@ -39,13 +39,13 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class ExposedRobot:
-    """A robot.
+    """A robot to expose.
 
     Attributes:
-        name: Its name.
-        description: What it is made of.
-        stamped: Whether commands of velocity have stamps.
-        navigates: Whether it finds its way by itself, if it drives.
+        name: Name of the robot.
+        description: Description of the robot.
+        stamped: Whether velocity commands have stamps.
+        navigates: Whether to expose the navigation of a driving robot.
     """
 
     name: str
@@ -55,12 +55,12 @@ class ExposedRobot:
 
     @property
     def drives(self) -> bool:
-        """Whether it has a base that drives."""
+        """Whether the robot has a driving base."""
         return self.description.max_speed > 0.0
 
     @property
-    def wanted(self) -> wire.OpenStream:
-        """What has to be streamed of it."""
+    def stream(self) -> wire.OpenStream:
+        """Stream of the data of the robot."""
         sensors = tuple(name for name in SENSED if name in self.description.sensors)
         return wire.OpenStream(
             id="",
@@ -72,16 +72,16 @@ class ExposedRobot:
 
 
 class RobotTopics:
-    """The topics that a robot publishes.
+    """Published topics of a robot.
 
     Args:
         robot: The robot.
-        topics: Its publications by the names of their topics.
+        topics: Publishers by the names of their topics.
 
     Attributes:
-        links: Its links and joints.
-        believed: Where it believes to be in the map; None as long as it does not know.
-        positions: Where its joints are [rad, m], by their names.
+        links: Links and joints of the robot.
+        estimate: Estimated pose in the map; None while it is unknown.
+        positions: Positions of the joints [rad, m], by name.
     """
 
     def __init__(self, robot: ExposedRobot, topics: dict[str, Publication]) -> None:
@@ -89,14 +89,14 @@ class RobotTopics:
         self._topics = topics
         self.links: Links = read_links(robot.description.urdf)
         self._base = robot.description.base_link
-        self.believed: wire.Pose | None = None
+        self.estimate: wire.Pose3D | None = None
         self.positions: dict[str, float] = {}
 
-    def describe(self, base_in_map: wire.Pose | None) -> None:
-        """Publish once what does not change.
+    def describe(self, base_in_map: wire.Pose3D | None) -> None:
+        """Publish the static transforms and the description.
 
         Args:
-            base_in_map: Where the base stands, if it does not move.
+            base_in_map: Pose of a fixed base.
         """
         fixed = self.links.fixed()
         if base_in_map is not None:
@@ -105,7 +105,7 @@ class RobotTopics:
         self._topics["robot_description"].publish({"data": self._robot.description.urdf})
 
     def publish_sample(self, sample: wire.SensorSample) -> None:
-        """Publish what a sensor says."""
+        """Publish a sensor sample."""
         time, lidar = sample.time, self._robot.description.lidar
         if sample.lidar is not None and lidar is not None:
             self._topics["scan"].publish(messages.laser_scan(sample.lidar, lidar, time))
@@ -115,14 +115,14 @@ class RobotTopics:
         if sample.imu is not None:
             self._topics["imu"].publish(messages.imu(sample.imu, self._base, time))
 
-    def publish_pose(self, told: wire.StreamedPose, time: float) -> None:
-        """Publish where the robot believes that it is."""
-        self.believed = told.base
-        self._topics["amcl_pose"].publish(messages.believed_pose(told, time))
-        self._transform(messages.transform(MAP, ODOM, told.odom, time))
+    def publish_pose(self, pose: wire.StreamedPose, time: float) -> None:
+        """Publish the estimated pose of the robot."""
+        self.estimate = pose.base
+        self._topics["amcl_pose"].publish(messages.estimated_pose(pose, time))
+        self._transform(messages.transform(MAP, ODOM, pose.odom, time))
 
     def publish_joints(self, joints: wire.JointStates, time: float) -> None:
-        """Publish how its joints are, and the transforms that follow from that."""
+        """Publish the joint states, and the transforms of the links."""
         self._topics["joint_states"].publish(messages.joint_state(joints, time))
         self.positions = dict(zip(joints.names, joints.positions, strict=True))
         moving = self.links.moving(self.positions, time)
@@ -130,7 +130,7 @@ class RobotTopics:
             self._topics["tf"].publish({"transforms": moving})
 
     def publish_battery(self, charge: float, time: float) -> None:
-        """Publish how its battery is."""
+        """Publish the charge of the battery."""
         self._topics["battery_state"].publish(messages.battery_state(charge, self._base, time))
 
     def _transform(self, transform: dict[str, Any]) -> None:
@@ -139,11 +139,11 @@ class RobotTopics:
 
 @asynccontextmanager
 async def exposing_robot(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -> AsyncIterator[RobotTopics]:
-    """Expose a robot by a ROS node of its own, for as long as the block lasts.
+    """Expose a robot by its own ROS node during the block.
 
     Args:
-        ros: The ROS node, in the namespace of the robot.
-        node: The simulator node that the robot is in.
+        ros: ROS node in the namespace of the robot.
+        node: Simulator node of the robot.
         robot: The robot.
     """
     async with AsyncExitStack() as stack:
@@ -151,18 +151,18 @@ async def exposing_robot(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -
             topic: await stack.enter_async_context(ros.publishing(topic, kind, qos))
             for topic, kind, qos in _published(robot)
         }
-        told = RobotTopics(robot, topics)
-        told.describe(None if robot.drives else await _place(node, robot.name))
+        published = RobotTopics(robot, topics)
+        published.describe(None if robot.drives else await _true_pose(node, robot.name))
         if robot.drives:
-            await stack.enter_async_context(_commanding(ros, node, robot))
+            await stack.enter_async_context(_subscribing_to_velocity(ros, node, robot))
         if robot.drives and robot.navigates:
             topics["map"].publish(messages.occupancy_grid(await node.ask(wire.GET_MAP, wire.Empty())))
-            await stack.enter_async_context(_locating(ros, node, robot))
-            await stack.enter_async_context(serving_navigation(ros, node, robot.name, lambda: told.believed))
+            await stack.enter_async_context(_subscribing_to_initial_pose(ros, node, robot))
+            await stack.enter_async_context(serving_navigation(ros, node, robot.name, lambda: published.estimate))
         if robot.description.arm is not None:
-            arm = ExposedArm(node, robot.name, told.links, lambda: told.positions)
+            arm = ExposedArm(node, robot.name, published.links, lambda: published.positions)
             await stack.enter_async_context(serving_arm(ros, arm))
-        yield told
+        yield published
 
 
 def _published(robot: ExposedRobot) -> list[tuple[str, str, Qos | None]]:
@@ -186,60 +186,63 @@ def _published(robot: ExposedRobot) -> list[tuple[str, str, Qos | None]]:
     return topics
 
 
-async def _place(node: ExposedNode, robot: str) -> wire.Pose:
+async def _true_pose(node: ExposedNode, robot: str) -> wire.Pose3D:
     return (await node.ask(wire.GET_ENTITY_STATE, wire.EntityName(name=robot))).pose
 
 
-@asynccontextmanager
-async def _commanding(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -> AsyncIterator[None]:
-    """Take velocities."""
-
+def _subscribing_to_velocity(
+    ros: RosNode, node: ExposedNode, robot: ExposedRobot
+) -> AbstractAsyncContextManager[None]:
     async def command(message: Any) -> None:
-        twist = _within(robot.description, geometry.twist(message.twist if robot.stamped else message))
+        twist = _limited(robot.description, geometry.twist(message.twist if robot.stamped else message))
         await node.ask(wire.CMD_VEL, wire.CmdVel(robot=robot.name, twist=twist))
 
     velocity = "geometry_msgs/msg/TwistStamped" if robot.stamped else "geometry_msgs/msg/Twist"
-    async with ros.subscribing("cmd_vel", velocity, bound=LATEST) as velocities, background() as tasks:
-        tasks.start_soon(_obey, velocities, command)
-        yield
+    return _handling(ros, "cmd_vel", velocity, command)
 
 
-@asynccontextmanager
-async def _locating(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -> AsyncIterator[None]:
-    """Take initial poses."""
-
-    async def place(message: Any) -> None:
+def _subscribing_to_initial_pose(
+    ros: RosNode, node: ExposedNode, robot: ExposedRobot
+) -> AbstractAsyncContextManager[None]:
+    async def set_pose(message: Any) -> None:
         if (frame := message.header.frame_id) not in ("", MAP):
-            raise ValueError(f"the initial pose is in the frame {frame!r}: give it in {MAP!r}")
+            raise ValueError(f"unsupported frame {frame!r} of the initial pose: expected {MAP!r}")
         pose = geometry.pose(message.pose.pose)
         await node.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=robot.name, pose=pose))
 
-    async with ros.subscribing("initialpose", POSED, bound=LATEST) as poses, background() as tasks:
-        tasks.start_soon(_obey, poses, place)
-        yield
+    return _handling(ros, "initialpose", POSED, set_pose)
 
 
-def _within(description: wire.RobotDescription, twist: wire.Twist) -> wire.Twist:
-    """A velocity as a base carries it out, which is as fast as it can be, and ahead or about itself.
+def _limited(description: wire.RobotDescription, twist: wire.Twist) -> wire.Twist:
+    """Limit a velocity to the speeds and directions of a base.
 
     Raises:
-        ValueError: A part of it is no number.
+        ValueError: The velocity is not finite.
     """
     if not (math.isfinite(twist.linear.x) and math.isfinite(twist.angular.z)):
-        raise ValueError("a velocity has a part that is no number")
-    fastest, quickest = description.max_speed, description.max_turn_rate
-    ahead = max(-fastest, min(fastest, twist.linear.x))
-    turn = max(-quickest, min(quickest, twist.angular.z))
-    return wire.Twist(linear=wire.Vector3(x=ahead), angular=wire.Vector3(z=turn))
+        raise ValueError("the velocity is not finite")
+    speed, turn_rate = description.max_speed, description.max_turn_rate
+    linear = max(-speed, min(speed, twist.linear.x))
+    angular = max(-turn_rate, min(turn_rate, twist.angular.z))
+    return wire.Twist(linear=wire.Vector3(x=linear), angular=wire.Vector3(z=angular))
 
 
-async def _obey(subscription: Subscription, carry_out: Callable[[Message], Awaitable[None]]) -> None:
-    """Carry out what arrives; what cannot be is said once, until something else is wrong."""
-    said = ""
-    async for received in subscription:
-        try:
-            await carry_out(subscription.decode(received))
-        except (BackendRefused, ValueError, InvalidPayload, DefinitionMismatch) as error:
-            if str(error) != said:
-                said = str(error)
-                log.warning("%s: %s", subscription.topic, said)
+@asynccontextmanager
+async def _handling(
+    ros: RosNode, topic: str, type_name: str, handle: Callable[[Message], Awaitable[None]]
+) -> AsyncIterator[None]:
+    """Handle the latest message of a topic during the block; log each failure once in a row."""
+
+    async def handle_all(subscription: Subscription) -> None:
+        logged = ""
+        async for received in subscription:
+            try:
+                await handle(subscription.decode(received))
+            except (BackendRefused, ValueError, InvalidPayload, DefinitionMismatch) as error:
+                if str(error) != logged:
+                    logged = str(error)
+                    log.warning("%s: %s", subscription.topic, logged)
+
+    async with ros.subscribing(topic, type_name, bound=LATEST) as subscription, background() as tasks:
+        tasks.start_soon(handle_all, subscription)
+        yield

@@ -1,4 +1,4 @@
-"""Exposing a simulator node: from its endpoint and that of a ROS 2 system to both, until one of them is gone."""
+"""Exposure of a simulator node as a ROS 2 system, from the endpoints of both."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 
-from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.launch import find_simulator
 from seoro.bridges.ros2.expose import messages
-from seoro.bridges.ros2.expose.node import ExposedNode, following
+from seoro.bridges.ros2.expose.node import ExposedNode, following_node
 from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_robot
 from seoro.bridges.ros2.expose.simulation import serving_simulation
 from seoro.bridges.ros2.interfaces import TypeStore
@@ -19,35 +18,36 @@ from seoro.bridges.ros2.participant import RosSystem, open_system
 from seoro.bridges.ros2.silent_peers import announce_silent_peers
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
-from seoro.bridges.seals import node_seals
-from seoro.bridges.secured import node_keys, security_of
 from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
-from seoro.errors import BackendRefused, InvalidUse
-from seoro.keys.roles import MOVING
+from seoro.concurrency.background import background
+from seoro.errors import BackendRefused, UsageError
+from seoro.security.keys.roles import MOVING
+from seoro.security.network.endpoint_keys import node_keys, security_of
+from seoro.security.network.peers import node_signer
 
 log = logging.getLogger(__name__)
 
 NODE = "seoro_simulator"
 HELP = (
-    "start a simulator with `seoro sim mujoco`, and a router with `ros2 run rmw_zenoh_cpp rmw_zenohd`, or be the "
-    "router with `--ros-listen`"
+    "start a simulator with `seoro sim mujoco`, and a router with `ros2 run rmw_zenoh_cpp rmw_zenohd` or with "
+    "`--ros-listen`"
 )
 
 
 @dataclass(frozen=True)
 class ExposeSettings:
-    """What is exposed where.
+    """Options of an exposed simulator.
 
     Attributes:
         simulator: Zenoh endpoint of the simulator node.
-        router: Zenoh endpoint of the router of the ROS 2 system; None to be the router.
-        listen: Endpoint to be the router on, if there is none to connect to.
+        router: Zenoh endpoint of the router of the ROS 2 system; None to run a router.
+        listen: Zenoh endpoint of the router to run, if any.
         domain: ROS_DOMAIN_ID.
-        root: The robot that has its topics without a namespace, as if it were alone; empty for none.
-        stamped: Whether commands of velocity are `TwistStamped`.
-        navigation: Whether robots find their way by themselves; without, that is left to others, such as Nav2.
+        root: Robot whose topics have no namespace; empty for none.
+        stamped: Whether velocity commands are `TwistStamped`.
+        navigation: Whether to expose the navigation of the robots; otherwise, use Nav2 for example.
     """
 
     simulator: str
@@ -60,16 +60,16 @@ class ExposeSettings:
 
 
 async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatures], None]) -> None:
-    """Expose a simulator node, for ever.
+    """Expose a simulator node, without end.
 
     Args:
-        settings: What, and where.
-        ready: Called when all is announced.
+        settings: Options.
+        ready: Called when all topics and services of a world are announced.
 
     Raises:
-        InvalidUse: There is no simulator node or no router, or no robot of the name that was given.
-        BackendRefused: The simulator node says no to what exposing its world needs.
-        BackendLost: The simulator node is gone.
+        UsageError: The simulator node, the router or the named robot is missing.
+        BackendRefused: The simulator node refuses a necessary request.
+        BackendLost: The simulator node has disappeared.
     """
     keys = node_keys(settings.simulator, MOVING)
     security = security_of(settings.simulator, keys)
@@ -81,20 +81,20 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):
             name = await find_simulator(near, settings.simulator)
-            address = NodeAddress(near, NAMESPACE, name, seals=node_seals(near, name, keys))
+            address = NodeAddress(near, NAMESPACE, name, signer=node_signer(near, name, keys))
             await address.prove()
-            async with following(address) as node, background() as tasks:
+            async with following_node(address) as node, background() as tasks:
                 if listens:
                     tasks.start_soon(announce_silent_peers, far)
                 await _expose(node, system, settings, ready)
     except SessionError as error:
-        raise InvalidUse(str(error), help=HELP) from error
+        raise UsageError(str(error), help=HELP) from error
     except ExceptionGroup as group:
-        raise _first(group) from None
+        raise _first_error(group) from None
 
 
-def _first(error: Exception) -> Exception:
-    return _first(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
+def _first_error(error: Exception) -> Exception:
+    return _first_error(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
 
 
 async def _expose(
@@ -105,56 +105,59 @@ async def _expose(
         ros.publishing("/clock", "rosgraph_msgs/msg/Clock") as clock,
         serving_simulation(ros, node),
     ):
-        begun = False
+        is_first = True
         while True:
-            order = node.worlds.order
+            request = node.worlds.request
             features = await node.ask(wire.GET_SIMULATOR_FEATURES, wire.Empty())
-            _look_for_root(features, settings.root, begun=begun)
-            begun = True
+            _check_root(features, settings.root, is_first=is_first)
+            is_first = False
             try:
-                async with _world(node, system, settings, features, clock):
+                async with _exposing_world(node, system, settings, features, clock):
                     ready(features)
-                    await node.worlds.be_exposed(order, features.world_number)
+                    await node.worlds.wait_replaced(request, features.world_number)
             except BackendRefused:
                 if not await _has_another_world(node, features):
                     raise
 
 
-def _look_for_root(features: wire.SimulatorFeatures, root: str, *, begun: bool) -> None:
-    """Say that the robot is not there that is to have no namespace; a later world may lack it."""
+def _check_root(features: wire.SimulatorFeatures, root: str, *, is_first: bool) -> None:
+    """Check that the first world has the robot without a namespace; warn if a later world lacks it.
+
+    Raises:
+        UsageError: The first world lacks the robot.
+    """
     names = [robot.name for robot in features.robots]
     if not root or root in names:
         return
     known = f"robots of {features.world or 'no world'}: {', '.join(names) or 'none'}"
-    if not begun:
-        raise InvalidUse(f"there is no robot '{root}'", help=known)
-    log.warning("no robot has topics without a namespace: there is no '%s'; %s", root, known)
+    if is_first:
+        raise UsageError(f"unknown robot '{root}'", help=known)
+    log.warning("no robot has topics without a namespace: unknown robot '%s'; %s", root, known)
 
 
 @asynccontextmanager
-async def _world(
+async def _exposing_world(
     node: ExposedNode,
     system: RosSystem,
     settings: ExposeSettings,
     features: wire.SimulatorFeatures,
     clock: Publication,
 ) -> AsyncIterator[None]:
-    """Expose the robots of the world that is loaded, for as long as the block lasts."""
-    names = [robot.name for robot in features.robots]
+    """Expose the robots of the present world during the block."""
     async with AsyncExitStack() as stack:
         robots: dict[str, RobotTopics] = {}
-        wanted = wire.OpenStream(id="")
-        for name in names:
+        stream = wire.OpenStream(id="")
+        for name in [robot.name for robot in features.robots]:
             description = await node.ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot=name))
             robot = ExposedRobot(name, description, settings.stamped, settings.navigation)
             namespace = "/" if name == settings.root else f"/{name}"
             ros = await stack.enter_async_context(system.node(f"seoro_{name}", namespace))
             robots[name] = await stack.enter_async_context(exposing_robot(ros, node, robot))
-            wanted = _joined(wanted, robot.wanted)
+            stream = _joined(stream, robot.stream)
         if features.state is not wire.SimulationState.NO_WORLD:
-            told = await stack.enter_async_context(node.streaming(wanted))
+            updates = await stack.enter_async_context(node.streaming(stream))
             tasks = await stack.enter_async_context(background())
-            tasks.start_soon(_pass_on, told, clock, robots)
+            tasks.start_soon(_publish_updates, updates, clock, robots)
         yield
 
 
@@ -173,15 +176,16 @@ async def _has_another_world(node: ExposedNode, before: wire.SimulatorFeatures) 
     return (now.world_number, now.world, now.robots) != (before.world_number, before.world, before.robots)
 
 
-async def _pass_on(stream: Mailbox[wire.Streamed], clock: Publication, robots: Mapping[str, RobotTopics]) -> None:
-    """Publish what the simulator node publishes."""
-    async for told in stream:
-        clock.publish(messages.clock(told.time))
-        for each in told.samples:
+async def _publish_updates(
+    stream: Mailbox[wire.StreamUpdate], clock: Publication, robots: Mapping[str, RobotTopics]
+) -> None:
+    async for update in stream:
+        clock.publish(messages.clock(update.time))
+        for each in update.samples:
             robots[each.robot].publish_sample(each.sample)
-        for pose in told.poses:
-            robots[pose.robot].publish_pose(pose, told.time)
-        for joints in told.joints:
-            robots[joints.robot].publish_joints(joints.joints, told.time)
-        for battery in told.batteries:
-            robots[battery.robot].publish_battery(battery.charge, told.time)
+        for pose in update.poses:
+            robots[pose.robot].publish_pose(pose, update.time)
+        for joints in update.joints:
+            robots[joints.robot].publish_joints(joints.joints, update.time)
+        for battery in update.batteries:
+            robots[battery.robot].publish_battery(battery.charge, update.time)

@@ -1,43 +1,42 @@
-"""Which world of a simulator node is exposed, and whether there is another one to be exposed."""
+"""World of an exposed simulator node, and its replacement."""
 
 from __future__ import annotations
 
-from seoro.changes import Changes
+from seoro.concurrency.condition import Condition
 
 
 class Worlds:
-    """The worlds of a node as those know them who load them here, and as the node tells of what others load."""
+    """Worlds of a node: requests to expose another world, and world numbers reported by the node.
+
+    Attributes:
+        request: Number of the last request to expose another world.
+    """
 
     def __init__(self) -> None:
-        self._order = 0
-        self._carried_out = 0
-        self._told = 0
-        self._changes = Changes()
+        self.request = 0
+        self._exposed = 0  # last request whose world is exposed
+        self._number = 0
+        self._changes = Condition()
 
-    @property
-    def order(self) -> int:
-        """The last order to expose a world; a world that the node is asked for from now on carries it out."""
-        return self._order
+    async def replace(self) -> None:
+        """Request that the robots of another world are exposed, and wait until they are."""
+        self.request += 1
+        request = self.request
+        self._changes.notify_all()
+        await self._changes.wait_for(lambda: self._exposed >= request)
 
-    async def change(self) -> None:
-        """Have the robots of another world exposed, in the place of those before; waits until they are."""
-        self._order += 1
-        order = self._order
-        self._changes.tell()
-        await self._changes.wait_for(lambda: self._carried_out >= order)
+    def set_number(self, number: int) -> None:
+        """Set the number of the present world of the node."""
+        self._number = number
+        self._changes.notify_all()
 
-    def tell(self, number: int) -> None:
-        """Say which number the world has that the node has now."""
-        self._told = number
-        self._changes.tell()
-
-    async def be_exposed(self, order: int, number: int) -> None:
-        """Let a world be exposed until there is another.
+    async def wait_replaced(self, request: int, number: int) -> None:
+        """Note that a world is exposed, and wait for another one.
 
         Args:
-            order: The order that is carried out by that.
-            number: The number that the world has at the node.
+            request: Number of the last request before the world was read from the node.
+            number: Number of the world at the node.
         """
-        self._carried_out = order
-        self._changes.tell()
-        await self._changes.wait_for(lambda: self._order > order or self._told > number)
+        self._exposed = request
+        self._changes.notify_all()
+        await self._changes.wait_for(lambda: self.request > request or self._number > number)

@@ -1,7 +1,7 @@
 """Interfaces of ROS 2: their definitions, type hashes, and messages in CDR.
 
-Lowest part of the room: it knows neither Zenoh nor asyncio. `TypeStore` is all that others need. Numpy and rosbags
-are imported when the first message is encoded or decoded.
+This package imports neither Zenoh nor asyncio. `TypeStore` is its main type. Numpy and rosbags are imported when
+the first message is encoded or decoded.
 """
 
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, InvalidPayload, InvalidValue, UnknownInterface

@@ -1,4 +1,4 @@
-"""From lists and numpy arrays to what the wire has."""
+"""Conversion of lists and numpy arrays to members of messages."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 
 from seoro.bridges.ros2.interfaces.definitions import Array, Scalar, Sequence
 from seoro.bridges.ros2.interfaces.messages import Message
-from seoro.bridges.ros2.interfaces.mismatch import Mismatch, unfit
+from seoro.bridges.ros2.interfaces.mismatch import Mismatch, mismatch_of
 from seoro.bridges.ros2.interfaces.scalars import Convert, scalar_converter
 
 _OCTETS: Final = ("byte", "char", "uint8")
 
 
 def list_converter(type_: Array | Sequence, convert: Convert) -> Convert:
-    """What turns a list into one of texts or structures, each by `convert`."""
+    """Return a converter of lists of strings or structures; `convert` converts an element."""
 
     def converted(value: Any) -> list[Any]:
         if not _is_list(value):
-            raise unfit(f"a list ({type_})", value)
+            raise mismatch_of(f"a list ({type_})", value)
         _check_length(type_, len(value))
         return _all(value, convert)
 
@@ -27,7 +27,7 @@ def list_converter(type_: Array | Sequence, convert: Convert) -> Convert:
 
 
 def array_converter(type_: Array | Sequence, element: Scalar) -> Convert:
-    """What turns a list, bytes or a numpy array into a numpy array of numbers or truth values."""
+    """Return a converter of lists, bytes and numpy arrays to numpy arrays of numbers or booleans."""
     dtype = np.dtype(np.uint8 if element.name in _OCTETS else element.name)
     convert = scalar_converter(element)
 
@@ -37,7 +37,7 @@ def array_converter(type_: Array | Sequence, element: Scalar) -> Convert:
         elif isinstance(value, bytes | bytearray) and element.name in _OCTETS:
             made = np.frombuffer(value, dtype)
         elif not _is_list(value):
-            raise unfit(f"a list ({type_})", value)
+            raise mismatch_of(f"a list ({type_})", value)
         else:
             _check_length(type_, len(value))
             return np.array(_all(value, convert), dtype)
@@ -54,21 +54,21 @@ def _is_list(value: Any) -> bool:
 def _converted_array(
     type_: Array | Sequence, value: np.ndarray[Any, Any], dtype: np.dtype[Any]
 ) -> np.ndarray[Any, Any]:
-    """A numpy array with the elements that the wire wants, the same one where possible."""
+    """Convert a numpy array to a type; return the same array if possible."""
     if value.ndim != 1:
-        raise unfit(f"one dimension ({type_})", value, "`array.ravel()` has all elements, row by row")
+        raise mismatch_of(f"one dimension ({type_})", value, "`array.ravel()` has all elements, row by row")
     if value.dtype != dtype:
         kinds = {"f": "fiu", "i": "iu", "u": "iu", "b": "b"}[dtype.kind]
         if value.dtype.kind not in kinds and value.size:
-            raise unfit(f"an array of {dtype}", value)
+            raise mismatch_of(f"an array of {dtype}", value)
         if dtype.kind in "iu" and value.size:
             limits = np.iinfo(dtype)
             if int(value.min()) < limits.min or int(value.max()) > limits.max:
-                raise unfit(f"numbers from {limits.min} to {limits.max} ({type_})", value)
+                raise mismatch_of(f"numbers from {limits.min} to {limits.max} ({type_})", value)
         with np.errstate(over="ignore"):
             converted = value.astype(dtype)
         if dtype.kind == "f" and not np.array_equal(np.isinf(converted), np.isinf(value)):
-            raise unfit(f"numbers that {dtype} has", value)
+            raise mismatch_of(f"numbers within the range of {dtype}", value)
         value = converted
     return np.ascontiguousarray(value)
 

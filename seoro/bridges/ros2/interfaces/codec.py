@@ -1,8 +1,8 @@
-"""CDR, the format of messages on the wire, by the generators of rosbags.
+"""CDR, the format of messages on the wire, by the code generators of rosbags.
 
-rosbags' type store is not used: it knows no services and actions, takes `byte` for a signed number, and generates
-code for ROS 1 as well. What its generators ask of a type store is the protocol `rosbags.interfaces.Typestore`,
-which is `Codec` here. Code is generated for what is encoded or decoded, when it is the first time.
+The type store of rosbags is not used: it has no services and actions, treats `byte` as a signed number, and
+generates code for ROS 1 as well. `Codec` implements the protocol `rosbags.interfaces.Typestore`, which the
+generators need. Code is generated when a type is encoded or decoded for the first time.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from seoro.bridges.ros2.interfaces.definitions import (
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, InvalidPayload, InvalidValue
 from seoro.bridges.ros2.interfaces.messages import Message, attribute, message_class
 
-MAX_PAYLOAD: Final = 128 * 1024 * 1024  # [bytes]; of a message, in both directions
-_HEADER: Final = 4  # [bytes]; which form follows, and options that plain CDR does not use
+MAX_PAYLOAD: Final = 128 * 1024 * 1024  # [bytes] of a sent or received message
+_HEADER: Final = 4  # [bytes]; encapsulation format, and options that plain CDR does not use
 _LITTLE: Final = b"\x00\x01\x00\x00"
-# Other forms by half of the number that the header has for them; whether that is odd says the byte order.
+# Other encapsulation formats, by half of their number in the header; an odd number means little-endian.
 _FORMS: Final = {1: "PL_CDR", 3: "CDR2", 4: "D_CDR2", 5: "PL_CDR2"}
 _PADDING: Final = 3  # [bytes]; some writers pad messages to a multiple of four
 _OCTETS: Final = ("byte", "char")
 
 
 class Codec:
-    """Encodes and decodes structures.
+    """Encoder and decoder of messages.
 
     Args:
-        lookup: Gives structures by their full names.
+        lookup: Returns a structure by its full name.
     """
 
     def __init__(self, lookup: Callable[[str], Structure]) -> None:
@@ -51,34 +51,34 @@ class Codec:
         self._coders: dict[str, _Coder] = {}
 
     def message_class(self, name: str) -> type[Message]:
-        """The class of the messages of a structure."""
+        """Return the class of the messages of a structure."""
         return self.get_msgdef(name).message_class
 
     def encode(self, message: Message) -> bytes:
-        """The little-endian CDR of a message whose members are of the right kinds.
+        """Encode a message, whose members have the right types, as little-endian CDR.
 
         Raises:
-            InvalidValue: It is larger than the limit.
+            InvalidValue: The message is larger than the limit.
         """
         name = message.__msgtype__
         coder = self.get_msgdef(name)
         size = _HEADER + coder.getsize_cdr(0, message, self)
         if size > MAX_PAYLOAD:
-            raise InvalidValue(name, "", f"{size} bytes are more than the {MAX_PAYLOAD} of the limit")
+            raise InvalidValue(name, "", f"{size} bytes exceed the limit of {MAX_PAYLOAD}")
         payload = bytearray(size)
         payload[:_HEADER] = _LITTLE
         coder.serialize_cdr_le(memoryview(payload)[_HEADER:], 0, message, self)
         return bytes(payload)
 
     def decode(self, name: str, payload: bytes) -> Message:
-        """The message in a payload; its arrays are views of the payload.
+        """Decode a message; its arrays are views of the payload.
 
         Raises:
-            InvalidPayload: The payload is no message of that type.
+            InvalidPayload: The payload is not a valid message of the type.
         """
         coder = self.get_msgdef(name)
         if len(payload) > MAX_PAYLOAD:
-            raise InvalidPayload(f"{name}: {len(payload)} bytes are more than the {MAX_PAYLOAD} of the limit")
+            raise InvalidPayload(f"{name}: {len(payload)} bytes exceed the limit of {MAX_PAYLOAD}")
         form = bytes(payload[:2])
         if len(payload) < _HEADER or form not in {b"\x00\x00", b"\x00\x01"}:
             raise InvalidPayload(f"{name}: {_wrong_header(payload)}")
@@ -88,17 +88,17 @@ class Codec:
             message, end = deserialize(body, 0, coder.cls, self)
         except (SerdeError, struct.error, ValueError) as error:
             raise InvalidPayload(
-                f"{name}: the {len(payload)} bytes are no such message, or a truncated one: {error}"
+                f"{name}: invalid or truncated message of {len(payload)} bytes: {error}"
             ) from None
         if end + _PADDING < len(body):
             raise InvalidPayload(
                 f"{name}: the message ends after {_HEADER + end} of {len(payload)} bytes; the sender has another"
-                " definition of it"
+                " definition"
             )
         return cast("Message", message)
 
     def get_msgdef(self, typename: str) -> _Coder:
-        """What codes a structure. The name is that of rosbags' protocol, whose generated code calls it."""
+        """Return the coder of a structure; the generated code requires this name."""
         coder = self._coders.get(typename)
         if coder is None:
             coder = self._coders[typename] = _Coder(self._lookup(typename), self)
@@ -106,7 +106,7 @@ class Codec:
 
 
 class _Coder:
-    """What rosbags calls the definition of a message: what makes one, and the code for it, generated on demand."""
+    """Message definition for rosbags: a factory of messages, and their code, generated on demand."""
 
     def __init__(self, structure: Structure, codec: Codec) -> None:
         self.name = structure.name
@@ -124,38 +124,38 @@ class _Coder:
 
     @cached_property
     def getsize_cdr(self) -> Callable[[int, object, Codec], int]:
-        """Computes where a message ends that begins at a position."""
+        """Function that computes the end of a message from its start."""
         return cast("Callable[[int, object, Codec], int]", self._sizes[0])
 
     @cached_property
     def size_cdr(self) -> int:
-        """The size [bytes] that all messages have; 0 if it differs."""
+        """Size of all messages [bytes]; 0 if it varies."""
         return self._sizes[1]
 
     @cached_property
     def serialize_cdr_le(self) -> Any:
-        """Writes a message in little-endian order."""
+        """Function that writes a message in little-endian order."""
         return generate_serialize_cdr(self.fields, self._codec, "le")
 
     @cached_property
     def deserialize_cdr_le(self) -> Any:
-        """Reads a message in little-endian order."""
+        """Function that reads a message in little-endian order."""
         return generate_deserialize_cdr(self.fields, self._codec, "le")
 
     @cached_property
     def deserialize_cdr_be(self) -> Any:
-        """Reads a message in big-endian order."""
+        """Function that reads a message in big-endian order."""
         return generate_deserialize_cdr(self.fields, self._codec, "be")
 
 
 def _maker(message: type[Message]) -> Callable[..., Message]:
-    """What makes a message of its members, in less time than its class takes, which small messages notice."""
+    """Return a factory of messages that is faster than their class, which matters for small messages."""
     make = tuple.__new__
     return lambda *members: make(message, members)  # type: ignore[type-var]
 
 
 def _described(type_: FieldType, place: str) -> Any:
-    """A type in rosbags' words."""
+    """Return the description of a type for rosbags."""
     match type_:
         case Array(element, length):
             return (Nodetype.ARRAY, (_element(element, place), length))
@@ -171,8 +171,8 @@ def _element(element: Element, place: str) -> Any:
             return (Nodetype.NAME, name)
         case Scalar("wstring"):
             raise InvalidDefinition(
-                f"{place}: `wstring` can be neither encoded nor decoded",
-                help="middlewares of ROS 2 do not agree about its form on the wire; use `string`, which is UTF-8",
+                f"{place}: unsupported type `wstring`",
+                help="its format differs between ROS 2 middlewares; use `string`, which is UTF-8",
             )
         case Scalar(name, bound):
             return (Nodetype.BASE, ("uint8" if name in _OCTETS else name, bound))
@@ -180,8 +180,8 @@ def _element(element: Element, place: str) -> Any:
 
 def _wrong_header(payload: bytes) -> str:
     if len(payload) < _HEADER:
-        return f"{len(payload)} bytes are no message; CDR begins with a header of {_HEADER} bytes"
+        return f"truncated message of {len(payload)} bytes; expected a header of {_HEADER} bytes"
     known = _FORMS.get(payload[1] // 2) if payload[0] == 0 else None
     begins = bytes(payload[:_HEADER]).hex(" ")
-    form = f", which is {known}" if known else ""
-    return f"the payload begins with {begins}{form}; plain CDR, which begins with 00 00 or 00 01, was expected"
+    form = f" ({known})" if known else ""
+    return f"the payload begins with {begins}{form}; expected plain CDR, which begins with 00 00 or 00 01"

@@ -1,7 +1,7 @@
-"""What interfaces are made of: structures with fields and constants.
+"""Definitions of interfaces: structures with fields and constants.
 
-Services and actions are no kinds of their own here: what goes over the wire are structures, whose names follow
-from those of the service or the action (`derived.py`).
+Services and actions have no classes here: they consist of structures, whose names derive from that of the service
+or action (`derived.py`).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
-# Whole numbers with their least and greatest values. `char` and `byte` are numbers from 0 to 255 in ROS 2.
+# Integer types with their minimum and maximum. `char` and `byte` are numbers from 0 to 255 in ROS 2.
 INTEGERS: Final = {
     "byte": (0, 255),
     "char": (0, 255),
@@ -25,7 +25,7 @@ Literal: TypeAlias = bool | int | float | str
 
 @dataclass(frozen=True)
 class Scalar:
-    """A primitive: a number, a truth value or a text of at most `bound` bytes (0: of any length)."""
+    """A primitive type: a number, a boolean, or a string of at most `bound` bytes (0 for no limit)."""
 
     name: str
     bound: int = 0
@@ -36,7 +36,7 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Named:
-    """Another structure, by its full name."""
+    """Reference to another structure by its full name."""
 
     name: str
 
@@ -49,7 +49,7 @@ Element: TypeAlias = Scalar | Named
 
 @dataclass(frozen=True)
 class Array:
-    """Exactly `length` elements."""
+    """Array of exactly `length` elements."""
 
     element: Element
     length: int
@@ -60,7 +60,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Sequence:
-    """Any number of elements, or at most `bound` if that is not 0."""
+    """Sequence of at most `bound` elements (0 for no limit)."""
 
     element: Element
     bound: int = 0
@@ -77,10 +77,10 @@ class Field:
     """A member of a structure.
 
     Args:
-        name: As in the definition.
-        type: Its type.
-        default: What it has if nobody says; None where the definition gives no default, which means zero or empty.
-        line: Where the definition has it, from 1; 0 for what follows from a rule.
+        name: Name in the definition.
+        type: Type of the member.
+        default: Default in the definition; None for zero or empty.
+        line: Line of the definition, from 1; 0 for derived fields.
     """
 
     name: str
@@ -91,7 +91,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Constant:
-    """A name for a value, which is on no wire."""
+    """A constant, which is not part of messages."""
 
     name: str
     type: Scalar
@@ -100,13 +100,13 @@ class Constant:
 
 @dataclass(frozen=True)
 class Structure:
-    """What a message consists of.
+    """Structure of a message.
 
     Args:
-        name: The full name, such as `geometry_msgs/msg/Point` or `std_srvs/srv/SetBool_Request`.
-        fields: In the order of the wire.
-        constants: In the order of the definition.
-        origin: The file that defines it, for messages.
+        name: Full name, such as `geometry_msgs/msg/Point` or `std_srvs/srv/SetBool_Request`.
+        fields: Fields in the order of the wire.
+        constants: Constants in the order of the definition.
+        origin: File of the definition, in error messages.
     """
 
     name: str
@@ -115,15 +115,15 @@ class Structure:
     origin: str = field(default="", compare=False)
 
 
-# A structure without members has this one on the wire and in its hash, since IDL knows no empty structures.
+# Member of empty structures on the wire and in type hashes, since IDL does not allow empty structures.
 _FILLER: Final = (Field("structure_needs_at_least_one_member", Scalar("uint8")),)
 
 
 def wire_fields(structure: Structure) -> tuple[Field, ...]:
-    """The fields of a structure as they are on the wire."""
+    """Return the fields of a structure on the wire."""
     return structure.fields or _FILLER
 
 
 def element_of(type_: FieldType) -> Element:
-    """What a type has one or many of."""
+    """Return the element type of an array or a sequence."""
     return type_.element if isinstance(type_, Array | Sequence) else type_

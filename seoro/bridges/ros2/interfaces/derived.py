@@ -1,8 +1,8 @@
-"""The structures that services and actions consist of on the wire.
+"""Derived structures of services and actions.
 
-From a definition come the parts that people write (`_Request`, `_Goal`, ...); the rest follows from rules, which
-rosidl has in `rosidl_parser/definition.py`: an action is two services and one message, and every service has an
-event, for introspection. The names of all fields go into type hashes.
+A definition file contains some parts (`_Request`, `_Goal`, ...). The others follow from rules of rosidl
+(`rosidl_parser/definition.py`): an action is two services and one message, and every service has an event, for
+introspection. Type hashes contain the names of all fields.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from seoro.bridges.ros2.interfaces.definitions import Field, Named, Scalar, Sequ
 from seoro.bridges.ros2.interfaces.names import PARTS
 
 _SERVICE: Final = ("", "_Request", "_Response", "_Event")
-SUFFIXES: Final = {  # of all structures that an interface of a kind consists of
+SUFFIXES: Final = {  # suffixes of all structures of an interface, by its kind
     "msg": ("",),
     "srv": _SERVICE,
     "action": (
@@ -28,16 +28,16 @@ _GOAL_ID: Final = Field("goal_id", Named("unique_identifier_msgs/msg/UUID"))
 
 
 def is_sent(suffix: str, kind: str) -> bool:
-    """Whether a structure is a message, and not a whole service or action."""
+    """Return whether a structure is a message, and not a whole service or action."""
     return kind == "msg" or suffix not in {"", "_SendGoal", "_GetResult"}
 
 
 def derive(interface: str, suffix: str) -> Structure:
-    """The structure that follows from a service or an action.
+    """Return a derived structure of a service or an action.
 
     Args:
-        interface: The full name of the service or action, such as `nav2_msgs/action/Spin`.
-        suffix: Which of its structures, such as `_SendGoal_Request`; one of `SUFFIXES` that is not in a file.
+        interface: Full name of the service or action, such as `nav2_msgs/action/Spin`.
+        suffix: Suffix of the structure, such as `_SendGoal_Request`; one of `SUFFIXES` that is not in a file.
     """
     name = interface + suffix
     if "/action/" in interface and not suffix:
@@ -59,7 +59,7 @@ def derive(interface: str, suffix: str) -> Structure:
 
 
 def _service_fields(name: str) -> tuple[Field, ...]:
-    """What a service consists of, or its event."""
+    """Return the fields of a service, or of its event."""
     if name.endswith("_Event"):
         service = name.removesuffix("_Event")
         return (
@@ -75,7 +75,7 @@ def _service_fields(name: str) -> tuple[Field, ...]:
 
 
 def _action_fields(name: str) -> tuple[Field, ...]:
-    """What an action consists of. Only its hash is used: no such thing is ever sent."""
+    """Return the fields of an action, which are only used for its hash."""
     return (
         Field("goal", Named(f"{name}_Goal")),
         Field("result", Named(f"{name}_Result")),

@@ -1,36 +1,36 @@
-"""What can be wrong with an interface, a value or a payload.
+"""Errors of interfaces, values and payloads.
 
-InvalidUse
-|-- UnknownInterface    a name that no package defines
-|-- InvalidDefinition   a .msg, .srv or .action file, or how it refers to others
-`-- InvalidValue        a value that does not fit its interface; has the path of the member
+UsageError
+|-- UnknownInterface    no package defines the name
+|-- InvalidDefinition   a .msg, .srv or .action file is invalid, or refers to an unknown structure
+`-- InvalidValue        a value does not fit its interface; has the path of the member
 BackendError
-`-- InvalidPayload      what came from a robot is no message of the type that it should be
+`-- InvalidPayload      a received payload is not a valid message of its type
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from seoro.errors import BackendError, InvalidUse
+from seoro.errors import BackendError, UsageError
 
 
-class UnknownInterface(InvalidUse):
+class UnknownInterface(UsageError):
     """No package defines an interface of that name."""
 
 
-class InvalidDefinition(InvalidUse):
-    """A definition cannot be read, or refers to what there is not."""
+class InvalidDefinition(UsageError):
+    """A definition is invalid, or refers to an unknown structure."""
 
 
-class InvalidValue(InvalidUse):
+class InvalidValue(UsageError):
     """A value does not fit its interface.
 
     Args:
-        interface: The full name of the interface.
-        path: The member at fault from the top, such as `poses[2].position.x`; empty for the whole value.
-        problem: What was expected, and what was given.
-        help: What would work.
+        interface: Full name of the interface.
+        path: Path of the invalid member, such as `poses[2].position.x`; empty for the whole value.
+        problem: Expected and given value.
+        help: Valid values.
     """
 
     def __init__(self, interface: str, path: str, problem: str, help: str = "") -> None:  # noqa: A002
@@ -40,11 +40,11 @@ class InvalidValue(InvalidUse):
 
 
 class InvalidPayload(BackendError):
-    """A payload is no message of the type that it should be."""
+    """A payload is not a valid message of its type."""
 
 
 def near(name: str, candidates: Iterable[str], likeness: float = 0.6) -> str:
-    """A help text with the names that may have been meant; empty if none is as like as that (1: the same)."""
+    """Return a help text with similar names; empty if none has the required likeness (1 for equal names)."""
     from difflib import get_close_matches  # noqa: PLC0415 - slow to load, and only needed for errors
 
     known = sorted(set(candidates))

@@ -1,7 +1,7 @@
 """Type hashes of ROS 2, which are part of every key of rmw_zenoh.
 
-REP-2011 and rosidl's `rosidl_generator_type_description` say how: SHA-256 of the JSON of a structure and of all
-structures that it refers to, with the names of types and fields; defaults and constants do not count.
+The hashes follow REP-2011 and `rosidl_generator_type_description`: SHA-256 of the JSON of a structure and all
+nested structures. They depend on the names of types and fields, but not on defaults and constants.
 """
 
 from __future__ import annotations
@@ -45,22 +45,22 @@ ARRAY, BOUNDED_SEQUENCE, SEQUENCE = 48, 96, 144
 
 
 def type_hash(name: str, lookup: Callable[[str], Structure]) -> str:
-    """The hash of a structure, such as `RIHS01_6398fe76...`.
+    """Return the hash of a structure, such as `RIHS01_6398fe76...`.
 
     Args:
-        name: Its full name.
-        lookup: Gives structures by their full names.
+        name: Full name of the structure.
+        lookup: Returns a structure by its full name.
     """
     description = json.dumps(described(name, lookup))
     return f"RIHS01_{hashlib.sha256(description.encode()).hexdigest()}"
 
 
 def described(name: str, lookup: Callable[[str], Structure]) -> dict[str, Any]:
-    """What a structure consists of, as the members of a `type_description_interfaces/msg/TypeDescription`.
+    """Return the description of a structure, as members of a `type_description_interfaces/msg/TypeDescription`.
 
     Args:
-        name: Its full name.
-        lookup: Gives structures by their full names.
+        name: Full name of the structure.
+        lookup: Returns a structure by its full name.
     """
     found: dict[str, dict[str, Any]] = {}
     missing = [name]

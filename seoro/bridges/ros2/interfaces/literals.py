@@ -1,4 +1,4 @@
-"""Values in definitions: defaults of fields and values of constants."""
+"""Literals in definitions: defaults of fields and values of constants."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _ITEM: Final = r"""\s*(?:("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')\s*(?=,|$)|([^,]*)
 
 
 class InvalidLiteral(Exception):
-    """The text is no value of the type."""
+    """The text is not a value of the type."""
 
 
 def read_default(type_: FieldType, text: str) -> Literal | tuple[Literal, ...]:
-    """The default of a field.
+    """Parse the default of a field.
 
     Raises:
-        InvalidLiteral: The text is no value of the type, or the type has no defaults.
+        InvalidLiteral: The text is not a value of the type, or the type has no defaults.
     """
     match type_:
         case Scalar():
@@ -35,24 +35,24 @@ def read_default(type_: FieldType, text: str) -> Literal | tuple[Literal, ...]:
         case Array(Scalar() as element) | Sequence(Scalar() as element):
             values = tuple(read_scalar(element, item) for item in _items(text))
         case _:
-            raise InvalidLiteral(f"{type_} can have no default")
+            raise InvalidLiteral(f"{type_} cannot have a default")
     if isinstance(type_, Array) and len(values) != type_.length:
-        raise InvalidLiteral(f"{type_} has {type_.length} elements, and {len(values)} are given")
+        raise InvalidLiteral(f"expected {type_.length} elements ({type_}), got {len(values)}")
     if isinstance(type_, Sequence) and 0 < type_.bound < len(values):
-        raise InvalidLiteral(f"{type_} has at most {type_.bound} elements, and {len(values)} are given")
+        raise InvalidLiteral(f"expected at most {type_.bound} elements ({type_}), got {len(values)}")
     return values
 
 
 def read_scalar(type_: Scalar, text: str) -> Literal:
-    """A number, a truth value or a text.
+    """Parse a number, a boolean or a string.
 
     Raises:
-        InvalidLiteral: The text is no value of the type.
+        InvalidLiteral: The text is not a value of the type.
     """
     name = type_.name
     if name == "bool":
         if text.lower() not in _TRUTH:
-            raise InvalidLiteral(f"`{text}` is no bool; write true or false")
+            raise InvalidLiteral(f"`{text}` is not a bool; expected true or false")
         return _TRUTH[text.lower()]
     if name in INTEGERS:
         return _integer(name, text)
@@ -60,7 +60,7 @@ def read_scalar(type_: Scalar, text: str) -> Literal:
         try:
             return float(text)
         except ValueError:
-            raise InvalidLiteral(f"`{text}` is no {name}") from None
+            raise InvalidLiteral(f"`{text}` is not a valid {name}") from None
     unquoted = _unquoted(text)
     if 0 < type_.bound < len(unquoted.encode()):
         raise InvalidLiteral(f"{unquoted!r} is longer than {type_}")
@@ -68,18 +68,18 @@ def read_scalar(type_: Scalar, text: str) -> Literal:
 
 
 def _integer(name: str, text: str) -> int:
-    """A whole number, in decimal, or with 0x, 0o or 0b."""
+    """Parse an integer, in decimal, or with 0x, 0o or 0b."""
     low, high = INTEGERS[name]
-    digits = text if len(text) < 80 else ""  # Python refuses to convert what is much longer
+    digits = text if len(text) < 80 else ""  # Python rejects much longer numbers
     try:
         value = int(digits)
     except ValueError:
         try:
             value = int(digits, 0)
         except ValueError:
-            raise InvalidLiteral(f"`{text[:80]}` is no {name}") from None
+            raise InvalidLiteral(f"`{text[:80]}` is not a valid {name}") from None
     if not low <= value <= high:
-        raise InvalidLiteral(f"{value} is outside of {name}, which goes from {low} to {high}")
+        raise InvalidLiteral(f"{value} is outside the range of {name}, {low} to {high}")
     return value
 
 
@@ -94,19 +94,19 @@ def _unquoted(text: str) -> str:
 
 
 def _items(text: str) -> list[str]:
-    """The elements of `[a, b, c]`; commas within quotes separate nothing."""
+    """Split `[a, b, c]` into elements; commas within quotes do not separate elements."""
     if not (text.startswith("[") and text.endswith("]")):
-        raise InvalidLiteral(f"`{text}` is no list; write [a, b, c]")
+        raise InvalidLiteral(f"`{text}` is not a list; expected [a, b, c]")
     inner = text[1:-1].strip()
     items: list[str] = []
     item_pattern = re.compile(_ITEM)
     position = 0
     while inner and position <= len(inner):
         found = item_pattern.match(inner, position)
-        assert found is not None  # since its last alternative takes anything
+        assert found is not None  # the last alternative matches any text
         item = found[1] or found[2].strip()
         if not item:
-            raise InvalidLiteral(f"`{text}` has an element that is empty")
+            raise InvalidLiteral(f"`{text}` has an empty element")
         items.append(item)
         position = found.end() + 1
     return items

@@ -1,4 +1,4 @@
-"""Messages as Python sees them: immutable, with an attribute for each member."""
+"""Messages as immutable Python objects, with an attribute for each member."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from seoro.bridges.ros2.interfaces.definitions import Structure, wire_fields
 class Message:
     """A message of ROS 2. Its members are attributes; arrays of numbers are numpy arrays, which may be read-only.
 
-    Constants of its definition are attributes of its class. Where a member is a word of Python, such as `from`,
-    its attribute has an underscore in the end. Messages of a type are equal if their members are, arrays element
-    by element. Instances are tuples of their members; `TypeStore` makes them.
+    Constants of its definition are attributes of its class. If the name of a member is a Python keyword, such as
+    `from`, its attribute ends with an underscore. Messages of a type are equal if their members are, arrays
+    element by element. Instances are tuples of their members; `TypeStore` makes them.
     """
 
     __slots__ = ()
@@ -33,26 +33,39 @@ class Message:
             return False
         return all(map(_are_equal, self, other))
 
-    def __ne__(self, other: object) -> bool:  # since tuples have one
+    def __ne__(self, other: object) -> bool:  # tuples have one, too
         return not self == other
 
     __hash__ = None  # type: ignore[assignment] # arrays have none
 
 
 def _are_equal(one: Any, other: Any) -> bool:
-    """Whether two members are; arrays of numpy are compared without an import of it."""
+    """Return whether two members are equal; compare numpy arrays without an import of numpy."""
     if hasattr(one, "dtype") and hasattr(other, "dtype"):
         return one.shape == other.shape and bool((one == other).all())
     return bool(one == other)
 
 
 def attribute(field: str) -> str:
-    """The attribute that has a member of that name."""
+    """Return the name of the attribute of a member."""
     return f"{field}_" if keyword.iskeyword(field) else field
 
 
+def plain(message: Message) -> dict[str, Any]:
+    """Convert a message to dictionaries, lists, numbers and strings, as in YAML and JSON. NaN is kept."""
+    return {name: _plain(getattr(message, attribute(name))) for name in message.__members__}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Message):
+        return plain(value)
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return value.tolist() if hasattr(value, "tolist") else value  # a numpy array
+
+
 def message_class(structure: Structure) -> type[Message]:
-    """The class of the messages of a structure."""
+    """Return a class for the messages of a structure."""
     fields = wire_fields(structure)
     name = structure.name.rpartition("/")[2]
     members = namedtuple(name, [attribute(field.name) for field in fields])  # type: ignore[misc]

@@ -1,4 +1,4 @@
-"""Why a value does not fit, in words."""
+"""Errors of values that do not fit their types."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seoro.bridges.ros2.interfaces.messages import Message
 
 
 class Mismatch(Exception):
-    """A value does not fit; the path grows while the error leaves the structures."""
+    """A value does not fit its type; the path grows while the error passes the enclosing structures."""
 
     def __init__(self, problem: str, help: str = "") -> None:  # noqa: A002
         super().__init__(problem)
@@ -18,17 +18,17 @@ class Mismatch(Exception):
         self.help = help
 
     def within(self, member: str) -> None:
-        """The value was that of a member, such as `position` or `[2]`."""
+        """Prepend a member, such as `position` or `[2]`, to the path."""
         self.path = member + ("" if not self.path or self.path.startswith("[") else ".") + self.path
 
 
-def unfit(expected: str, given: object, help: str = "") -> Mismatch:  # noqa: A002
-    """The mismatch of a value that is not what was expected."""
-    return Mismatch(f"expected {expected}, got {_shown(given)}", help)
+def mismatch_of(expected: str, given: object, help: str = "") -> Mismatch:  # noqa: A002
+    """Return the mismatch of an expected and a given value."""
+    return Mismatch(f"expected {expected}, got {_description(given)}", help)
 
 
-def _shown(value: object) -> str:
-    """A value in a message, short."""
+def _description(value: object) -> str:
+    """Return a short description of a value."""
     match value:
         case None:
             return "nothing"
@@ -47,7 +47,7 @@ def _shown(value: object) -> str:
         case int() | float():
             return _cut(repr(value)) if not isinstance(value, int) or value.bit_length() < 256 else "a huge number"
         case str():
-            return f"the text {_cut(repr(value))}"
+            return f"the string {_cut(repr(value))}"
         case _:
             return f"a {type(value).__name__}"
 

@@ -1,10 +1,10 @@
-"""Names in ROS 2: what packages, interfaces, fields and constants may be called."""
+"""Names of packages, interfaces, fields and constants in ROS 2."""
 
 from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-PARTS: Final = {  # the kinds of interfaces, and what the sections of their files define
+PARTS: Final = {  # suffixes of the structures that a definition file contains, by the kind of the interface
     "msg": ("",),
     "srv": ("_Request", "_Response"),
     "action": ("_Goal", "_Result", "_Feedback"),
@@ -12,13 +12,13 @@ PARTS: Final = {  # the kinds of interfaces, and what the sections of their file
 
 
 class Name(NamedTuple):
-    """The name of a structure, in its parts.
+    """Parts of the name of a structure.
 
     Args:
-        package: The package that defines it.
-        kind: `msg`, `srv` or `action`; empty if nobody said.
-        base: The message, service or action.
-        suffix: Which structure of the service or action, such as `_Request`; else empty.
+        package: Package of the interface.
+        kind: `msg`, `srv` or `action`; empty if it was not given.
+        base: Name of the message, service or action.
+        suffix: Suffix of the structure within a service or action, such as `_Request`; else empty.
     """
 
     package: str
@@ -28,12 +28,12 @@ class Name(NamedTuple):
 
     @property
     def interface(self) -> str:
-        """What its package calls the message, the service or the action, such as `msg/Point`."""
+        """Name of the message, service or action within its package, such as `msg/Point`."""
         return f"{self.kind}/{self.base}"
 
 
 def parse_name(text: str) -> Name | None:
-    """The parts of a name such as `std_srvs/srv/SetBool_Request` or `std_msgs/String`; None if it is none."""
+    """Split a name such as `std_srvs/srv/SetBool_Request` or `std_msgs/String`; return None if it is invalid."""
     package, _, rest = text.partition("/")
     kind, slash, last = rest.rpartition("/")
     base, underscore, suffix = last.partition("_")
@@ -43,20 +43,20 @@ def parse_name(text: str) -> Name | None:
 
 
 def is_package_name(name: str) -> bool:
-    """Whether a package or a field may have that name: `like_this`."""
+    """Return whether a name of a package or field is valid: `like_this`."""
     return name.islower() and name[0].isalpha() and _has_single_underscores(name)
 
 
 def is_interface_name(name: str) -> bool:
-    """Whether a message, a service or an action may have that name: `LikeThis`."""
+    """Return whether a name of a message, service or action is valid: `LikeThis`."""
     return name.isascii() and name.isalnum() and name[0].isupper()
 
 
 def is_constant_name(name: str) -> bool:
-    """Whether a constant may have that name: `LIKE_THIS`."""
+    """Return whether a name of a constant is valid: `LIKE_THIS`."""
     return name.isupper() and name[0].isalpha() and _has_single_underscores(name)
 
 
 def _has_single_underscores(name: str) -> bool:
-    """Whether it is of letters, digits and underscores, none of these last or two in a row."""
+    """Return whether a name has letters, digits and single underscores only, and no underscore at the end."""
     return name.isascii() and all(part.isalnum() for part in name.split("_"))

@@ -1,8 +1,8 @@
-"""Where definitions come from: the packages that seoro brings, and folders of users.
+"""Packages of interface definitions: packages of seoro, and folders of users.
 
-seoro's own are files `data/DISTRIBUTION/PACKAGE.interfaces`, one for each package: the lines of all its .msg, .srv
-and .action files without comments, each under a heading such as `[msg/Point]`. `packing.py` makes them. Packages
-that change more often than distributions have further files, `data/editions/PACKAGE-VERSION.interfaces`.
+Packages of seoro are files `data/DISTRIBUTION/PACKAGE.interfaces`, made by `packing.py`. They contain the lines of
+all .msg, .srv and .action files without comments, each file under a heading such as `[msg/Point]`. Packages that
+change more often than distributions have further files, `data/editions/PACKAGE-VERSION.interfaces`.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from typing import Final, TypeAlias
 
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.names import PARTS, is_interface_name, is_package_name
-from seoro.errors import InvalidUse
-from seoro.input_files import Kind, read_input_text
+from seoro.errors import UsageError
+from seoro.files.inputs import Kind, read_input_text
 
 DATA: Final = Path(__file__).with_name("data")
 _EDITIONS: Final = "editions"
-MAX_FILES: Final = 20_000  # in the folder of a user
+MAX_FILES: Final = 20_000  # in a folder of a user
 
 
 @dataclass(frozen=True)
 class Source:
-    """The text of one definition.
+    """Source text of a definition.
 
     Args:
-        text: What a .msg, .srv or .action file has.
-        origin: The file that has it.
-        line: The number of its first line there.
+        text: Text of a .msg, .srv or .action file.
+        origin: File that contains the text.
+        line: Number of its first line in the file.
     """
 
     text: str
@@ -38,10 +38,10 @@ class Source:
 
 
 class BundledPackage:
-    """A file of seoro's with the definitions of a package, which is read when one of them is asked for.
+    """A package that comes with seoro, read on first use.
 
     Args:
-        file: The file.
+        file: File with the definitions.
     """
 
     def __init__(self, file: Path) -> None:
@@ -50,11 +50,11 @@ class BundledPackage:
         self._sources: Mapping[str, Source] | None = None
 
     def interfaces(self) -> tuple[str, ...]:
-        """What it defines, sorted."""
+        """Return the names of the interfaces, sorted."""
         return tuple(sorted(self._read()))
 
     def source(self, interface: str) -> Source | None:
-        """The definition of such a name, if there is one."""
+        """Return the definition of an interface, if the package has it."""
         return self._read().get(interface)
 
     def _read(self) -> Mapping[str, Source]:
@@ -71,11 +71,11 @@ class BundledPackage:
 
 
 class PackageFolder:
-    """A package of a user, whose files are read when they are asked for.
+    """A package of a user, whose files are read on first use.
 
     Args:
-        folder: The package.
-        files: Its files by what they define, such as `msg/Point`.
+        folder: Folder of the package.
+        files: Files by the names of interfaces, such as `msg/Point`.
     """
 
     def __init__(self, folder: Path, files: Mapping[str, Path]) -> None:
@@ -83,29 +83,29 @@ class PackageFolder:
         self._files = files
 
     def interfaces(self) -> tuple[str, ...]:
-        """What it defines, sorted."""
+        """Return the names of the interfaces, sorted."""
         return tuple(sorted(self._files))
 
     def source(self, interface: str) -> Source | None:
-        """The definition of such a name, if there is one."""
+        """Return the definition of an interface, if the package has it."""
         file = self._files.get(interface)
         if file is None:
             return None
         try:
             return Source(read_input_text(file, Kind.DEFINITION), str(file))
         except UnicodeDecodeError:
-            raise InvalidDefinition(f"{file}: no text in UTF-8") from None
+            raise InvalidDefinition(f"{file}: expected UTF-8 text") from None
         except OSError as error:
-            raise InvalidDefinition(f"{file}: cannot be read: {error.strerror}") from None
+            raise InvalidDefinition(f"cannot read {file}: {error.strerror}") from None
 
 
-class ToldPackage:
-    """Definitions that a robot has told, and others of the same package.
+class RemotePackage:
+    """A package with definitions fetched from a robot.
 
     Args:
-        sources: What it has told, by what it defines, such as `msg/Point`.
-        others: The package from which the others are, if it is known.
-        origin: Who has told it.
+        sources: Fetched definitions by the names of interfaces, such as `msg/Point`.
+        others: Package with the other definitions, if known.
+        origin: Node that has sent the definitions.
     """
 
     def __init__(self, sources: Mapping[str, Source], others: Package | None, origin: str) -> None:
@@ -114,68 +114,68 @@ class ToldPackage:
         self._others = others
 
     def interfaces(self) -> tuple[str, ...]:
-        """What it defines, sorted."""
+        """Return the names of the interfaces, sorted."""
         others = () if self._others is None else self._others.interfaces()
         return tuple(sorted({*self._sources, *others}))
 
     def source(self, interface: str) -> Source | None:
-        """The definition of such a name, if there is one."""
-        told = self._sources.get(interface)
-        return self._others.source(interface) if told is None and self._others is not None else told
+        """Return the definition of an interface, if the package has it."""
+        fetched = self._sources.get(interface)
+        return self._others.source(interface) if fetched is None and self._others is not None else fetched
 
 
-Package: TypeAlias = BundledPackage | PackageFolder | ToldPackage
+Package: TypeAlias = BundledPackage | PackageFolder | RemotePackage
 
 
 def bundled_packages(distribution: str) -> dict[str, Package]:
-    """The packages that seoro has of a distribution of ROS 2, by name.
+    """Return the packages of a ROS 2 distribution that come with seoro, by name.
 
     Raises:
-        InvalidUse: seoro has none of that distribution.
+        UsageError: The distribution is unknown.
     """
     known = sorted(folder.name for folder in DATA.iterdir() if folder.is_dir() and folder.name != _EDITIONS)
     if distribution not in known:
-        raise InvalidUse(
-            f"no interfaces of ROS 2 {distribution!r} come with seoro",
-            help=f"there are those of {', '.join(known)}; for others, add a folder with their packages",
+        raise UsageError(
+            f"unknown distribution {distribution!r} of interfaces (distributions: {', '.join(known)})",
+            help="for another distribution, add a folder with its packages",
         )
     return {file.stem: BundledPackage(file) for file in (DATA / distribution).glob("*.interfaces")}
 
 
 def editions(package: str) -> tuple[Package, ...]:
-    """All that seoro has of a package, of all distributions and versions."""
+    """Return all editions of a package that come with seoro, of all distributions and versions."""
     files = (*DATA.glob(f"*/{package}.interfaces"), *DATA.glob(f"{_EDITIONS}/{package}-*.interfaces"))
     return tuple(BundledPackage(file) for file in sorted(files))
 
 
 def packages_in(folder: Path) -> dict[str, Package]:
-    """The packages of a folder of a user, by name.
+    """Return the packages in a folder of a user, by name.
 
     Args:
-        folder: Has `PACKAGE/msg/X.msg`, `PACKAGE/srv/X.srv` and `PACKAGE/action/X.action`.
+        folder: Folder with `PACKAGE/msg/X.msg`, `PACKAGE/srv/X.srv` and `PACKAGE/action/X.action`.
 
     Raises:
-        InvalidUse: There is no such folder, or no interface in it.
-        InvalidDefinition: A package or a file has a name that ROS 2 does not have.
+        UsageError: The folder is missing, or contains no interface.
+        InvalidDefinition: The name of a package or file is invalid in ROS 2.
     """
     if not folder.is_dir():
-        raise InvalidUse(f"{folder}: there is no such folder with packages of interfaces")
+        raise UsageError(f"folder of interface packages not found: {folder}")
     files: dict[str, dict[str, Path]] = {}
     count = 0
     for kind in PARTS:
         for file in folder.glob(f"*/{kind}/*.{kind}"):
             count += 1
             if count > MAX_FILES:
-                raise InvalidUse(f"{folder}: more than {MAX_FILES} interfaces are too many")
+                raise UsageError(f"{folder}: too many interfaces (limit: {MAX_FILES})")
             package = file.parent.parent.name
             if not is_package_name(package) or not is_interface_name(file.stem):
                 raise InvalidDefinition(
-                    f"{file}: no name of ROS 2",
-                    help="packages are written like_this, with letters and digits, and interfaces LikeThis",
+                    f"{file}: invalid name of a package or interface",
+                    help="names of packages are written like_this, names of interfaces LikeThis",
                 )
             files.setdefault(package, {})[f"{kind}/{file.stem}"] = file
     if not files:
-        raise InvalidUse(
+        raise UsageError(
             f"{folder}: no interfaces found",
             help=f"expected {folder}/PACKAGE/msg/NAME.msg, or srv/NAME.srv, or action/NAME.action in a package"
             + f"; this is a package, so give {folder.parent}" * any((folder / kind).is_dir() for kind in PARTS),

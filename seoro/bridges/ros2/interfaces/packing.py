@@ -1,11 +1,11 @@
-"""From the folders of packages to the files in `data`.
+"""Tool that packs folders of packages into the files in `data`.
 
-Run when a distribution of ROS 2 is added or renewed, with
+To add or update a ROS 2 distribution, run
 
     python -m seoro.bridges.ros2.interfaces.packing DISTRIBUTION FOLDER [PACKAGE...]
 
-where FOLDER has `PACKAGE/msg/X.msg` and so on, as `share` of an installation does. Only what messages consist of
-is kept: types, names, constants, defaults and bounds.
+FOLDER contains `PACKAGE/msg/X.msg` and so on, like `share` of an installation. Comments are removed; types, names,
+constants, defaults and bounds are kept.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from seoro.bridges.ros2.interfaces.text import lines
 
 
 def pack(package: str, registry: Registry) -> str:
-    """The file with all definitions of a package."""
+    """Return the text of the file with all definitions of a package."""
     sections = [f"# Interfaces of the ROS 2 package {package}; made by packing.py.\n"]
     for interface in registry.packages[package].interfaces():
         kind = interface.partition("/")[0]
@@ -31,7 +31,7 @@ def pack(package: str, registry: Registry) -> str:
 
 
 def main(distribution: str, folder: str, *packages: str) -> None:
-    """Write the files of some packages of a folder, or of all."""
+    """Write the files of some or all packages of a folder."""
     registry = Registry(packages_in(Path(folder)))
     for package in packages or sorted(registry.packages):
         target = DATA / distribution / f"{package}.interfaces"

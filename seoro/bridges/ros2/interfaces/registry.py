@@ -1,4 +1,4 @@
-"""Structures by name, read when they are asked for."""
+"""Registry of structures by name, read on first use."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from seoro.bridges.ros2.interfaces.names import PARTS, Name, parse_name
 from seoro.bridges.ros2.interfaces.packages import Package, Source
 from seoro.bridges.ros2.interfaces.syntax import read_interface
 
-MAX_DEPTH: Final = 32  # structures within structures
+MAX_DEPTH: Final = 32  # nesting of structures
 
 
 class Registry:
-    """All structures of some packages.
+    """Registry of the structures of some packages.
 
     Args:
         packages: The packages by name.
@@ -28,7 +28,7 @@ class Registry:
         self._sound: set[str] = set()
 
     def names(self) -> tuple[str, ...]:
-        """The full names of all messages, services and actions, sorted."""
+        """Return the full names of all messages, services and actions, sorted."""
         return tuple(
             f"{package}/{interface}"
             for package in sorted(self.packages)
@@ -36,15 +36,15 @@ class Registry:
         )
 
     def canonical(self, name: str) -> str:
-        """The full name of what people write with dots or slashes, with or without the kind.
+        """Return the full name of an interface, written with dots or slashes, with or without the kind.
 
         Raises:
-            UnknownInterface: No package defines it, or several kinds have it.
+            UnknownInterface: No package defines the name, or its kind is ambiguous.
         """
         found = parse_name(name.strip().replace("::", "/").replace(".", "/"))
         if found is None:
             raise UnknownInterface(
-                f"{name!r} is no name of an interface, such as `std_msgs/msg/String` or `std_srvs/srv/Trigger`",
+                f"{name!r} is an invalid interface name; expected one like `std_msgs/msg/String`",
                 help=near(name, self.names(), 0.8),
             )
         kinds = [found.kind] if found.kind else list(PARTS)
@@ -59,13 +59,13 @@ class Registry:
             case []:
                 raise self._unknown(name, found)
             case _:
-                raise UnknownInterface(f"{name!r} has several meanings", help=f"write {' or '.join(candidates)}")
+                raise UnknownInterface(f"{name!r} is ambiguous", help=f"write {' or '.join(candidates)}")
 
     def message(self, name: str) -> str:
-        """The full name of a structure that is a message, and not a whole service or action.
+        """Return the full name of a message, and not of a whole service or action.
 
         Raises:
-            UnknownInterface: No package defines it, or it is no message.
+            UnknownInterface: The interface is unknown, or is not a message.
         """
         full = self.canonical(name)
         parts = parse_name(full)
@@ -73,16 +73,16 @@ class Registry:
         if is_sent(parts.suffix, parts.kind):
             return full
         raise UnknownInterface(
-            f"`{full}` is {'a service' if parts.kind == 'srv' or parts.suffix else 'an action'}, and no message",
+            f"`{full}` is {'a service' if parts.kind == 'srv' or parts.suffix else 'an action'}, not a message",
             help=f"it consists of {_parts(parts.kind, parts.base)}",
         )
 
     def structure(self, name: str) -> Structure:
-        """A structure by its full name; all that it refers to exists.
+        """Return a structure by its full name, after a check of all nested structures.
 
         Raises:
             UnknownInterface: No package defines it.
-            InvalidDefinition: Its definition cannot be read, or refers to what there is not.
+            InvalidDefinition: The definition is invalid, or refers to an unknown structure.
         """
         structure = self.read(name)
         if name not in self._sound:
@@ -90,11 +90,11 @@ class Registry:
         return structure
 
     def read(self, name: str) -> Structure:
-        """A structure by its full name, whatever it refers to.
+        """Return a structure by its full name, without a check of nested structures.
 
         Raises:
             UnknownInterface: No package defines it.
-            InvalidDefinition: Its definition cannot be read.
+            InvalidDefinition: The definition is invalid.
         """
         known = self._structures.get(name)
         if known is not None:
@@ -102,7 +102,7 @@ class Registry:
         found = parse_name(name)
         source = self._source(found) if found is not None and found.kind else None
         if found is None or source is None or found.suffix not in SUFFIXES[found.kind]:
-            return self.read(self.canonical(name))  # which says what is wrong
+            return self.read(self.canonical(name))  # raises the error
         interface = f"{found.package}/{found.interface}"
         if found.suffix in PARTS[found.kind]:
             read = read_interface(interface, source.text, source.origin, source.line)
@@ -112,7 +112,7 @@ class Registry:
         return self._structures[name]
 
     def _check(self, structure: Structure, within: tuple[str, ...]) -> None:
-        """Find out whether all exists that a structure refers to, and whether it ends somewhere."""
+        """Check that all nested structures exist, and that none contains itself."""
         if structure.name in self._sound:
             return
         if structure.name in within:
@@ -121,7 +121,7 @@ class Registry:
                 help=" -> ".join((*within, structure.name)),
             )
         if len(within) > MAX_DEPTH:
-            raise InvalidDefinition(f"{structure.origin}: more than {MAX_DEPTH} structures within each other")
+            raise InvalidDefinition(f"{structure.origin}: more than {MAX_DEPTH} nested structures")
         for field in structure.fields:
             element = element_of(field.type)
             if isinstance(element, Named):
@@ -133,12 +133,10 @@ class Registry:
             return self.read(name)
         except UnknownInterface as error:
             place = f"{structure.origin}:{field.line}" if field.line else structure.name
-            raise InvalidDefinition(
-                f"{place}: `{field.name}` is of an unknown type: {error}", help=error.help
-            ) from None
+            raise InvalidDefinition(f"{place}: unknown type of `{field.name}`: {error}", help=error.help) from None
 
     def _source(self, name: Name) -> Source | None:
-        """The definition that a structure comes from."""
+        """Return the source of the definition of a structure."""
         package = self.packages.get(name.package)
         return None if package is None else package.source(name.interface)
 
@@ -148,9 +146,9 @@ class Registry:
         if package is None:
             meant = near(name.package, self.packages, 0.8) or near(wanted, self.names(), 0.8)
             return UnknownInterface(
-                f"unknown package `{name.package}` of the type `{written}`; known are those of seoro and of the "
-                "folders that were given",
-                help=f"{meant}; else {_GIVING}" if meant else _GIVING,
+                f"unknown package `{name.package}` of the type `{written}`; known packages: those of seoro and of "
+                "the given folders",
+                help=f"{meant}; else {_ADD_FOLDER}" if meant else _ADD_FOLDER,
             )
         interfaces = package.interfaces()
         for kind in [name.kind] if name.kind else PARTS:
@@ -166,12 +164,12 @@ class Registry:
         )
 
 
-_GIVING: Final = (
+_ADD_FOLDER: Final = (
     "give the folder that contains the package, such as `/opt/ros/jazzy/share` or `install/share` of a workspace: "
     "`--interfaces DIR` of `seoro ros`, `--ros-interfaces DIR` of runs, `seoro.Ros(interfaces=[DIR])` of programs"
 )
 
 
 def _parts(kind: str, base: str) -> str:
-    """The messages that an interface consists of, without its package."""
+    """List the messages of an interface, without the package."""
     return ", ".join(f"`{base}{part}`" for part in SUFFIXES[kind] if is_sent(part, kind))

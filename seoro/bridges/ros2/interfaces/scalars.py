@@ -1,4 +1,4 @@
-"""From plain values to numbers, truth values and texts that the wire has."""
+"""Conversion of plain values to numbers, booleans and strings of messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from seoro.bridges.ros2.interfaces.definitions import INTEGERS, Scalar
-from seoro.bridges.ros2.interfaces.mismatch import unfit
+from seoro.bridges.ros2.interfaces.mismatch import mismatch_of
 
 Convert: TypeAlias = Callable[[Any], Any]
 
@@ -17,7 +17,7 @@ _GREATEST_FLOAT32: Final = (2 - 2**-23) * 2.0**127
 
 
 def scalar_converter(type_: Scalar) -> Convert:
-    """What turns a value into one of a primitive type, or raises a `Mismatch`."""
+    """Return a converter to a primitive type; it raises `Mismatch` for an invalid value."""
     match type_.name:
         case "bool":
             return _truth
@@ -36,11 +36,11 @@ def scalar_converter(type_: Scalar) -> Convert:
 def _truth(value: Any) -> bool:
     if isinstance(value, bool | np.bool_):
         return bool(value)
-    raise unfit("true or false", value)
+    raise mismatch_of("true or false", value)
 
 
 def _octet(value: Any) -> int:
-    if isinstance(value, bytes) and len(value) == 1:  # as rclpy has it
+    if isinstance(value, bytes) and len(value) == 1:  # as in rclpy
         return value[0]
     converted: int = _integer_converter("byte")(value)
     return converted
@@ -52,11 +52,11 @@ def _integer_converter(name: str) -> Convert:
     def integer(value: Any) -> int:
         if type(value) is not int:
             if not isinstance(value, int | np.integer) or isinstance(value, bool):
-                raise unfit(f"a whole number ({name})", value, "write it without quotes" * _is_number(value))
+                raise mismatch_of(f"a whole number ({name})", value, "write it without quotes" * _is_number(value))
             value = int(value)
         if low <= value <= high:
             return value  # type: ignore[no-any-return]
-        raise unfit(f"a whole number from {low} to {high} ({name})", value)
+        raise mismatch_of(f"a whole number from {low} to {high} ({name})", value)
 
     return integer
 
@@ -65,15 +65,15 @@ def _float64(value: Any) -> float:
     if type(value) is float:
         return value
     if not isinstance(value, float | int | np.floating | np.integer) or isinstance(value, bool):
-        raise unfit("a number", value, "write it without quotes" * _is_number(value))
+        raise mismatch_of("a number", value, "write it without quotes" * _is_number(value))
     try:
         return float(value)
     except OverflowError:
-        raise unfit("a number that float64 has", value) from None
+        raise mismatch_of("a number within the range of float64", value) from None
 
 
 def _is_number(value: object) -> bool:
-    """Whether it is a text that says a number."""
+    """Return whether a value is a string with a number."""
     try:
         return isinstance(value, str) and math.isfinite(float(value))
     except ValueError:
@@ -83,7 +83,7 @@ def _is_number(value: object) -> bool:
 def _float32(value: Any) -> float:
     number = _float64(value)
     if _GREATEST_FLOAT32 < abs(number) < math.inf:
-        raise unfit(f"a number up to {_GREATEST_FLOAT32} (float32)", value)
+        raise mismatch_of(f"a number up to {_GREATEST_FLOAT32} (float32)", value)
     return number
 
 
@@ -92,17 +92,17 @@ def _text_converter(type_: Scalar) -> Convert:
 
     def text(value: Any) -> str:
         if not isinstance(value, str):
-            raise unfit(
-                "a text", value, "write numbers in quotes where a text is meant" * isinstance(value, int | float)
+            raise mismatch_of(
+                "a string", value, "write a number in quotes to make it a string" * isinstance(value, int | float)
             )
         if "\0" in value:
-            raise unfit("a text without the character NUL, which would end it", value)
+            raise mismatch_of("a string without the character NUL", value)
         try:
             length = len(value) if value.isascii() else len(value.encode())
         except UnicodeEncodeError:
-            raise unfit("a text in Unicode", value) from None
+            raise mismatch_of("a valid Unicode string", value) from None
         if 0 < bound < length:
-            raise unfit(f"a text of at most {bound} bytes", value)
+            raise mismatch_of(f"a string of at most {bound} bytes", value)
         return value
 
     return text

@@ -1,8 +1,8 @@
-"""Reads .msg, .srv and .action files.
+"""Parser of .msg, .srv and .action files.
 
-The syntax is that of https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html, and where that is silent
-what rosidl reads: a comment begins at the first `#` of a line, even within quotes. Names are held to ROS 2's
-rules, on which the generated code of the CDR codec relies.
+The syntax is that of https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html, and otherwise that of
+rosidl: a comment begins at the first `#` of a line, even within quotes. Names follow the rules of ROS 2, on which
+the generated code of the CDR codec relies.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from seoro.bridges.ros2.interfaces.literals import InvalidLiteral, read_default,
 from seoro.bridges.ros2.interfaces.names import PARTS, is_constant_name, is_interface_name, is_package_name
 
 MAX_FILE: Final = 1_000_000  # [characters]
-MAX_BOUND: Final = 2**32 - 1  # elements of a sequence, or bytes of a text
+MAX_BOUND: Final = 2**32 - 1  # elements of a sequence, or bytes of a string
 MAX_ARRAY: Final = 2**20  # elements of a fixed array of numbers
 MAX_ARRAY_OF_STRUCTURES: Final = 4096  # the codec has a line of code for each element of such an array
 
 
 def read_interface(name: str, text: str, origin: str, first_line: int = 1) -> tuple[Structure, ...]:
-    """The structures that a file defines: one for a message, two for a service, three for an action.
+    """Return the structures that a file defines: one for a message, two for a service, three for an action.
 
     Args:
-        name: The full name of the interface, such as `std_srvs/srv/SetBool`.
-        text: What the file has.
-        origin: The file, for messages.
-        first_line: The number of the text's first line in that file.
+        name: Full name of the interface, such as `std_srvs/srv/SetBool`.
+        text: Text of the file.
+        origin: File, in error messages.
+        first_line: Number of the first line of the text in the file.
 
     Raises:
-        InvalidDefinition: The text is no definition; says the line and what was expected.
+        InvalidDefinition: The definition is invalid; the message has the line and the expected text.
     """
     package, kind, _ = name.split("/")
     suffixes = PARTS[kind]
     if len(text) > MAX_FILE:
-        raise InvalidDefinition(f"{origin}: {len(text)} characters are more than the {MAX_FILE} of the limit")
+        raise InvalidDefinition(f"{origin}: {len(text)} characters exceed the limit of {MAX_FILE}")
     sections: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), first_line):
         if line.rstrip() == "---":
@@ -58,9 +58,9 @@ def read_interface(name: str, text: str, origin: str, first_line: int = 1) -> tu
             sections[-1].append((number, line))
     if len(sections) != len(suffixes):
         raise InvalidDefinition(
-            f"{origin}: a .{kind} file has {len(suffixes)} part{'s' * (len(suffixes) > 1)}, and this one has"
+            f"{origin}: expected {len(suffixes)} part{'s' * (len(suffixes) > 1)} of a .{kind} file, got"
             f" {len(sections)}",
-            help=f"lines of `---` separate the parts; {len(suffixes) - 1} of them were expected",
+            help=f"lines of `---` separate the parts; expected {len(suffixes) - 1} of them",
         )
     return tuple(
         _Section(package, origin).read(f"{name}{suffix}", lines)
@@ -69,11 +69,11 @@ def read_interface(name: str, text: str, origin: str, first_line: int = 1) -> tu
 
 
 class _Section:
-    """Reads the lines of one structure.
+    """Parser of the lines of one structure.
 
     Args:
-        package: Where names without a package are looked up.
-        origin: The file, for messages.
+        package: Package of names without a package.
+        origin: File, in error messages.
     """
 
     def __init__(self, package: str, origin: str) -> None:
@@ -82,13 +82,13 @@ class _Section:
         self._line = 0
 
     def read(self, name: str, lines: list[tuple[int, str]]) -> Structure:
-        """The structure of that name in these numbered lines."""
+        """Parse the structure of a name from numbered lines."""
         fields: list[Field] = []
         constants: list[Constant] = []
         names: dict[str, int] = {}
         for number, member in self._members(lines):
             if member.name in names:
-                raise self._invalid(f"`{member.name}` is defined in line {names[member.name]} already")
+                raise self._invalid(f"duplicate name `{member.name}` (first in line {names[member.name]})")
             names[member.name] = number
             if isinstance(member, Field):
                 fields.append(member)
@@ -121,7 +121,9 @@ class _Section:
                 f"constant `{name}` is of type `{type_text}`", "constants are numbers, bool or string"
             )
         if not is_constant_name(name):
-            raise self._invalid(f"`{name}` is no name of a constant", "write it in capitals, such as `MAX_SPEED`")
+            raise self._invalid(
+                f"`{name}` is an invalid constant name", "write it in capitals, such as `MAX_SPEED`"
+            )
         if not value and type_.name not in TEXTS:
             raise self._invalid(f"constant `{name}` has no value")
         return Constant(name, type_, self._literal(type_, value))
@@ -131,7 +133,7 @@ class _Section:
         name, _, default = rest.partition(" ")
         if not is_package_name(name):
             raise self._invalid(
-                f"`{name}` is no name of a field",
+                f"`{name}` is an invalid field name",
                 "fields have small letters, digits and single underscores, and begin with a letter",
             )
         default = default.strip()
@@ -152,7 +154,7 @@ class _Section:
         single, opened, rest = text.partition("[")
         size, closed, behind = rest.partition("]")
         if bool(opened) != bool(closed) or behind:
-            raise self._invalid(f"`{text}` is no type", "arrays are written `int8[]`, `int8[3]` or `int8[<=3]`")
+            raise self._invalid(f"invalid type `{text}`", "arrays are written `int8[]`, `int8[3]` or `int8[<=3]`")
         element = self._element(single, text)
         if not opened:
             return element
@@ -167,28 +169,28 @@ class _Section:
         base, bounded, most = text.partition("<=")
         if bounded and base not in TEXTS:
             raise self._invalid(
-                f"`{type_text}` has a length", "only `string` has one; for arrays it is in brackets: `[<=N]`"
+                f"invalid length of `{type_text}`", "only `string` has one; for arrays it is in brackets: `[<=N]`"
             )
         if base in PRIMITIVES:
             return Scalar(base, self._number(most, MAX_BOUND, type_text) if bounded else 0)
         package, slash, name = base.replace("/msg/", "/").rpartition("/")
         if slash and not is_package_name(package):
-            raise self._invalid(f"`{package}` is no name of a package")
+            raise self._invalid(f"`{package}` is an invalid package name")
         if not is_interface_name(name):
             times = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
             known = (
                 f"types are {', '.join(sorted(PRIMITIVES))} and names of messages, alone or in arrays: `int8[3]`"
             )
             raise self._invalid(
-                f"`{type_text}` is no type", f"ROS 2 has `{times[name]}`" if name in times else known
+                f"invalid type `{type_text}`", f"ROS 2 has `{times[name]}`" if name in times else known
             )
         return Named(f"{package or self._package}/msg/{name}")
 
     def _number(self, text: str, most: int, type_text: str) -> int:
-        """How many elements or characters a type has."""
-        digits = text[:12] if text.isascii() and text.isdecimal() else "0"  # more are beyond all limits as well
+        """Return the number of elements or characters of a type."""
+        digits = text[:12] if text.isascii() and text.isdecimal() else "0"  # 12 digits are beyond all limits
         if not 0 < int(digits) <= most:
-            raise self._invalid(f"`{type_text}` has no valid size", f"from 1 to {most} are possible")
+            raise self._invalid(f"invalid size of `{type_text}`", f"expected 1 to {most}")
         return int(digits)
 
     def _invalid(self, problem: str, expected: str = "") -> InvalidDefinition:

@@ -1,8 +1,7 @@
-"""From plain values to messages: everything is checked, and what is missing gets its default.
+"""Conversion of plain values to messages; all values are checked, and missing members get their defaults.
 
-A mapping becomes a structure, a list becomes an array, numbers, truth values and texts become scalars. Kinds are
-not converted into each other, but for whole numbers where a float is expected: what looks wrong is wrong, and the
-error has the path of the member.
+A mapping becomes a structure, a list becomes an array, and numbers, booleans and strings become scalars. Types are
+not converted into each other, except integers where a float is expected. Errors have the path of the member.
 """
 
 from __future__ import annotations
@@ -24,16 +23,16 @@ from seoro.bridges.ros2.interfaces.definitions import (
 )
 from seoro.bridges.ros2.interfaces.errors import InvalidValue, near
 from seoro.bridges.ros2.interfaces.messages import Message, attribute
-from seoro.bridges.ros2.interfaces.mismatch import Mismatch, unfit
+from seoro.bridges.ros2.interfaces.mismatch import Mismatch, mismatch_of
 from seoro.bridges.ros2.interfaces.scalars import Convert, scalar_converter
 
 
 class Builder:
-    """Makes messages of plain values.
+    """Builder of messages from plain values.
 
     Args:
-        lookup: Gives structures by their full names.
-        class_of: Gives the classes of their messages.
+        lookup: Returns a structure by its full name.
+        class_of: Returns the message class of a structure by its full name.
     """
 
     def __init__(self, lookup: Callable[[str], Structure], class_of: Callable[[str], type[Message]]) -> None:
@@ -42,14 +41,14 @@ class Builder:
         self._structures: dict[str, _StructureConverter] = {}
 
     def build(self, name: str, value: Mapping[str, Any] | Message) -> Message:
-        """The message of a structure.
+        """Build a message.
 
         Args:
-            name: The full name of the structure.
-            value: Its members; those that are missing get their defaults.
+            name: Full name of the structure.
+            value: Members; missing ones get their defaults.
 
         Raises:
-            InvalidValue: A member is unknown or does not fit; says which.
+            InvalidValue: A member is unknown or does not fit; the message has its path.
         """
         try:
             return self.converter(name)(value)
@@ -57,7 +56,7 @@ class Builder:
             raise InvalidValue(name, mismatch.path, str(mismatch), mismatch.help) from None
 
     def converter(self, name: str) -> _StructureConverter:
-        """What makes the messages of a structure."""
+        """Return a converter to messages of a structure."""
         known = self._structures.get(name)
         if known is None:
             known = _StructureConverter(self._lookup(name), self._class_of(name), self)
@@ -66,12 +65,12 @@ class Builder:
 
 
 class _StructureConverter:
-    """Makes the messages of one structure, of mappings or of messages.
+    """Converter of mappings and messages to messages of one structure.
 
     Args:
         structure: The structure.
-        cls: The class of its messages.
-        builder: Makes the structures within.
+        cls: Class of its messages.
+        builder: Builder of nested structures.
     """
 
     def __init__(self, structure: Structure, cls: Callable[..., Message], builder: Builder) -> None:
@@ -88,10 +87,10 @@ class _StructureConverter:
     def __call__(self, value: Any) -> Message:
         if isinstance(value, Message):
             if value.__msgtype__ != self._name:
-                raise unfit(f"a {self._name}", value)
+                raise mismatch_of(f"a {self._name}", value)
             return self._made({name: getattr(value, attribute_) for name, attribute_, _, _ in self._members})
         if not isinstance(value, Mapping):
-            raise unfit(f"a {self._name}", value, f"a mapping is expected; {self._list()}")
+            raise mismatch_of(f"a {self._name}", value, f"write a mapping; {self._list()}")
         if not value.keys() <= self._names:
             self._refuse_unknown(value)
         return self._made(value)
@@ -111,7 +110,7 @@ class _StructureConverter:
     def _refuse_unknown(self, value: Mapping[Any, Any]) -> NoReturn:
         unknown = next(name for name in value if name not in self._names)
         raise Mismatch(
-            f"a {self._name} has no member `{unknown}`", near(str(unknown), self._names) or self._list()
+            f"unknown member `{unknown}` of {self._name}", near(str(unknown), self._names) or self._list()
         )
 
     def _list(self) -> str:
@@ -120,7 +119,7 @@ class _StructureConverter:
 
 
 def _default(field: Field, builder: Builder) -> Any:
-    """What a member has that nobody gives: what the definition says, or else zero or empty."""
+    """Return the default of a member: that of the definition, or else zero or empty."""
     convert = _converter(field.type, builder)
     if field.default is not None:
         return convert(field.default)
@@ -146,7 +145,7 @@ def _zero(element: Element, builder: Builder) -> Any:
 
 
 def _converter(type_: FieldType, builder: Builder) -> Convert:
-    """What turns a value into one of a type."""
+    """Return a converter to a type."""
     match type_:
         case Named(name):
             return builder.converter(name)

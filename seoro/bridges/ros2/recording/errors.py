@@ -1,29 +1,29 @@
-"""What can go wrong with bags.
+"""Errors of bags.
 
-InvalidUse
-|-- UnreadableBag       there is no such bag, or it cannot be read
-|-- UnknownTopic        a bag does not have a topic
-`-- RefusedRecording    what was asked for cannot be recorded
+UsageError
+|-- UnreadableBag       the bag is missing or unreadable
+|-- UnknownTopic        the bag lacks a topic
+`-- RefusedRecording    the recording request is invalid
 BackendError
-`-- RecordingFailed     what is recorded can no longer be written
+`-- RecordingFailed     the bag can no longer be written
 """
 
 from __future__ import annotations
 
-from seoro.errors import BackendError, InvalidUse
+from seoro.errors import BackendError, UsageError
 
 
-class UnreadableBag(InvalidUse):
-    """There is no such bag, or it cannot be read."""
+class UnreadableBag(UsageError):
+    """The bag is missing or unreadable."""
 
 
-class UnknownTopic(InvalidUse):
-    """A bag does not have a topic."""
+class UnknownTopic(UsageError):
+    """The bag lacks a topic."""
 
 
-class RefusedRecording(InvalidUse):
-    """What was asked for cannot be recorded."""
+class RefusedRecording(UsageError):
+    """The recording request is invalid."""
 
 
 class RecordingFailed(BackendError):
-    """What is recorded can no longer be written; what was written before can be read."""
+    """The bag can no longer be written; earlier messages can be read."""

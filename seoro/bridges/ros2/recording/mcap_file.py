@@ -1,6 +1,6 @@
-"""One MCAP file, written as rosbag2 writes it (profile `ros2`).
+"""Writer of an MCAP file in the format of rosbag2 (profile `ros2`).
 
-What has been flushed is in whole chunks, so that it can be read whatever becomes of the process afterwards.
+Flushed messages are in complete chunks, so that they can be read if the process is killed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from seoro.bridges.ros2.recording.profiles import profile
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-CHUNK: Final = 1024 * 1024  # [bytes] after which a chunk is written
+CHUNK: Final = 1024 * 1024  # [bytes] of a chunk
 
 Compression = Literal["none", "lz4", "zstd"]
 
@@ -32,15 +32,15 @@ _COMPRESSIONS: Final = {
     "lz4": CompressionType.LZ4,
     "zstd": CompressionType.ZSTD,
 }
-_PART: Final = 512 * 1024  # [bytes]
-_SEQUENCE: Final = 0xFFFF_FFFF  # MCAP has 32 bits for the number of a message
+_PART: Final = 512 * 1024  # [bytes] of a single write
+_SEQUENCE: Final = 0xFFFF_FFFF  # sequence numbers of MCAP have 32 bits
 
 
 class _Stream(BufferedWriter):
-    """A file into which much is written in parts: a single write of 10 MB keeps some kernels busy for 50 ms."""
+    """A file that splits large writes: a single write of 10 MB blocks some kernels for 50 ms."""
 
     def write(self, content: ReadableBuffer) -> int:
-        """Write everything."""
+        """Write all bytes."""
         view = memoryview(content)
         for start in range(0, len(view), _PART):
             super().write(view[start : start + _PART])
@@ -48,31 +48,31 @@ class _Stream(BufferedWriter):
 
 
 class McapFile:
-    """A new file. Its methods raise `OSError` when the disk does not take what is written.
+    """A new MCAP file. Methods raise `OSError` if a write fails.
 
     Args:
-        path: Where to; nothing may be there.
-        compression: Of the chunks.
+        path: Path of the file, which must not exist.
+        compression: Compression of the chunks.
     """
 
     def __init__(self, path: Path, compression: Compression) -> None:
         self._path = path
         self._stream = _Stream(FileIO(path, "xb"), CHUNK)
-        with contextlib.suppress(OSError):  # not all file systems have locks
-            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # nobody mends what is being written
+        with contextlib.suppress(OSError):  # some file systems have no locks
+            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # prevents a repair meanwhile
         self._writer = Writer(self._stream, chunk_size=CHUNK, compression=_COMPRESSIONS[compression])
         self._writer.start(profile=Profile.ROS2, library=f"seoro-{__version__}")
-        self._stream.flush()  # an empty file could not be read, if it came to that
+        self._stream.flush()  # makes the file readable
         self._schemas: dict[str, int] = {}
         self._topics: dict[int, BagTopic] = {}
         self._counts: dict[int, int] = {}
         self._extent = Extent()
 
     def information(self, notes: Mapping[str, str]) -> dict[str, Any]:
-        """What `metadata.yaml` says of the file so far.
+        """Return the entry of `metadata.yaml` for the file so far.
 
         Args:
-            notes: What else there is to say.
+            notes: Further notes.
         """
         topics = [replace(topic, count=self._counts[channel]) for channel, topic in self._topics.items()]
         return information({self._path.name: self._extent}, topics, notes)
@@ -81,11 +81,11 @@ class McapFile:
         """Add a topic, before its first message.
 
         Args:
-            topic: What to say of it.
-            definition: Of its type with all that it refers to (`TypeStore.schema`); empty where it is not known.
+            topic: Description of the topic.
+            definition: Definition of its type (`TypeStore.schema`); empty if it is unknown.
 
         Returns:
-            By what messages refer to it.
+            Channel of the topic.
         """
         schema = self._schemas.get(topic.type)
         if schema is None:
@@ -105,27 +105,28 @@ class McapFile:
         """Add a message of a topic.
 
         Args:
-            channel: The topic.
+            channel: Channel of the topic.
             payload: CDR, with its header.
-            received, sent: [ns] since the epoch.
-            sequence: Its number among those of its sender.
+            received: Time of arrival [ns since the epoch].
+            sent: Time of sending [ns since the epoch].
+            sequence: Sequence number of the sender.
         """
         self._extent = self._extent | Extent(received, received, 1)
         self._counts[channel] += 1
         self._writer.add_message(channel, received, payload, sent, sequence & _SEQUENCE)
 
     def flush(self) -> None:
-        """Give all that has been added to the operating system."""
+        """Pass all added messages to the operating system."""
         self._writer.flush()
 
     def finish(self, notes: Mapping[str, str]) -> None:
-        """Make the file whole: with its index, and what `metadata.yaml` says in a record."""
+        """Complete the file with its index, and with a record of the content of `metadata.yaml`."""
         self._writer.flush()
         self._writer.add_metadata("rosbag2", {"serialized_metadata": dump(self.information(notes))})
         self._writer.finish()
         self._stream.close()
 
     def abandon(self) -> None:
-        """Close the file as it is, after an error."""
-        with contextlib.suppress(OSError):  # what is in its buffer cannot be written either
+        """Close the incomplete file after an error."""
+        with contextlib.suppress(OSError):  # the buffer cannot be written, either
             self._stream.close()

@@ -1,4 +1,4 @@
-"""Reading the messages of one MCAP file, whole or not."""
+"""Reader of an MCAP file, complete or truncated."""
 
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ from mcap.summary import Summary
 from mcap.well_known import MessageEncoding
 
 from seoro.bridges.ros2.recording.errors import UnreadableBag
-from seoro.bridges.ros2.recording.metadata import BagTopic, Extent
+from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, Extent
 from seoro.bridges.ros2.recording.profiles import read_profiles
-from seoro.bridges.ros2.recording.scanning import DAMAGES, MOST_RECORD, is_whole, scan
-from seoro.bridges.ros2.recording.sources import BagMessage
-from seoro.input_files import Kind, open_input
+from seoro.bridges.ros2.recording.scanning import DAMAGES, MAX_RECORD, is_whole, scan
+from seoro.files.inputs import Kind, open_input
 
 
 class McapSource:
-    """One MCAP file.
+    """An MCAP file.
 
     Args:
         path: The file.
 
     Raises:
-        UnreadableBag: It cannot be read, is no MCAP file, or is damaged.
+        UnreadableBag: The file is unreadable, damaged or not an MCAP file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -38,7 +37,7 @@ class McapSource:
             self._summary = summary = _summary(stream, self.is_cut_off)
             assert summary.statistics is not None
             if self.is_cut_off and summary.statistics.message_count and not summary.chunk_indexes:
-                raise McapError("it ends in the middle and has no chunks; mend it first")
+                raise McapError("truncated file without chunks; repair it first")
             statistics = summary.statistics
             self.extent = Extent(
                 statistics.message_start_time, statistics.message_end_time, statistics.message_count
@@ -49,11 +48,11 @@ class McapSource:
             )
 
     def messages(self, topics: Collection[str] | None, start: int) -> Iterator[BagMessage]:
-        """The messages in the order in which they were received.
+        """Yield the messages in the order of arrival.
 
         Args:
-            topics: Of which; all when None.
-            start: [ns] since the epoch, of the first.
+            topics: Topics to read; None for all.
+            start: Time of the first message [ns since the epoch].
 
         Raises:
             UnreadableBag: The file is damaged.
@@ -62,7 +61,7 @@ class McapSource:
             return
         with self._reading() as stream:
             reader = _Indexed(stream, self._summary)
-            # Without an index, sorting would take the whole file into memory.
+            # Without an index, sorting would load the whole file.
             is_indexed = bool(self._summary.chunk_indexes)
             found = reader.iter_messages(topics=topics, starting_at=start, log_time_order=is_indexed)
             for _, channel, message in found:
@@ -74,10 +73,10 @@ class McapSource:
             with open_input(self.path, Kind.RECORDING) as stream:
                 yield stream
         except OSError as error:
-            raise UnreadableBag(f"{self.path} cannot be read: {error.strerror}") from None
+            raise UnreadableBag(f"cannot read {self.path}: {error.strerror}") from None
         except DAMAGES as error:
             raise UnreadableBag(
-                f"{self.path} is no MCAP file, or is damaged: {error or type(error).__name__}"
+                f"{self.path} is damaged, or not an MCAP file: {error or type(error).__name__}"
             ) from None
 
     def _topic(self, channel: Channel, count: int) -> BagTopic:
@@ -85,27 +84,27 @@ class McapSource:
             raise McapError(f"{channel.topic} is encoded as {channel.message_encoding!r}, not as CDR")
         schema = self._summary.schemas.get(channel.schema_id)
         if schema is None:
-            raise McapError(f"it does not say of which type {channel.topic} is")
+            raise McapError(f"the type of {channel.topic} is missing")
         about = channel.metadata
         qos = read_profiles(about.get("offered_qos_profiles", ""))
         return BagTopic(channel.topic, schema.name, about.get("topic_type_hash", ""), qos, count)
 
 
 def _summary(stream: IO[bytes], is_cut_off: bool) -> Summary:
-    """The index of a file: that at its end, or what is found."""
+    """Return the index at the end of a file, or one made from its chunks."""
     if not is_cut_off:
         stream.seek(0)
-        summary = SeekingReader(stream, record_size_limit=MOST_RECORD).get_summary()
+        summary = SeekingReader(stream, record_size_limit=MAX_RECORD).get_summary()
         if summary is not None and summary.statistics is not None:
             return summary
     return scan(stream).summary
 
 
 class _Indexed(SeekingReader):
-    """Reads by an index that was found before."""
+    """Reader with a known index."""
 
     def __init__(self, stream: IO[bytes], summary: Summary) -> None:
-        super().__init__(stream, validate_crcs=True, record_size_limit=MOST_RECORD)
+        super().__init__(stream, validate_crcs=True, record_size_limit=MAX_RECORD)
         self._found = summary
 
     def get_summary(self) -> Summary:

@@ -1,4 +1,4 @@
-"""`metadata.yaml`, by which the tools of ROS 2 know what is in the folder of a bag (rosbag2, version 9)."""
+"""`metadata.yaml`, the description of a bag for the tools of ROS 2 (rosbag2, version 9)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.profiles import profile, read_profiles
 from seoro.bridges.ros2.wire import Qos
-from seoro.input_files import Kind, read_input_text
+from seoro.files.inputs import Kind, read_input_text
 
 FILE_NAME: Final = "metadata.yaml"
 ROOT: Final = "rosbag2_bagfile_information"
 VERSION: Final = 9
 
-# The C part of PyYAML, where there is one, writes and reads ten times as fast.
+# The C part of PyYAML is ten times as fast, if it is available.
 _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -31,11 +31,11 @@ class BagTopic:
     """A topic of a bag.
 
     Attributes:
-        name: Full name.
-        type: Full name of the type of its messages.
-        type_hash: Of the definition of the type; empty where that is not known.
-        qos: What the publishers offered.
-        count: Messages.
+        name: Full name of the topic.
+        type: Full name of the type of the messages.
+        type_hash: Hash of the type; empty if it is unknown.
+        qos: QoS profiles of the publishers.
+        count: Number of messages.
     """
 
     name: str
@@ -47,12 +47,12 @@ class BagTopic:
 
 @dataclass(frozen=True)
 class Extent:
-    """How much there is.
+    """Time range and number of messages.
 
     Attributes:
-        start: [ns] since the epoch, of the earliest message; 0 if there is none.
-        end: [ns] since the epoch, of the latest message.
-        count: Messages.
+        start: Time of the earliest message [ns since the epoch]; 0 without messages.
+        end: Time of the latest message [ns since the epoch].
+        count: Number of messages.
     """
 
     start: int = 0
@@ -60,36 +60,53 @@ class Extent:
     count: int = 0
 
     def __or__(self, other: Extent) -> Extent:
-        """Both together."""
+        """Return the union of two extents."""
         if not self.count or not other.count:
             return self if self.count else other
         return Extent(min(self.start, other.start), max(self.end, other.end), self.count + other.count)
 
 
+@dataclass(frozen=True, slots=True)
+class BagMessage:
+    """A message of a bag.
+
+    Attributes:
+        topic: Full name of the topic.
+        payload: CDR, with its header.
+        received: Time of arrival [ns since the epoch], by the clock of the recorder.
+        sent: Time of sending [ns since the epoch], by the clock of the sender, if known.
+    """
+
+    topic: str
+    payload: bytes
+    received: int
+    sent: int
+
+
 def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
-    """Write `metadata.yaml`, of which there is the old one or the new one at any time.
+    """Replace `metadata.yaml` atomically.
 
     Args:
-        folder: The bag.
-        information: What it says (`information`).
+        folder: Folder of the bag.
+        information: Content (`information`).
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
-    beside = folder / f".{FILE_NAME}"
-    beside.write_text(dump({ROOT: information}), encoding="utf-8")
-    beside.replace(folder / FILE_NAME)
+    temporary = folder / f".{FILE_NAME}"
+    temporary.write_text(dump({ROOT: information}), encoding="utf-8")
+    temporary.replace(folder / FILE_NAME)
 
 
 def information(
     files: Mapping[str, Extent], topics: Sequence[BagTopic], notes: Mapping[str, str]
 ) -> dict[str, Any]:
-    """What `metadata.yaml` says of a bag of MCAP files.
+    """Return the content of `metadata.yaml` for a bag of MCAP files.
 
     Args:
-        files: How much there is in each, by name.
-        topics: What they have together.
-        notes: What else there is to say, by name (`custom_data`).
+        files: Extents of the files, by name.
+        topics: Topics of all files.
+        notes: Further notes, by name (`custom_data`).
     """
     return {
         "version": VERSION,
@@ -108,7 +125,7 @@ def information(
 
 
 def dump(data: Any) -> str:
-    """YAML, in the order in which things are said."""
+    """Dump YAML without sorting keys."""
     text: str = yaml.dump(data, Dumper=_Unshared, sort_keys=False, allow_unicode=True, width=1000)
     return text
 
@@ -132,7 +149,7 @@ def _topic(topic: BagTopic) -> dict[str, Any]:
 
 
 class _Unshared(_Dumper):  # type: ignore[misc]
-    """Writes out what occurs more than once; yaml-cpp knows aliases, people need not."""
+    """YAML dumper that writes repeated values in full, without aliases."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
@@ -151,7 +168,7 @@ class _Counted(BaseModel):
 
 
 class Metadata(BaseModel):
-    """What of `metadata.yaml` is needed to read a bag, of any version."""
+    """Part of `metadata.yaml`, of any version, that is needed to read a bag."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -165,14 +182,14 @@ class Metadata(BaseModel):
 
     @property
     def is_compressed(self) -> bool:
-        """Whether files or messages are compressed in a way that the storage does not know of."""
+        """Whether rosbag2 itself has compressed files or messages."""
         return (self.compression_mode or "none").lower() != "none"
 
     def topics(self) -> dict[str, BagTopic]:
-        """The topics by name.
+        """Return the topics by name.
 
         Raises:
-            ValueError: The QoS of one cannot be read.
+            ValueError: A QoS profile is invalid.
         """
         return {
             each.topic_metadata.name: BagTopic(
@@ -187,10 +204,10 @@ class Metadata(BaseModel):
 
 
 def read_metadata(folder: Path) -> Metadata | None:
-    """What `metadata.yaml` in a folder says; None if there is none.
+    """Read `metadata.yaml` in a folder; return None without one.
 
     Raises:
-        UnreadableBag: It is not what rosbag2 writes.
+        UnreadableBag: The file is invalid.
     """
     path = folder / FILE_NAME
     try:
@@ -199,9 +216,9 @@ def read_metadata(folder: Path) -> Metadata | None:
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UnreadableBag(f"{path}: it cannot be read: {error}") from None
+        raise UnreadableBag(f"cannot read {path}: {error}") from None
     except (KeyError, TypeError):
-        raise UnreadableBag(f"{path}: it has no `{ROOT}`") from None
+        raise UnreadableBag(f"{path}: missing `{ROOT}`") from None
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])

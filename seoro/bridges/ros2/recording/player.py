@@ -1,4 +1,4 @@
-"""Playing bags: what was recorded is published again, at the times at which it was received."""
+"""Playback of bags: the recorded messages are published again, in their original timing."""
 
 from __future__ import annotations
 
@@ -15,32 +15,31 @@ import anyio
 import anyio.to_thread
 from anyio.abc import ObjectSendStream
 
-from seoro.background import background
 from seoro.bridges.ros2.clock import CLOCK_QOS, SECOND, TOPIC, TYPE
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.recording.metadata import BagTopic
+from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic
 from seoro.bridges.ros2.recording.reader import Bag
-from seoro.bridges.ros2.recording.sources import BagMessage
 from seoro.bridges.ros2.recording.unwrapping import unwrapped
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, History, Qos, Reliability
-from seoro.errors import InvalidUse
+from seoro.concurrency.background import background
+from seoro.errors import UsageError
 
-AT_ONCE: Final = 200  # messages that are read together at most
-ENOUGH: Final = 4 * 1024 * 1024  # [bytes] after which no others are read with them
-AHEAD: Final = 4  # times as many are read ahead
-MATCHING_TIMEOUT: Final = 2.0  # [s] that those who subscribe already may take to be reached
+MAX_BATCH: Final = 200  # messages of a batch
+MAX_BATCH_SIZE: Final = 4 * 1024 * 1024  # [bytes] of a batch
+AHEAD: Final = 4  # number of batches that are read ahead
+MATCHING_TIMEOUT: Final = 2.0  # [s] for the connection to present subscriptions
 
 
 @dataclass(frozen=True)
 class Playback:
-    """How a bag is played.
+    """Options of playing a bag.
 
     Attributes:
-        topics: Full names of those that are played; all if there is none.
-        rate: Seconds of the bag in a second.
-        start_offset: [s] from the beginning of the bag that are left out.
-        clock_rate: [Hz] at which the time of the bag is published on `/clock`; not at all when None.
+        topics: Full names of the topics to play; all if empty.
+        rate: Speed factor.
+        start_offset: Time to skip at the start [s].
+        clock_rate: Rate at which to publish the time of the bag on `/clock` [Hz]; None for never.
     """
 
     topics: tuple[str, ...] = ()
@@ -49,11 +48,11 @@ class Playback:
     clock_rate: float | None = None
 
     def __post_init__(self) -> None:
-        for name, value in (("rate", self.rate), ("rate of the clock", self.clock_rate)):
+        for name, value in (("playback rate", self.rate), ("clock rate", self.clock_rate)):
             if value is not None and not (0 < value < math.inf):
-                raise InvalidUse(f"the {name} of a bag that is played is positive, not {value:g}")
+                raise UsageError(f"invalid {name} {value:g}: expected a number above 0")
         if not 0 <= self.start_offset < math.inf:
-            raise InvalidUse(f"the offset from which a bag is played is 0 s or more, not {self.start_offset:g} s")
+            raise UsageError(f"invalid start offset {self.start_offset:g} s: expected 0 s or more")
 
 
 async def play(
@@ -61,41 +60,41 @@ async def play(
 ) -> Mapping[str, int]:
     """Play a bag to its end.
 
-    Whoever subscribes before gets everything; messages that are late, since the disk or the machine is slow, are
-    published at once. Of what is left out at the beginning, messages that their publishers kept for those who come
-    later are published nonetheless, such as maps and static frames.
+    Present subscriptions get all messages. Messages that are late, since the disk or the machine is slow, are
+    published at once. Transient local messages before the start offset are published nonetheless, such as maps and
+    static frames.
 
     Args:
-        node: Publishes.
-        bag: What is played.
-        playback: How.
-        on_note: Is told what happens, in words for people.
+        node: Publishing node.
+        bag: Bag to play.
+        playback: Options.
+        on_note: Called with notes.
 
     Returns:
-        Messages that were published, by topic.
+        Number of published messages by topic.
 
     Raises:
-        UnknownTopic: The bag does not have a topic.
+        UnknownTopic: The bag lacks a topic.
         UnreadableBag: The bag is damaged.
-        InvalidUse: It is shorter than the offset.
-        UnknownInterface: Neither the bag nor seoro knows the definition of a type.
-        WrongType, DefinitionMismatch: Those who subscribe mean something else.
+        UsageError: The bag is shorter than the offset.
+        UnknownInterface: Neither the bag nor seoro has the definition of a type.
+        WrongType, DefinitionMismatch: The subscriptions have another type, or another definition of it.
     """
     topics = bag.choose(playback.topics)
     duration = (bag.extent.end - bag.extent.start) / SECOND
     if playback.start_offset > duration:
-        raise InvalidUse(
-            f"{bag.path} lasts {duration:.3f} s; it cannot be played from {playback.start_offset:g} s"
+        raise UsageError(
+            f"the start offset {playback.start_offset:g} s is after the end of {bag.path} ({duration:.3f} s)"
         )
     if playback.clock_rate is not None and TOPIC in {topic.name for topic in topics}:
         topics = tuple(topic for topic in topics if topic.name != TOPIC)
-        on_note(f"{TOPIC} of the bag is not played, since the clock is published")
+        on_note(f"{TOPIC} of the bag is not played, since its time is published")
     begin = bag.extent.start + round(playback.start_offset * SECOND)
     published: Counter[str] = Counter({topic.name: 0 for topic in topics})
     with unwrapped():
         async with _publishing(node, topics) as publications, _reading(bag, list(publications), begin) as batches:
             if playback.start_offset:
-                for message in await anyio.to_thread.run_sync(_kept, bag, topics, begin):
+                for message in await anyio.to_thread.run_sync(_latched_messages, bag, topics, begin):
                     publications[message.topic].send(message.payload)
                     published[message.topic] += 1
             pace = _Pace(begin, playback.rate)
@@ -109,11 +108,11 @@ async def play(
 
 
 class _Pace:
-    """When it is what time in the bag. Starts when it is made.
+    """Clock of the time in the bag, which starts when it is made.
 
     Args:
-        begin: [ns] since the epoch, in the bag.
-        rate: Seconds of the bag in a second.
+        begin: First time in the bag [ns since the epoch].
+        rate: Speed factor.
     """
 
     def __init__(self, begin: int, rate: float) -> None:
@@ -123,18 +122,18 @@ class _Pace:
 
     @property
     def now(self) -> int:
-        """[ns] since the epoch, in the bag."""
+        """Present time in the bag [ns since the epoch]."""
         return self._begin + round((time.monotonic() - self._started) * self._rate * SECOND)
 
     async def wait_for(self, moment: int) -> None:
-        """Wait until it is that time in the bag [ns since the epoch]."""
+        """Wait for a time in the bag [ns since the epoch]."""
         left = (moment - self._begin) / SECOND / self._rate - (time.monotonic() - self._started)
         await anyio.sleep(max(left, 0))
 
 
 @asynccontextmanager
 async def _publishing(node: RosNode, topics: Sequence[BagTopic]) -> AsyncIterator[dict[str, Publication]]:
-    """Publishers of topics, which have been found by those who subscribe already."""
+    """Create the publishers of topics, and wait until present subscriptions have found them."""
     async with AsyncExitStack() as stack:
         publications = {
             topic.name: await stack.enter_async_context(
@@ -151,7 +150,7 @@ async def _publishing(node: RosNode, topics: Sequence[BagTopic]) -> AsyncIterato
 
 @asynccontextmanager
 async def _reading(bag: Bag, topics: list[str], begin: int) -> AsyncIterator[AsyncIterator[list[BagMessage]]]:
-    """Batches of messages, read ahead by a thread."""
+    """Read batches of messages ahead in a thread."""
     send, receive = anyio.create_memory_object_stream[list[BagMessage]](AHEAD)
     async with background() as tasks, receive:
         tasks.start_soon(_read, bag.messages(topics, begin), send)
@@ -164,8 +163,8 @@ async def _read(messages: Iterator[BagMessage], send: ObjectSendStream[list[BagM
             await send.send(batch)
 
 
-def _kept(bag: Bag, topics: Sequence[BagTopic], begin: int) -> list[BagMessage]:
-    """What publishers still kept at some time for those who come later, in the order of the bag."""
+def _latched_messages(bag: Bag, topics: Sequence[BagTopic], begin: int) -> list[BagMessage]:
+    """Return the messages that publishers kept for late subscriptions at a time, in the order of the bag."""
     kept: dict[str, deque[BagMessage]] = {}
     for topic in topics:
         depths = [qos.depth for qos in topic.qos if qos.is_transient_local]
@@ -179,41 +178,41 @@ def _kept(bag: Bag, topics: Sequence[BagTopic], begin: int) -> list[BagMessage]:
 
 def _batch(messages: Iterator[BagMessage]) -> list[BagMessage]:
     batch, size = [], 0
-    for message in islice(messages, AT_ONCE):
+    for message in islice(messages, MAX_BATCH):
         batch.append(message)
         size += len(message.payload)
-        if size > ENOUGH:
+        if size > MAX_BATCH_SIZE:
             break
     return batch
 
 
 @asynccontextmanager
 async def _clock(node: RosNode, pace: _Pace, rate: float | None) -> AsyncIterator[None]:
-    """Publish the time of the bag; not at all when the rate is None."""
+    """Publish the time of the bag at a rate; do nothing without a rate."""
     if rate is None:
         yield
         return
     async with node.publishing(TOPIC, TYPE, CLOCK_QOS) as publication, background() as tasks:
 
-        def tell() -> None:
+        def publish() -> None:
             seconds, nanoseconds = divmod(pace.now, SECOND)
             publication.publish({"clock": {"sec": seconds, "nanosec": nanoseconds}})
 
         async def tick() -> None:
             while True:
                 await anyio.sleep(1 / rate)
-                tell()
+                publish()
 
-        tell()
+        publish()
         tasks.start_soon(tick)
         yield
-        tell()
+        publish()
 
 
 def _offer(recorded: Sequence[Qos]) -> Qos:
-    """What satisfies all who were satisfied by the publishers that were recorded.
+    """Return a QoS profile that is compatible with all subscriptions of the recorded publishers.
 
-    What each of them kept for those who come later is kept by one.
+    The publisher keeps as many messages for late subscriptions as all recorded publishers together.
     """
     if not recorded:
         return Qos()

@@ -1,7 +1,7 @@
-"""Quality of service as bags have it.
+"""QoS profiles in bags.
 
-Since version 9 of bags the policies have names, before they had the numbers of rmw (rmw/types.h). What is not a
-policy that publishers can be given, such as `system_default` or `unknown`, is read as what ROS 2 takes for it.
+Policies are names since version 9 of bags; before, they were the numbers of rmw (rmw/types.h). Other values, such
+as `system_default` or `unknown`, are read as the defaults of ROS 2.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _NUMBERS: Final[Mapping[int, Mapping[str, Enum]]] = {
 
 
 def profile(qos: Qos) -> dict[str, Any]:
-    """A QoS as `metadata.yaml` has it."""
+    """Encode a QoS profile for `metadata.yaml`."""
     return {
         "history": qos.history.value,
         "depth": qos.depth,
@@ -51,18 +51,18 @@ def profile(qos: Qos) -> dict[str, Any]:
 
 
 def read_profiles(written: str | list[Any]) -> tuple[Qos, ...]:
-    """The QoS of the publishers of a topic, of a list or of the text of one in YAML.
+    """Decode the QoS profiles of the publishers of a topic: a list, or its text in YAML.
 
     Raises:
-        ValueError: It is no such list.
+        ValueError: The list of profiles is invalid.
     """
     if isinstance(written, str):
         try:
             written = yaml.safe_load(written) or []
         except yaml.YAMLError as error:
-            raise ValueError(f"its QoS is no YAML: {error}") from None
+            raise ValueError(f"invalid YAML of QoS profiles: {error}") from None
     if not isinstance(written, list) or not all(isinstance(each, dict) for each in written):
-        raise ValueError("its QoS is no list of profiles")
+        raise ValueError("invalid QoS: expected a list of profiles")
     return tuple(_read(each) for each in written)
 
 

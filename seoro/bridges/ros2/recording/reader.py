@@ -1,6 +1,6 @@
-"""Reading bags: folders as rosbag2 and seoro write them, and single files.
+"""Reader of bags: folders written by rosbag2 and seoro, and single files.
 
-MCAP files are read here, also those that end in the middle; the rest is left to rosbags.
+MCAP files, complete or truncated, are read by `mcap_source.py`, other files by rosbags.
 """
 
 from __future__ import annotations
@@ -11,12 +11,24 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from seoro.bridges.ros2.interfaces.errors import near
 from seoro.bridges.ros2.recording.errors import UnknownTopic, UnreadableBag
-from seoro.bridges.ros2.recording.metadata import FILE_NAME, BagTopic, Extent, Metadata, read_metadata
-from seoro.bridges.ros2.recording.sources import BagMessage, Source
+from seoro.bridges.ros2.recording.metadata import (
+    FILE_NAME,
+    BagMessage,
+    BagTopic,
+    Extent,
+    Metadata,
+    read_metadata,
+)
+
+if TYPE_CHECKING:
+    from seoro.bridges.ros2.recording.mcap_source import McapSource
+    from seoro.bridges.ros2.recording.rosbags_source import RosbagsSource
+
+    Source: TypeAlias = McapSource | RosbagsSource
 
 MCAP: Final = ".mcap"
 SQLITE: Final = ".db3"
@@ -24,14 +36,14 @@ SQLITE: Final = ".db3"
 
 @dataclass(frozen=True)
 class Bag:
-    """A bag that is there. Made by `open_bag`.
+    """A bag. Made by `open_bag`.
 
     Attributes:
-        path: Folder or file.
-        topics: What it has, by name.
-        extent: How much there is.
-        is_cut_off: Whether it ends in the middle; it can be played up to there, and `mend_bag` makes it whole.
-        notes: What its metadata says beside that (`custom_data`), such as what was lost.
+        path: Folder or file of the bag.
+        topics: Topics by name.
+        extent: Time range and number of messages.
+        is_cut_off: Whether the bag is truncated; it can be played, and `repair_bag` completes it.
+        notes: Notes in the metadata (`custom_data`), such as lost messages.
     """
 
     path: Path
@@ -42,24 +54,24 @@ class Bag:
     _sources: tuple[Source, ...]
 
     def choose(self, names: Sequence[str]) -> tuple[BagTopic, ...]:
-        """The topics of some names; all if there is none.
+        """Select topics by name; all if no name is given.
 
         Raises:
-            UnknownTopic: It has no such topic; names those that come near.
+            UnknownTopic: The bag lacks a topic; the help has similar names.
         """
         for name in names:
             if name not in self.topics:
                 known = ", ".join(sorted(self.topics)) or "no topics"
-                help_ = near(name, self.topics) or f"it has {known}"
+                help_ = near(name, self.topics) or f"topics: {known}"
                 raise UnknownTopic(f"{self.path} has no topic {name}", help=help_)
         return tuple(self.topics[name] for name in dict.fromkeys(names)) if names else tuple(self.topics.values())
 
     def messages(self, topics: Collection[str] | None = None, start: int = 0) -> Iterator[BagMessage]:
-        """The messages in the order in which they were received. Reads as it goes.
+        """Yield the messages in the order of arrival.
 
         Args:
-            topics: Of which, by full names; all when None.
-            start: [ns] since the epoch, of the first.
+            topics: Full names of the topics to read; None for all.
+            start: Time of the first message [ns since the epoch].
 
         Raises:
             UnreadableBag: A file is damaged.
@@ -69,63 +81,63 @@ class Bag:
 
 
 def open_bag(path: Path) -> Bag:
-    """Find out what is in a bag.
+    """Open a bag.
 
     Args:
-        path: The folder of a bag, or a file `*.mcap` or `*.db3`.
+        path: Folder of a bag, or a file `*.mcap` or `*.db3`.
 
     Raises:
-        UnreadableBag: There is none, or it cannot be read.
+        UnreadableBag: The bag is missing or unreadable.
     """
     metadata = None
     if path.is_dir():
         metadata = read_metadata(path)
-        sources = _of_folder(path, metadata)
+        sources = _open_folder(path, metadata)
     elif path.is_file():
-        sources = _of_files([path])
+        sources = _open_files([path])
     else:
-        raise _no_bag(path)
-    said = _said(path, metadata)
+        raise _not_found(path)
+    described = _described_topics(path, metadata)
     topics: dict[str, BagTopic] = {}
     for source in sources:
         for topic in source.topics:
-            topics[topic.name] = _together(path, topics.get(topic.name), topic, said.get(topic.name))
+            topics[topic.name] = _merged(path, topics.get(topic.name), topic, described.get(topic.name))
     extent = reduce(or_, (source.extent for source in sources))
     notes = (metadata.custom_data if metadata else None) or {}
     return Bag(path, topics, extent, any(source.is_cut_off for source in sources), notes, tuple(sources))
 
 
 def files_of(folder: Path) -> list[Path]:
-    """The MCAP files of a folder in the order in which they were written, whatever its metadata says."""
+    """Return the MCAP files of a folder in the order of their numbers."""
     return sorted(
-        folder.glob(f"*{MCAP}"), key=lambda path: [_numbered(part) for part in re.split(r"(\d+)", path.name)]
+        folder.glob(f"*{MCAP}"), key=lambda path: [_sort_key(part) for part in re.split(r"(\d+)", path.name)]
     )
 
 
-def _of_folder(folder: Path, metadata: Metadata | None) -> list[Source]:
+def _open_folder(folder: Path, metadata: Metadata | None) -> list[Source]:
     if metadata is None:
         files = files_of(folder) or sorted(folder.glob(f"*{SQLITE}"))
         if not files:
-            raise UnreadableBag(f"{folder} is no bag: it has neither {FILE_NAME} nor files {MCAP} or {SQLITE}")
-        return _of_files(files)
+            raise UnreadableBag(f"{folder} is not a bag: expected {FILE_NAME}, or files {MCAP} or {SQLITE}")
+        return _open_files(files)
     if metadata.storage_identifier != "mcap" or metadata.is_compressed:
-        return [_by_rosbags(folder)]
-    return _of_files([folder / Path(name).name for name in metadata.relative_file_paths])
+        return [_open_with_rosbags(folder)]
+    return _open_files([folder / Path(name).name for name in metadata.relative_file_paths])
 
 
-def _of_files(files: Sequence[Path]) -> list[Source]:
+def _open_files(files: Sequence[Path]) -> list[Source]:
     from seoro.bridges.ros2.recording.mcap_source import McapSource  # noqa: PLC0415 - imports mcap
 
-    return [McapSource(file) if file.suffix == MCAP else _by_rosbags(file) for file in files]
+    return [McapSource(file) if file.suffix == MCAP else _open_with_rosbags(file) for file in files]
 
 
-def _by_rosbags(path: Path) -> Source:
+def _open_with_rosbags(path: Path) -> Source:
     from seoro.bridges.ros2.recording.rosbags_source import RosbagsSource  # noqa: PLC0415 - imports rosbags
 
     return RosbagsSource(path)
 
 
-def _said(path: Path, metadata: Metadata | None) -> dict[str, BagTopic]:
+def _described_topics(path: Path, metadata: Metadata | None) -> dict[str, BagTopic]:
     if metadata is None:
         return {}
     try:
@@ -134,23 +146,23 @@ def _said(path: Path, metadata: Metadata | None) -> dict[str, BagTopic]:
         raise UnreadableBag(f"{path / FILE_NAME}: {error}") from None
 
 
-def _together(path: Path, known: BagTopic | None, topic: BagTopic, said: BagTopic | None) -> BagTopic:
-    """What several files, and the metadata of the bag, say of a topic."""
+def _merged(path: Path, known: BagTopic | None, topic: BagTopic, described: BagTopic | None) -> BagTopic:
+    """Merge the descriptions of a topic in several files and in the metadata of the bag."""
     if known is not None and known.type != topic.type:
-        raise UnreadableBag(f"{path}: {topic.name} is of type {known.type} and of type {topic.type}")
+        raise UnreadableBag(f"{path}: {topic.name} has the types {known.type} and {topic.type}")
     known = known or replace(topic, count=0)
     return replace(
         known,
-        type_hash=known.type_hash or topic.type_hash or (said.type_hash if said else ""),
-        qos=known.qos or topic.qos or (said.qos if said else ()),
+        type_hash=known.type_hash or topic.type_hash or (described.type_hash if described else ""),
+        qos=known.qos or topic.qos or (described.qos if described else ()),
         count=known.count + topic.count,
     )
 
 
-def _numbered(part: str) -> tuple[int, str]:
+def _sort_key(part: str) -> tuple[int, str]:
     return (int(part), "") if part.isdecimal() else (0, part)
 
 
-def _no_bag(path: Path) -> UnreadableBag:
-    beside = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
-    return UnreadableBag(f"there is no bag {path}", help=near(path.name, beside))
+def _not_found(path: Path) -> UnreadableBag:
+    siblings = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
+    return UnreadableBag(f"bag not found: {path}", help=near(path.name, siblings))

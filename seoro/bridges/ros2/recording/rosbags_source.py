@@ -1,4 +1,4 @@
-"""Reading the bags that seoro leaves to rosbags: those of SQLite, and what rosbag2 itself has compressed."""
+"""Reader of SQLite bags, and of bags that rosbag2 itself has compressed, by rosbags."""
 
 from __future__ import annotations
 
@@ -13,21 +13,20 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, ReaderError
 
 from seoro.bridges.ros2.recording.errors import UnreadableBag
-from seoro.bridges.ros2.recording.metadata import BagTopic, Extent
+from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, Extent
 from seoro.bridges.ros2.recording.profiles import read_profiles
-from seoro.bridges.ros2.recording.sources import BagMessage
 
 _DAMAGES: Final = (ReaderError, SqliteError, ValueError, KeyError, EOFError, struct.error)
 
 
 class RosbagsSource:
-    """A bag, or a file of one.
+    """A bag, or a file of a bag.
 
     Args:
-        path: The folder or file.
+        path: Folder or file.
 
     Raises:
-        UnreadableBag: It cannot be read.
+        UnreadableBag: The bag is unreadable.
     """
 
     is_cut_off = False
@@ -41,7 +40,7 @@ class RosbagsSource:
             self.topics = tuple(_topic(connection) for connection in reader.connections)
 
     def messages(self, topics: Collection[str] | None, start: int) -> Iterator[BagMessage]:
-        """The messages in the order in which they were received; see `Source`."""
+        """Yield the messages in the order of arrival; see `Bag.messages`."""
         with self._reading() as reader:
             chosen = [each for each in reader.connections if topics is None or each.topic in topics]
             if not chosen:
@@ -55,9 +54,9 @@ class RosbagsSource:
             with Reader(self.path) as reader:
                 yield reader
         except OSError as error:
-            raise UnreadableBag(f"{self.path} cannot be read: {error}") from None
+            raise UnreadableBag(f"cannot read {self.path}: {error}") from None
         except _DAMAGES as error:
-            raise UnreadableBag(f"{self.path} is no bag, or is damaged: {error}") from None
+            raise UnreadableBag(f"{self.path} is damaged, or not a bag: {error}") from None
 
 
 def _topic(connection: Connection) -> BagTopic:

@@ -1,8 +1,8 @@
-"""Reading and mending MCAP files that end in the middle, since whoever wrote them was killed or had no room left.
+"""Index and repair of truncated MCAP files, whose writer was killed or had no disk space.
 
-The index of such a file is missing, and its last record may be a part of one. Whole chunks are sound: they have a
-checksum. From these the index is made again, which is enough to read the file (`scan`), or is put at its end, so
-that others can read it too (`mend`).
+The index of such a file is missing, and its last record may be incomplete. Complete chunks are valid: they have a
+checksum. The index is made again from these chunks, which is enough to read the file (`scan`). `repair` appends
+the index, so that other tools can read the file, too.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
 from zstandard import ZstdError
 
-MOST_RECORD: Final = 1 << 30  # [bytes]
+MAX_RECORD: Final = 1 << 30  # [bytes]
 
-# What reading a file may raise that is no MCAP file, or a damaged one.
+# Exceptions when a damaged file, or a file in another format, is read.
 DAMAGES: Final = (
     McapError,
     ValueError,
@@ -49,12 +49,12 @@ _MESSAGE: Final = struct.Struct("<HIQ")  # channel, number and time of a message
 
 @dataclass(frozen=True)
 class Scan:
-    """What whole chunks there are in a file.
+    """Complete chunks of a file.
 
     Attributes:
-        summary: Its index.
-        end: [bytes] where the last whole chunk ends, with its index of messages if that is whole.
-        unindexed: The index of messages of the last chunk if that is missing there.
+        summary: Index of the chunks.
+        end: End of the last complete chunk, or of its message indexes if these are complete [bytes].
+        unindexed: Message indexes of the last chunk if they are missing in the file.
     """
 
     summary: Summary
@@ -65,18 +65,18 @@ class Scan:
 @dataclass(frozen=True)
 class _Record:
     kind: int
-    start: int  # [bytes] from the beginning of the file, or of what is in the chunk
+    start: int  # [bytes] from the beginning of the file or chunk
     end: int
     content: bytes
 
     def stream(self) -> ReadDataStream:
-        """To read its content from."""
+        """Return a stream of the content."""
         return ReadDataStream(BytesIO(self.content))
 
 
 @dataclass
 class _Scanner:
-    """Takes note of one record after the other."""
+    """Builder of the index from the records of a file."""
 
     summary: Summary = field(default_factory=Summary)
     end: int = len(MCAP0_MAGIC)
@@ -87,7 +87,7 @@ class _Scanner:
     chunk_messages: dict[int, MessageIndex] = field(default_factory=dict)  # of the last chunk, by channel
 
     def note(self, record: _Record) -> bool:
-        """Take note of a record of the file; False if what comes from there on is of no use."""
+        """Add a record of the file; return False if the rest of the file is unusable."""
         match record.kind:
             case Opcode.CHUNK:
                 chunk = Chunk.read(record.stream())
@@ -101,7 +101,7 @@ class _Scanner:
                 index, chunk_index = MessageIndex.read(record.stream()), self.summary.chunk_indexes[-1]
                 chunk_index.message_index_offsets[index.channel_id] = record.start
                 chunk_index.message_index_length += record.end - record.start
-            case Opcode.DATA_END | 0:  # zeros are what some file systems leave when power fails
+            case Opcode.DATA_END | 0:  # some file systems append zeros after a power failure
                 return False
             case _:
                 self._note_inside(record)
@@ -125,7 +125,7 @@ class _Scanner:
                 index.records.append((time, record.start))
 
     def result(self) -> Scan:
-        """What was found."""
+        """Return the scan of all added records."""
         summary = self.summary
         summary.statistics = Statistics(
             attachment_count=0,
@@ -149,15 +149,15 @@ class _Scanner:
 
 
 def scan(stream: IO[bytes]) -> Scan:
-    """Find all whole chunks of a file.
+    """Find all complete chunks of a file.
 
     Raises:
-        McapError: It is no MCAP file, is damaged before its end, or has a record that is too large.
+        McapError: The file is not an MCAP file, is damaged before its end, or has a record that is too large.
     """
     size = stream.seek(0, os.SEEK_END)
     stream.seek(0)
     if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-        raise McapError("it does not begin as MCAP files do")
+        raise McapError("invalid beginning of the file")
     scanner = _Scanner()
     for record in _records(stream, len(MCAP0_MAGIC), size):
         try:
@@ -165,18 +165,18 @@ def scan(stream: IO[bytes]) -> Scan:
                 break
         except DAMAGES as error:
             if record.end < size:
-                raise McapError(f"what is at byte {record.start:,} is damaged: {error}") from None
+                raise McapError(f"damaged record at byte {record.start:,}: {error}") from None
             break
     return scanner.result()
 
 
-def mend(path: Path) -> None:
-    """Make a file whole that ends in the middle: cut off what is no whole chunk, and put its index at the end.
+def repair(path: Path) -> None:
+    """Repair a truncated file: remove the incomplete chunk, and append an index.
 
     Raises:
-        McapError: It is no MCAP file, or is damaged before its end.
-        BlockingIOError: It is still being written.
-        OSError: It cannot be read or written.
+        McapError: The file is not an MCAP file, or is damaged before its end.
+        BlockingIOError: The file is still being written.
+        OSError: The file cannot be read or written.
     """
     with path.open("r+b") as stream:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -187,27 +187,27 @@ def mend(path: Path) -> None:
 
 
 def is_whole(stream: IO[bytes]) -> bool:
-    """Whether a file ends as MCAP files do."""
+    """Return whether a file has the end of an MCAP file."""
     size = stream.seek(0, os.SEEK_END)
     stream.seek(max(0, size - len(MCAP0_MAGIC)))
     return size > 2 * len(MCAP0_MAGIC) and stream.read() == MCAP0_MAGIC
 
 
 def _records(stream: IO[bytes], start: int, size: int) -> Iterator[_Record]:
-    """The records from where a stream stands that are there as a whole.
+    """Yield the complete records from the position of a stream.
 
     Args:
-        stream: Where they are.
-        start: Where it stands.
-        size: Where it ends.
+        stream: Stream of the records.
+        start: Position of the stream.
+        size: End of the records.
     """
     while len(head := stream.read(_HEAD.size)) == _HEAD.size:
         kind, length = _HEAD.unpack(head)
         end = start + _HEAD.size + length
         if end > size:
             return
-        if length > MOST_RECORD:
-            raise McapError(f"it has a record of {length:,} bytes; {MOST_RECORD:,} are read at most")
+        if length > MAX_RECORD:
+            raise McapError(f"record of {length:,} bytes exceeds the limit of {MAX_RECORD:,}")
         yield _Record(kind, start, end, stream.read(length))
         start = end
 
@@ -227,7 +227,7 @@ def _chunk_index(chunk: Chunk, record: _Record) -> ChunkIndex:
 
 
 def _ending(found: Scan) -> bytes:
-    """What stands after the last chunk of a whole file."""
+    """Return the records after the last chunk of a complete file."""
     builder, summary = RecordBuilder(), found.summary
     for index in found.unindexed:
         chunk = summary.chunk_indexes[-1]

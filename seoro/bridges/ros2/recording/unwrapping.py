@@ -1,4 +1,4 @@
-"""Errors of tasks as those see them who know of no tasks."""
+"""Conversion of exception groups to their only exception."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def unwrapped() -> Iterator[None]:
-    """A block out of which the only error of a task group comes as it is, not in a group."""
+    """Raise the only exception of an exception group instead of the group."""
     try:
         yield
     except BaseExceptionGroup as group:

@@ -1,9 +1,8 @@
-"""Writing bags: a folder as rosbag2 makes it, with one MCAP file.
+"""Writer of bags: a folder in the format of rosbag2, with one MCAP file.
 
-Messages are put down in memory and written by a thread, so that a slow disk holds up nobody. What was put down is
-with the operating system `PERIOD` later, or as soon as there are `CHUNK` bytes of it, and a process that is killed
-leaves a file that can be read up to there. Memory is bounded: a message for which there is no room is lost, which
-is counted and written into the bag.
+Messages are queued and written by a thread, so that a slow disk does not block the event loop. A message is passed
+to the operating system `PERIOD` later, or as soon as `CHUNK` bytes are queued. If the process is killed, the file
+can be read up to there. The queue is bounded: when it is full, messages are dropped, counted and noted in the bag.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from collections import Counter, deque
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -24,13 +24,39 @@ import anyio.to_thread
 
 from seoro.bridges.ros2.recording.errors import RecordingFailed, RefusedRecording, UnreadableBag
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression, McapFile
-from seoro.bridges.ros2.recording.mending import mend_bag
 from seoro.bridges.ros2.recording.metadata import BagTopic, write_metadata
+from seoro.bridges.ros2.recording.repair import repair_bag
 
-PERIOD: Final = 0.5  # [s] of the machine's clock that a message waits to be written
+PERIOD: Final = 0.5  # [s] in the queue
 METADATA_PERIOD: Final = 5.0  # [s] between updates of metadata.yaml
-MOST_WAITING: Final = 256 * 1024 * 1024  # [bytes]
-LOST: Final = "lost"  # under which the bag says what was lost
+MAX_WAITING: Final = 256 * 1024 * 1024  # [bytes] of the queue
+LOST: Final = "lost"  # name of the note about dropped messages
+DEFAULT_NAME: Final = "rosbag2"
+STORAGES: Final = ("", "mcap")  # the empty name is the default
+
+
+def bag_folder(parent: Path, name: str = DEFAULT_NAME, at: datetime | None = None) -> Path:
+    """Return the folder of a new bag.
+
+    Args:
+        parent: Parent folder of bags.
+        name: Name of the bag.
+        at: Time in the name of the folder, as by rosbag2 (`rosbag2_2024_05_31-16_04_05`); None for no time.
+    """
+    return parent / (name if at is None else f"{name}_{at:%Y_%m_%d-%H_%M_%S}")
+
+
+def check_storage(storage: str) -> None:
+    """Check the name of a storage format.
+
+    Raises:
+        RefusedRecording: The storage is unsupported.
+    """
+    if storage not in STORAGES:
+        raise RefusedRecording(
+            f"unsupported storage `{storage}`: expected `mcap`",
+            help="leave it out; `rosbags-convert` of the package rosbags converts bags",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +75,11 @@ class _Message:
 
 
 class BagWriter:
-    """Writes a bag. Made by `write_bag`; methods are for any thread.
+    """Writer of a bag. Made by `write_bag`; methods may be called from any thread.
 
     Attributes:
-        folder: The bag.
-        file: The MCAP file in it.
+        folder: Folder of the bag.
+        file: MCAP file in the folder.
     """
 
     def __init__(self, folder: Path, compression: Compression, most_waiting: int) -> None:
@@ -64,8 +90,8 @@ class BagWriter:
         self._channels: dict[str, int] = {}
         self._changed = threading.Condition()
         self._waiting: deque[_Topic | _Message] = deque()
-        self._size = 0  # [bytes] of what waits
-        self._writing = 0  # [bytes] of what is being written
+        self._size = 0  # [bytes] in the queue
+        self._writing = 0  # [bytes] taken from the queue and not written yet
         self._closing = False
         self._lost: Counter[str] = Counter()
         self._notes: dict[str, str] = {}
@@ -73,41 +99,40 @@ class BagWriter:
         self._loop = asyncio.get_running_loop()
         self._failed = asyncio.Event()
         self._write_metadata()
-        self._told = time.monotonic()
-        self._thread = threading.Thread(target=self._work, name=f"writes {folder.name}", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"writes {folder.name}", daemon=True)
         self._thread.start()
 
     @property
     def lost(self) -> Mapping[str, int]:
-        """Messages for which there was no room, by topic."""
+        """Number of dropped messages by topic."""
         return dict(self._lost)
 
     def add_topic(self, topic: BagTopic, definition: str) -> None:
         """Add a topic, before its first message.
 
         Args:
-            topic: What to say of it.
-            definition: Of its type with all that it refers to (`TypeStore.schema`); empty where it is not known.
+            topic: Description of the topic.
+            definition: Definition of its type (`TypeStore.schema`); empty if it is unknown.
         """
         with self._changed:
             self._waiting.append(_Topic(topic, definition))
             self._changed.notify()
 
     def write(self, topic: str, payload: bytes, received: int, sent: int | None = None, sequence: int = 0) -> bool:
-        """Write a message of a topic that has been added; never waits.
+        """Queue a message of an added topic, without waiting.
 
         Args:
-            topic: Full name.
+            topic: Full name of the topic.
             payload: CDR, with its header.
-            received: [ns] since the epoch.
-            sent: [ns] since the epoch; as received when None.
-            sequence: Its number among those of its sender, where these are numbered.
+            received: Time of arrival [ns since the epoch].
+            sent: Time of sending [ns since the epoch]; None for the time of arrival.
+            sequence: Sequence number of the sender, if any.
 
         Returns:
-            False if there is no room for it.
+            Whether the message was queued, and not dropped.
 
         Raises:
-            RecordingFailed: Nothing can be written any more.
+            RecordingFailed: The bag can no longer be written.
         """
         message = _Message(topic, payload, received, received if sent is None else sent, sequence)
         with self._changed:
@@ -122,31 +147,31 @@ class BagWriter:
                 self._changed.notify()
         return True
 
-    def lose(self, topic: str, count: int) -> None:
-        """Say that messages of a topic were lost before they could be written."""
+    def count_lost(self, topic: str, count: int) -> None:
+        """Count messages of a topic that were lost before writing."""
         with self._changed:
             self._lost[topic] += count
 
     def note(self, name: str, text: str) -> None:
-        """Put what there is to say of the bag into it (`custom_data`), in the place of what had that name."""
+        """Write a note into the bag (`custom_data`), replacing that of the same name."""
         with self._changed:
             self._notes[name] = text
 
     async def wait_failed(self) -> None:
-        """Wait until nothing can be written any more.
+        """Wait for a failure.
 
         Raises:
-            RecordingFailed: When that is so.
+            RecordingFailed: The bag can no longer be written.
         """
         await self._failed.wait()
         assert self._error is not None
         raise self._error
 
     async def finish(self) -> None:
-        """Write what waits, and make the bag whole.
+        """Write the queue, and complete the bag.
 
         Raises:
-            RecordingFailed: Not everything could be written.
+            RecordingFailed: Some messages could not be written.
         """
         with self._changed:
             self._closing = True
@@ -156,7 +181,7 @@ class BagWriter:
         if self._error is not None:
             raise self._error
 
-    def _work(self) -> None:
+    def _run(self) -> None:
         try:
             is_last = False
             while not is_last:
@@ -166,12 +191,12 @@ class BagWriter:
                 self._mcap.flush()
                 self._writing = 0
                 is_new = any(isinstance(each, _Topic) for each in batch)
-                if is_new or time.monotonic() - self._told > METADATA_PERIOD:
+                if is_new or time.monotonic() - self._metadata_written > METADATA_PERIOD:
                     self._write_metadata()
             self._mcap.finish(self._all_notes())
             self._write_metadata()
         except Exception as error:
-            self._give_up(error)
+            self._fail(error)
 
     def _next_batch(self) -> tuple[list[_Topic | _Message], bool]:
         with self._changed:
@@ -199,51 +224,51 @@ class BagWriter:
 
     def _write_metadata(self) -> None:
         write_metadata(self.folder, self._mcap.information(self._all_notes()))
-        self._told = time.monotonic()
+        self._metadata_written = time.monotonic()
 
-    def _give_up(self, error: Exception) -> None:
-        """Leave a bag that can be read, and tell."""
+    def _fail(self, error: Exception) -> None:
+        """Close the bag so that it can be read, and report the failure."""
         self._mcap.abandon()
-        with contextlib.suppress(OSError, UnreadableBag):  # there may be no room for the index: it is read without
-            mend_bag(self.folder)
+        with contextlib.suppress(OSError, UnreadableBag):  # without disk space for the index, the bag is readable
+            repair_bag(self.folder)
         problem = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
-        failed = RecordingFailed(f"{self.file} cannot be written any more: {problem}")
+        failed = RecordingFailed(f"cannot write {self.file} any more: {problem}")
         failed.__cause__ = error
         with self._changed:
             self._lost.update(each.topic for each in self._waiting if isinstance(each, _Message))
             self._waiting.clear()
             self._size = 0
             self._error = failed
-        with contextlib.suppress(RuntimeError):  # the loop may be gone
+        with contextlib.suppress(RuntimeError):  # the loop may be closed
             self._loop.call_soon_threadsafe(self._failed.set)
 
 
 @asynccontextmanager
 async def write_bag(
-    folder: Path, *, compression: Compression = "none", most_waiting: int = MOST_WAITING
+    folder: Path, *, compression: Compression = "none", most_waiting: int = MAX_WAITING
 ) -> AsyncIterator[BagWriter]:
-    """Write a bag for as long as the block lasts.
+    """Write a bag during the block.
 
     Args:
-        folder: The bag, which is made; nothing may be there.
-        compression: Of the messages in the file.
-        most_waiting: [bytes] of messages that may wait to be written.
+        folder: Folder of the bag, which must not exist.
+        compression: Compression of the messages in the file.
+        most_waiting: Size limit of the queue [bytes].
 
     Raises:
-        RefusedRecording: The folder is there, or cannot be made.
-        RecordingFailed: Not everything could be written.
+        RefusedRecording: The folder exists, or cannot be created.
+        RecordingFailed: Some messages could not be written.
     """
     try:
         await anyio.Path(folder).mkdir(parents=True)
         writer = BagWriter(folder, compression, most_waiting)
     except FileExistsError:
-        raise RefusedRecording(f"{folder} exists; a bag is written into a folder of its own") from None
+        raise RefusedRecording(f"{folder} exists; expected a new folder") from None
     except OSError as error:
-        raise RefusedRecording(f"{folder} cannot be made: {error.strerror}") from None
+        raise RefusedRecording(f"cannot create {folder}: {error.strerror}") from None
     try:
         yield writer
     except BaseException:
-        with contextlib.suppress(RecordingFailed):  # what ended the block says more
+        with contextlib.suppress(RecordingFailed):  # the exception of the block has more details
             await writer.finish()
         raise
     await writer.finish()

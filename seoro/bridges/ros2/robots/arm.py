@@ -1,4 +1,4 @@
-"""An arm: motions that MoveIt plans, or its controller follows, and its gripper."""
+"""Arm of a robot: motions planned by MoveIt or followed by its controller, and its gripper."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from seoro.bridges.ros2.robots import motions
 from seoro.bridges.ros2.robots.frames import Frames
 from seoro.bridges.ros2.robots.joints import Joints
 from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.navigation import check_pose
 from seoro.bridges.ros2.robots.profile import Arm, Gripper, MoveGroup
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
 from seoro.bridges.serving.robot import Carry, Handlers
-from seoro.bridges.serving.work import Aborted, Work
+from seoro.bridges.serving.work import GoalAborted, Work
 from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, listed
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, name_list
 
 MAX_POINTS = 1000
 PLANS, FOLLOWS, GRIPS = (
@@ -27,29 +28,29 @@ PLANS, FOLLOWS, GRIPS = (
 )
 ARM, GRIPPER = "arm", "gripper"
 MAP = "map"
-SOMETHING = "something"  # is all that a gripper can say of what it holds
-CLOSED = 3e-3  # opening [m] at which fingers are stopped by each other, and hold nothing
-HELD_WITHIN = 2e-3  # [m] of where the fingers were stopped
-TOLD_WITHIN = 0.2  # [s] from the end of a motion until positions of joints that were told before it count no more
+UNKNOWN_OBJECT = "something"  # name of a held object, which the gripper does not know
+CLOSED = 3e-3  # opening [m] at which the fingers touch each other, and hold nothing
+HELD_TOLERANCE = 2e-3  # [m] from the opening at which the fingers were stopped
+STATE_DELAY = 0.2  # [s] after a motion in which joint states may be from before its end
 
 
 class MovingArm:
-    """The arm of a robot.
+    """Arm of a robot.
 
     Args:
-        link: To the robot.
-        arm: What it calls things.
-        frames: Where its frames are.
-        robot: Its name.
-        work: Where goals and watches run.
+        link: Link to the robot.
+        arm: Names of the topics and actions of the arm.
+        frames: Frames of the robot.
+        robot: Name of the robot.
+        work: Goals and watches of the node.
     """
 
     def __init__(self, link: Link, arm: Arm, frames: Frames, robot: str, work: Work) -> None:
         self._link = link
         self._arm = arm
         self._frames = frames
-        self._stopped_at: float | None = None  # opening at which something stopped the fingers [m]
-        self._stopped = 0.0  # when that was, by the machine's clock [s]
+        self._stopped_at: float | None = None  # opening at which an object stopped the fingers [m]
+        self._stopped = 0.0  # time of that, by the machine's clock [s]
         self._robot = robot
         self._work = work
         gripper = () if arm.gripper is None else (arm.gripper.joint,)
@@ -57,7 +58,7 @@ class MovingArm:
 
     @property
     def handlers(self) -> Handlers:
-        """The verbs that it serves."""
+        """Handlers of the served verbs."""
         served: dict[wire.Verb[Any, Any], Carry] = {
             **self._joints.handlers,
             wire.FOLLOW_JOINT_TRAJECTORY: self._follow,
@@ -70,10 +71,10 @@ class MovingArm:
         return served
 
     async def open(self) -> None:
-        """Listen to the robot."""
+        """Subscribe to the joint states."""
         await self._joints.open()
 
-    async def _follow(self, request: wire.FollowJointTrajectory) -> wire.Empty:
+    async def _follow(self, request: wire.FollowJointTrajectory) -> None:
         _check_motion(request)
         names = request.joint_names or tuple(self._arm.joints)
         self._check_points(request, names)
@@ -81,53 +82,52 @@ class MovingArm:
         if group is not None and len(request.points) == 1:
             positions = dict(zip(names, request.points[0], strict=True))
             await self._plan(request, group, motions.joint_goal(group, positions, request))
-            return wire.Empty()
+            return
         if request.plan_only:
-            raise RequestRefused(Result.FEATURE_UNSUPPORTED, "nothing on the robot plans: leave out `plan_only`")
+            raise RequestRefused(Result.FEATURE_UNSUPPORTED, "the robot has no planner: leave out `plan_only`")
         start = [await self._joints.position(name) for name in names]
         speeds = [self._arm.joints[name] for name in names]
         goal = motions.trajectory_goal(names, request.points, start, speeds, request)
         action = ActionGoal(self._arm.trajectory, FOLLOWS, goal, part=ARM, judge=motions.judge_trajectory)
         await pursue(self._link, self._work, request.id, self._robot, action)
-        return wire.Empty()
 
     def _check_points(self, request: wire.FollowJointTrajectory, names: tuple[str, ...]) -> None:
         unknown = [name for name in names if name not in self._arm.joints]
         if unknown:
             raise RequestRefused(
-                Result.NOT_FOUND, f"the arm has no joints {listed(unknown)}: it has {listed(self._arm.joints)}"
+                Result.NOT_FOUND,
+                f"unknown joints {name_list(unknown)} (joints of the arm: {name_list(self._arm.joints)})",
             )
         if not 1 <= len(request.points) <= MAX_POINTS:
             raise RequestRefused(
-                Result.OPERATION_FAILED, f"{len(request.points)} points were given: give 1 to {MAX_POINTS}"
+                Result.OPERATION_FAILED, f"expected 1 to {MAX_POINTS} points, got {len(request.points)}"
             )
         for point in request.points:
             if len(point) != len(names):
                 raise RequestRefused(
-                    Result.OPERATION_FAILED, f"{len(point)} positions were given for {len(names)} joints"
+                    Result.OPERATION_FAILED, f"expected positions of {len(names)} joints, got {len(point)}"
                 )
             check_finite("position", *point)
 
-    async def _move_to_pose(self, request: wire.MoveToPose) -> wire.Empty:
+    async def _move_to_pose(self, request: wire.MoveToPose) -> None:
         _check_motion(request)
-        place, turned = request.pose.position, request.pose.orientation
-        check_finite("pose", place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)
+        check_pose(request.pose)
         group = self._arm.move_group
-        assert group is not None, "only then the verb is served"
+        assert group is not None, "the verb is served with a group only"
         await self._plan(request, group, motions.pose_goal(self._arm, group, request))
-        return wire.Empty()
 
     async def _plan(self, request: wire.ArmMotion, group: MoveGroup, goal: Mapping[str, Any]) -> None:
         action = ActionGoal(group.action, PLANS, goal, part=ARM, judge=motions.judge_plan)
         await pursue(self._link, self._work, request.id, self._robot, action)
 
-    async def _grip(self, request: wire.GripperCommand) -> wire.Empty:
+    async def _grip(self, request: wire.GripperCommand) -> None:
         gripper = self._arm.gripper
-        assert gripper is not None, "only then the verb is served"
+        assert gripper is not None, "the verb is served with a gripper only"
         check_finite("opening", request.opening)
         if not 0.0 <= request.opening <= gripper.widest:
             raise RequestRefused(
-                Result.OPERATION_FAILED, f"the gripper opens 0 to {gripper.widest:g} m, not {request.opening:g} m"
+                Result.OPERATION_FAILED,
+                f"expected an opening of 0 to {gripper.widest:g} m, got {request.opening:g} m",
             )
         force = gripper.force if request.force is None else request.force
         check_positive("force", force)
@@ -140,26 +140,25 @@ class MovingArm:
         goal = {"command": {"position": position, "max_effort": force}}
         action = ActionGoal(gripper.action, GRIPS, goal, part=GRIPPER, judge=judge)
         await pursue(self._link, self._work, request.id, self._robot, action)
-        return wire.Empty()
 
     def _judge_grip(
         self, result: Mapping[str, Any], gripper: Gripper, request: wire.GripperCommand, *, closes: bool
     ) -> str:
-        """What a gripper says: the opening is reached, or something stopped fingers that closed."""
+        """Judge the result of a gripper: the opening is reached, or an object stopped the closing fingers."""
         opening = (float(result["position"]) - gripper.closed) / gripper.per_metre
-        meets_itself = closes and opening <= CLOSED
-        if result["reached_goal"] or meets_itself or abs(opening - request.opening) <= request.tolerance:
+        is_closed = closes and opening <= CLOSED
+        if result["reached_goal"] or is_closed or abs(opening - request.opening) <= request.tolerance:
             self._stopped_at = None
             return ""
         if not math.isfinite(opening):
             self._stopped_at = None
-            raise Aborted(
-                f"the gripper does not say how far open it is: its result has the position {result['position']}"
+            raise GoalAborted(
+                f"the gripper has sent no valid opening: the position of its result is {result['position']}"
             )
         if result["stalled"] and closes:
             self._stopped_at, self._stopped = opening, time.monotonic()
-            return f"something stopped the fingers at {opening:.3f} m"
-        raise Aborted(f"the gripper has an opening of {opening:.3f} m, not of {request.opening:.3f} m")
+            return f"an object stopped the fingers at {opening:.3f} m"
+        raise GoalAborted(f"the gripper has an opening of {opening:.3f} m instead of {request.opening:.3f} m")
 
     async def _opening(self, gripper: Gripper) -> float:
         return (await self._joints.position(gripper.joint) - gripper.closed) / gripper.per_metre
@@ -167,18 +166,19 @@ class MovingArm:
     async def _state(self, _request: wire.RobotName) -> wire.ArmState:
         gripper = self._arm.gripper
         opening = 0.0 if gripper is None else await self._opening(gripper)
-        is_fresh = time.monotonic() < self._stopped + TOLD_WITHIN
-        holds = self._stopped_at is not None and (is_fresh or abs(opening - self._stopped_at) <= HELD_WITHIN)
-        return wire.ArmState(tool=self._tool(), opening=opening, held=SOMETHING if holds else "", remaining=0.0)
+        is_recent = time.monotonic() < self._stopped + STATE_DELAY
+        holds = self._stopped_at is not None and (is_recent or abs(opening - self._stopped_at) <= HELD_TOLERANCE)
+        held = UNKNOWN_OBJECT if holds else ""
+        return wire.ArmState(tool=self._tool_pose(), opening=opening, held=held, remaining=0.0)
 
-    def _tool(self) -> wire.Pose:
-        """Where the tool is, in the map if there is one, else in the frame of the arm's base."""
+    def _tool_pose(self) -> wire.Pose3D:
+        """Return the pose of the tool in the map if the frame is known, else in the base frame of the arm."""
         parent = MAP if MAP in self._frames.names else self._arm.base_frame
         pose = self._frames.pose(self._arm.tool, parent)
         if pose is None:
             raise RequestRefused(
                 Result.INCORRECT_STATE,
-                f"where the tool is, frame '{self._arm.tool}' in '{parent}', the robot does not say",
+                f"unknown pose of the tool: no transform of '{self._arm.tool}' in '{parent}'",
             )
         return pose
 
@@ -188,10 +188,10 @@ def _check_motion(request: wire.ArmMotion) -> None:
     if not 0.0 < request.max_velocity_scaling_factor <= 1.0:
         raise RequestRefused(
             Result.OPERATION_FAILED,
-            f"the factor of the speed is {request.max_velocity_scaling_factor}: it is above 0, and 1 at most",
+            f"invalid speed factor {request.max_velocity_scaling_factor}: expected a number above 0, 1 at most",
         )
     if request.may_touch:
         raise RequestRefused(
             Result.FEATURE_UNSUPPORTED,
-            f"the planner of the robot cannot be told that it may touch {listed(request.may_touch)}",
+            f"the planner of the robot does not support `may_touch` ({name_list(request.may_touch)})",
         )

@@ -1,4 +1,4 @@
-"""A base that drives: velocities, odometry, and watches on where it is."""
+"""Driving base of a robot: velocity commands, navigation, odometry, and watches of its position."""
 
 from __future__ import annotations
 
@@ -10,55 +10,59 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.frames import Frames
-from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
 from seoro.bridges.ros2.robots.localisation import Localisation
 from seoro.bridges.ros2.robots.navigation import Navigation
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.velocity import DEADLINE, Velocity
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused, check_drive_duration, check_finite, check_positive, listed
-from seoro.changes import Changes
+from seoro.bridges.wire.refusal import (
+    RequestRefused,
+    check_drive_duration,
+    check_finite,
+    check_positive,
+    name_list,
+)
+from seoro.concurrency.condition import Condition
 
-SEEN_WITHIN = 1.0  # [s] that a frame may take to appear, such as `map` once the robot knows where it is
-LEAP = 1.0  # [m] between two messages of odometry, beyond which it has started over
+FRAME_TIMEOUT = 1.0  # [s] for a frame to appear, such as `map` after the localisation
+MAX_STEP = 1.0  # [m] between two odometry messages; a longer step means that the odometry was reset
 
 
 class DrivingBase:
-    """The base of a robot.
+    """Base of a robot.
 
     Args:
-        link: To the robot.
-        base: What it calls things.
-        frames: Where its frames are.
-        robot: Its name.
-        work: Where goals and watches run.
-        happenings: Where it is told how far it is on its way.
+        link: Link to the robot.
+        base: Names of the topics and actions of the base.
+        frames: Frames of the robot.
+        robot: Name of the robot.
+        work: Goals and watches of the node.
+        events: Log of navigation feedback.
     """
 
-    def __init__(
-        self, link: Link, base: Base, frames: Frames, robot: str, work: Work, happenings: HappeningLog
-    ) -> None:
+    def __init__(self, link: Link, base: Base, frames: Frames, robot: str, work: Work, events: EventLog) -> None:
         self._link = link
         self._base = base
         self._frames = frames
         self._robot = robot
         self._work = work
         self._velocity = Velocity(link, base.cmd_vel, base.limits)
-        self._localisation = Localisation(link, base, work)
-        self._navigation = Navigation(link, base, robot, work, happenings)
-        self._place: tuple[float, float] | None = None
+        self.localisation = Localisation(link, base, work)
+        self._navigation = Navigation(link, base, robot, work, events)
+        self._position: tuple[float, float] | None = None
         self._travelled = 0.0  # [m]
-        self._moved = Changes()
+        self._moved = Condition()
         self._was_driven = False  # by this bridge
 
     @property
     def handlers(self) -> Handlers:
-        """The verbs that it serves."""
+        """Handlers of the served verbs."""
         return {
-            **self._localisation.handlers,
+            **self.localisation.handlers,
             wire.NAVIGATE_THROUGH_POSES: self._navigate,
             wire.DRIVE: self._drive,
             wire.CMD_VEL: self._cmd_vel,
@@ -66,15 +70,10 @@ class DrivingBase:
             wire.WATCH_DISTANCE: self._watch_distance,
         }
 
-    @property
-    def localisation(self) -> Localisation:
-        """Where it believes to be."""
-        return self._localisation
-
     async def open(self) -> None:
-        """Listen to the robot, and be ready to command it."""
-        await self._link.listen(self._base.odometry, "nav_msgs/msg/Odometry", self._take_odometry)
-        await self._localisation.open()
+        """Subscribe to the topics of the base, and prepare velocity commands."""
+        await self._link.listen(self._base.odometry, "nav_msgs/msg/Odometry", self._on_odometry)
+        await self.localisation.open()
         self._link.tasks.start_soon(self._velocity.find)
         self._link.tasks.start_soon(self._velocity.run)
 
@@ -83,89 +82,87 @@ class DrivingBase:
         self._velocity.stop()
 
     async def end(self) -> None:
-        """Command zero velocity for a while, if the base was ever driven; nothing else of it runs any more."""
+        """Command zero velocity for a while if the base was ever driven, after all other commands."""
         if self._was_driven:
             await self._velocity.end()
 
     def forget(self) -> None:
-        """Forget where the robot was; the way that it has gone is counted on from where it is next."""
-        self._place = None
+        """Forget the position of the robot; the travelled distance continues from the next position."""
+        self._position = None
 
-    def _take_odometry(self, message: Message) -> None:
-        place = message.pose.pose.position
-        if self._place is not None:
-            step = math.dist((place.x, place.y), self._place)
-            self._travelled += step if step < LEAP else 0.0
-        self._place = (place.x, place.y)
-        self._moved.tell()
+    def _on_odometry(self, message: Message) -> None:
+        x, y = message.pose.pose.position.x, message.pose.pose.position.y
+        if self._position is not None:
+            step = math.dist((x, y), self._position)
+            self._travelled += step if step < MAX_STEP else 0.0
+        self._position = (x, y)
+        self._moved.notify_all()
 
-    async def _navigate(self, request: wire.NavigateThroughPoses) -> wire.Empty:
+    async def _navigate(self, request: wire.NavigateThroughPoses) -> None:
         self._was_driven = True
         return await self._navigation.navigate(request)
 
-    async def _drive(self, request: wire.Drive) -> wire.Empty:
+    async def _drive(self, request: wire.Drive) -> None:
         check_drive_duration(request.duration)
         await self._velocity.check(request.linear, request.angular)
         self._was_driven = True
 
         async def drive() -> str:
-            number = self._link.standstills.number
+            standstills = self._link.state.standstills
+            number = standstills.number
             try:
                 self._velocity.command(request.linear, request.angular, request.duration)
                 await anyio.sleep(request.duration)
-                self._link.standstills.check(number)
+                standstills.check(number)
             finally:
                 self._velocity.stop()
             return ""
 
         self._work.start(request.id, drive, robot=self._robot)
-        return wire.Empty()
 
-    async def _cmd_vel(self, request: wire.CmdVel) -> wire.Empty:
+    async def _cmd_vel(self, request: wire.CmdVel) -> None:
         linear, angular = request.twist.linear, request.twist.angular
         if any((linear.y, linear.z, angular.x, angular.y)):
             raise RequestRefused(
                 Result.OPERATION_FAILED,
-                "the robot drives along its x axis and turns about z: leave the rest of the twist at 0",
+                "unsupported twist: expected a velocity along x and about z, and zeros else",
             )
         await self._velocity.check(linear.x, angular.z)
         self._work.check_free(self._robot)
         self._was_driven = True
         self._velocity.command(linear.x, angular.z, DEADLINE)
-        return wire.Empty()
 
-    async def _watch_proximity(self, request: wire.WatchProximity) -> wire.Empty:
+    async def _watch_proximity(self, request: wire.WatchProximity) -> None:
         check_finite("point", request.point.x, request.point.y)
         check_positive("threshold", request.threshold)
         wanted = {request.frame, request.parent_frame}
-        with anyio.move_on_after(SEEN_WITHIN):
+        with anyio.move_on_after(FRAME_TIMEOUT):
             await self._frames.changes.wait_for(lambda: wanted <= self._frames.names)
         missing = wanted - self._frames.names
         if missing:
             raise RequestRefused(
                 Result.NOT_FOUND,
-                f"there is no frame {listed(missing)}: the robot '{self._robot}' has {listed(self._frames.names)}",
+                f"unknown frame {name_list(missing)} (frames of '{self._robot}': {name_list(self._frames.names)})",
             )
-        self._work.start(request.id, partial(self._come_near, request))
-        return wire.Empty()
+        self._work.start(request.id, partial(self._wait_near, request))
 
-    async def _come_near(self, request: wire.WatchProximity) -> str:
+    async def _wait_near(self, request: wire.WatchProximity) -> str:
         def is_near() -> bool:
             point = request.point
-            away = self._frames.distance(request.frame, request.parent_frame, point.x, point.y)
-            return away <= request.threshold
+            distance = self._frames.distance(request.frame, request.parent_frame, point.x, point.y)
+            return distance <= request.threshold
 
         await self._frames.changes.wait_for(is_near)
         return ""
 
-    async def _watch_distance(self, request: wire.WatchDistance) -> wire.Empty:
+    async def _watch_distance(self, request: wire.WatchDistance) -> None:
         check_positive("distance", request.distance)
-        with anyio.move_on_after(FOUND_WITHIN):
-            await self._moved.wait_for(lambda: self._place is not None)
-        if self._place is None:
+        with anyio.move_on_after(DISCOVERY_TIMEOUT):
+            await self._moved.wait_for(lambda: self._position is not None)
+        if self._position is None:
             topic = self._link.node.resolve(self._base.odometry)
-            why = self._link.why_silent(topic)
-            raise RequestRefused(Result.INCORRECT_STATE, f"the robot says nothing on {topic}, its odometry: {why}")
+            reason = self._link.explain_silence(topic)
+            raise RequestRefused(Result.INCORRECT_STATE, f"no odometry of the robot on {topic}: {reason}")
         target = self._travelled + request.distance
 
         async def travel() -> str:
@@ -173,4 +170,3 @@ class DrivingBase:
             return ""
 
         self._work.start(request.id, travel)
-        return wire.Empty()

@@ -1,4 +1,4 @@
-"""Where frames of a robot are, by the transforms that it publishes."""
+"""Poses of the frames of a robot, from its transforms."""
 
 from __future__ import annotations
 
@@ -8,53 +8,48 @@ import math
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.tf import TransformBuffer
-from seoro.bridges.wire import Pose, Vector3
-from seoro.changes import Changes
+from seoro.bridges.wire import Pose3D, Position3D
+from seoro.concurrency.condition import Condition
 
 log = logging.getLogger(__name__)
 
 
 class Frames:
-    """The frames of a robot.
+    """Frames of a robot.
 
     Attributes:
-        changes: Tells of each change.
+        changes: Notified of each change.
     """
 
     def __init__(self) -> None:
         self._buffer = TransformBuffer(on_note=log.warning)
-        self.changes = Changes()
+        self.changes = Condition()
 
     @property
     def names(self) -> frozenset[str]:
-        """All frames that there are."""
+        """Names of all known frames."""
         return frozenset(self._buffer.frames)
 
-    def take(self, message: Message) -> None:
-        """Take in a `tf2_msgs/TFMessage` of what moves."""
-        self._buffer.put_message(message)
-        self.changes.tell()
-
-    def take_static(self, message: Message) -> None:
-        """Take in a `tf2_msgs/TFMessage` of what does not move."""
-        self._buffer.put_message(message, is_static=True)
-        self.changes.tell()
+    def put(self, message: Message, *, is_static: bool = False) -> None:
+        """Add the transforms of a `tf2_msgs/TFMessage`."""
+        self._buffer.put_message(message, is_static=is_static)
+        self.changes.notify_all()
 
     def forget(self) -> None:
-        """Forget where frames were, but for those that never move."""
+        """Forget all transforms but the static ones."""
         self._buffer.clear()
-        self.changes.tell()
+        self.changes.notify_all()
 
-    def pose(self, frame: str, parent: str) -> Pose | None:
-        """The pose of a frame in another; None if that is not known."""
+    def pose(self, frame: str, parent: str) -> Pose3D | None:
+        """Return the pose of a frame in another one; None if it is unknown."""
         found = self._buffer.find(frame, parent)
         if found is None:
             return None
         x, y, z = found.transform.translation
-        turned = geometry.orientation(geometry.Quaternion(*found.transform.rotation))
-        return Pose(position=Vector3(x=x, y=y, z=z), orientation=turned)
+        orientation = geometry.orientation(geometry.Quaternion(*found.transform.rotation))
+        return Pose3D(Position3D(x, y, z), orientation)
 
     def distance(self, frame: str, parent: str, x: float, y: float) -> float:
-        """How far a frame is from a point of another [m], in the plane; infinite if that is not known."""
+        """Return the distance of a frame from a point of another one [m], in the plane; infinite if unknown."""
         found = self._buffer.find(frame, parent)
         return math.inf if found is None else math.dist(found.transform.translation[:2], (x, y))

@@ -1,14 +1,14 @@
-"""The guard of a bridge: a process that stops the robots when the bridge cannot any more.
+"""Guard of a bridge: a process that stops the robots when the bridge is killed or hangs.
 
-It is started as `python -m seoro.bridges.ros2.robots.guard SETTINGS` with a pipe from the bridge as stdin, says a
-line on stdout when it is on guard, and needs nothing else of the bridge. A byte in the pipe is a sign of life, and
-`END` comes from a bridge that has stopped its robots itself. Alarms come from a thread of the bridge that hears of
-emergency stops: the guard stops these robots, and need not wait for what the bridge does. When the pipe ends
-without `END`, the bridge was killed; when no sign comes for a while, it hangs. Either way velocities are zero, and
-its goals are canceled; where the last sign was `PENDING`, a goal may yet be taken, and is waited for.
+It is started as `python -m seoro.bridges.ros2.robots.guard SETTINGS` with a pipe from the bridge as stdin, and
+prints a line when it is ready. A byte in the pipe is a heartbeat; `END` comes from a bridge that has stopped its
+robots itself. Alarms come from a thread of the bridge that receives emergency stops: the guard stops these robots
+at once, even if the bridge hangs. If the pipe ends without `END`, the bridge was killed; without a heartbeat for a
+while, it hangs. In both cases, the guard commands zero velocity and cancels the goals. If the last heartbeat was
+`PENDING`, a goal may still be accepted, and the guard waits for it.
 
-Goals that other processes of seoro have left behind are canceled, too (`leftovers.py`): of a bridge that has died
-together with its guard, and of runs that were killed.
+Goals of other processes of seoro are canceled, too (`orphaned_goals.py`): goals of a bridge that has died together
+with its guard, and of runs that were killed.
 """
 
 from __future__ import annotations
@@ -27,35 +27,35 @@ import anyio
 from anyio.abc import TaskGroup
 from pydantic import BaseModel, ConfigDict
 
-from seoro.background import background
-from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
+from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL
 from seoro.bridges.ros2.own_nodes import GUARD
 from seoro.bridges.ros2.participant import RosSystem, connect
-from seoro.bridges.ros2.robots.leftovers import Senders, end_leftovers
+from seoro.bridges.ros2.robots.guard_state import SILENCE
 from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.orphaned_goals import GoalSenders, cancel_orphaned_goals
 from seoro.bridges.ros2.robots.profile import Limits
-from seoro.bridges.ros2.robots.standstill import SILENCE
 from seoro.bridges.ros2.robots.velocity import STOPPING, TYPES, Velocity
 from seoro.bridges.ros2.wire import RmwZenoh, Ros2Dds
-from seoro.bridges.wire.refusal import listed
+from seoro.bridges.wire.refusal import name_list
+from seoro.concurrency.background import background
 from seoro.errors import SeoroError
-from seoro.terminal_text import log_to_stderr
+from seoro.text.printable import log_to_stderr
 
-PERIOD: Final = 0.05  # [s] between two signs of life
-SIGN: Final = b"."
-PENDING: Final = b"?"  # a sign of a bridge that has sent goals of which nobody has said yet whether they are taken
-ALARM: Final = 0x80  # a sign with this bit: an emergency stop of a robot has to be carried out
-ALARMS: Final = 0x80  # different ones: with more robots, some share one, and are stopped together
+PERIOD: Final = 0.05  # [s] between two heartbeats
+HEARTBEAT: Final = b"."
+PENDING: Final = b"?"  # heartbeat of a bridge with unanswered goals
+ALARM: Final = 0x80  # bit of the alarms: a robot has a pending emergency stop
+ALARMS: Final = 0x80  # number of different alarms; with more robots, some share an alarm, and are stopped together
 END: Final = b"e"
 LINGER: Final = (
-    30.0  # [s] for which goals of a bridge that was killed are canceled, if the robot is not reached at once
+    30.0  # [s] for which the goals of a killed bridge are canceled, if the robot is unreachable at once
 )
 
 log = logging.getLogger(__name__)
 
 
 class GuardedRobot(BaseModel):
-    """What the guard has to know of a robot: its name and namespace, its driving, and the names of its actions."""
+    """Robot that the guard stops: its name and namespace, its velocity topic, and its actions."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -67,7 +67,7 @@ class GuardedRobot(BaseModel):
 
 
 class GuardSettings(BaseModel):
-    """A guard: how the ROS 2 system is reached, the session of the bridge, and its robots."""
+    """Settings of a guard: the endpoint of the ROS 2 system, the session of the bridge, and its robots."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -80,15 +80,15 @@ class GuardSettings(BaseModel):
 
 @dataclass(frozen=True)
 class _Handle:
-    """A robot as the guard stops it: its name, its actions as ROS 2 resolves them, and how it is driven."""
+    """Access to a robot: its name, the full names of its actions, and its velocity commands."""
 
     name: str
     actions: tuple[str, ...]
     velocity: Velocity | None
 
 
-def alarms_of(robots: Sequence[str], stopped: Collection[str]) -> bytes:
-    """The signs of emergency stops of some of the robots of a bridge."""
+def encode_alarms(robots: Sequence[str], stopped: Collection[str]) -> bytes:
+    """Encode the emergency stops of some of the robots of a bridge."""
     return bytes({ALARM | index % ALARMS for index, robot in enumerate(robots) if robot in stopped})
 
 
@@ -96,12 +96,12 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
     """Guard a bridge until it ends.
 
     Args:
-        settings: What for.
-        pipe: The file on which it gives signs of life.
-        ready: Called when it is guarded.
+        settings: Settings of the guard.
+        pipe: File with the heartbeats of the bridge.
+        ready: Called when the bridge is guarded.
 
     Raises:
-        BackendError: The ROS 2 system is not reached.
+        BackendError: The ROS 2 system is unreachable.
     """
     dialect = RmwZenoh(settings.domain) if settings.is_rmw_zenoh else Ros2Dds()
     async with (
@@ -109,25 +109,24 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
         AsyncExitStack() as stack,
         background() as tasks,
     ):
-        senders = Senders(system.graph)
-        handles = await _take_over(settings.robots, system, senders, stack, tasks)
+        senders = GoalSenders(system.graph)
+        handles = await _follow_robots(settings.robots, system, senders, stack, tasks)
         ready()
 
-        def stop(robots: Collection[int], why: str) -> None:
-            log.warning("the bridge %s: stopping %s", why, listed(handles[each].name for each in robots))
+        def stop(robots: Collection[int], reason: str) -> None:
+            log.warning("the bridge %s: stopping %s", reason, name_list(handles[each].name for each in robots))
             for handle in (handles[each] for each in robots):
-                senders.give_up(settings.session, handle.actions)
+                senders.disown(settings.session, handle.actions)
                 if handle.velocity is not None:
                     handle.velocity.stop()
 
-        def go_on(robots: Collection[int]) -> None:
+        def resume(robots: Collection[int]) -> None:
             for each in robots:
-                senders.take_back(settings.session, handles[each].actions)
+                senders.reclaim(settings.session, handles[each].actions)
 
-        everything = range(len(handles))
-        last = await last_sign(pipe, len(handles), stop, go_on)
+        last = await watch_heartbeats(pipe, len(handles), stop, resume)
         if last != END:
-            stop(everything, "was killed")
+            stop(range(len(handles)), "was killed")
             await anyio.sleep(STOPPING)
             with anyio.move_on_after(LINGER):
                 if last == PENDING:
@@ -135,77 +134,81 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
                 await senders.wait_without_goals(settings.session)
 
 
-async def _take_over(
-    robots: Sequence[GuardedRobot], system: RosSystem, senders: Senders, stack: AsyncExitStack, tasks: TaskGroup
+async def _follow_robots(
+    robots: Sequence[GuardedRobot],
+    system: RosSystem,
+    senders: GoalSenders,
+    stack: AsyncExitStack,
+    tasks: TaskGroup,
 ) -> list[_Handle]:
-    """Follow the goals of all robots, and be ready to command those that drive."""
+    """Follow the goals of all robots, and prepare velocity commands for robots that drive."""
     for type_name in (*TYPES, f"{CANCEL_GOAL}_Request"):
-        system.types.prepare(type_name)  # which takes a quarter of a second, which there is not later
+        system.types.prepare(type_name)  # takes a quarter of a second, which would delay a stop
     handles: list[_Handle] = []
     for robot in robots:
         node = await stack.enter_async_context(system.node(GUARD, robot.namespace))
         for action in robot.actions:
-            await tasks.start(end_leftovers, node, action, senders, log.warning)
+            await tasks.start(cancel_orphaned_goals, node, action, senders, log.warning)
         velocity = None
         if robot.limits is not None:
             link = Link(node, stack, tasks)
-            velocity = Velocity(link, robot.cmd_vel, robot.limits, lambda _: None)  # the bridge says it, too
+            velocity = Velocity(link, robot.cmd_vel, robot.limits, lambda _: None)  # the bridge logs it, too
             tasks.start_soon(velocity.find)
             tasks.start_soon(velocity.run)
         handles.append(_Handle(robot.name, tuple(map(node.resolve, robot.actions)), velocity))
     return handles
 
 
-async def last_sign(
+async def watch_heartbeats(
     pipe: int,
     robots: int,
     stop: Callable[[Collection[int], str], None],
-    go_on: Callable[[Collection[int]], None],
+    resume: Callable[[Collection[int]], None],
 ) -> bytes:
-    """Wait for the end of the bridge, and return the last sign that it has given: `END` if it has said so.
+    """Watch a bridge until it ends; return its last heartbeat, which is `END` after a regular end.
 
     Args:
-        pipe: The file on which it gives signs of life.
-        robots: How many robots the bridge has.
-        stop: Called with the numbers of robots and why: of all when there is no sign, of some at an alarm.
-        go_on: Called with them when there are signs again, or the alarm is over.
+        pipe: File with the heartbeats of the bridge.
+        robots: Number of robots of the bridge.
+        stop: Called with the numbers of robots and a reason: all without a heartbeat, some at an alarm.
+        resume: Called with them when heartbeats continue, or when the alarm is over.
     """
-    everything, stopped, last = frozenset(range(robots)), frozenset[int](), SIGN
+    everything, stopped, last = frozenset(range(robots)), frozenset[int](), HEARTBEAT
     hangs = False
     while True:
         with anyio.move_on_after(None if hangs else SILENCE):
             await anyio.wait_readable(pipe)
-        # On a busy machine, a sign may have come that nobody has had the time to see.
+        # On a busy machine, a heartbeat may have arrived after the timeout.
         if not hangs and not select.select([pipe], [], [], 0.0)[0]:
             hangs, stopped = True, everything
-            stop(everything, f"has given no sign of life for {SILENCE:g} s")
+            stop(everything, f"has sent no heartbeat for {SILENCE:g} s")
             continue
-        signs, hangs = os.read(pipe, 4096), False
-        last = signs[-1:] or last
-        if not signs or last == END:
+        received, hangs = os.read(pipe, 4096), False
+        last = received[-1:] or last
+        if not received or last == END:
             return last
-        if alarmed := _robots_of(signs, robots) - stopped:
+        if alarmed := _alarmed_robots(received, robots) - stopped:
             stop(alarmed, "has to stop robots in an emergency")
         stopped |= alarmed
-        if over := stopped - _robots_of(_last_alarms(signs), robots):
-            go_on(over)
+        if over := stopped - _alarmed_robots(_last_alarms(received), robots):
+            resume(over)
         stopped -= over
 
 
-def _robots_of(signs: bytes, robots: int) -> frozenset[int]:
-    """Numbers of the robots that alarms among signs are for."""
-    alarms = {sign & ~ALARM for sign in signs if sign & ALARM}
+def _alarmed_robots(received: bytes, robots: int) -> frozenset[int]:
+    """Return the numbers of the robots of received alarms."""
+    alarms = {byte & ~ALARM for byte in received if byte & ALARM}
     return frozenset(number for number in range(robots) if number % ALARMS in alarms)
 
 
-def _last_alarms(signs: bytes) -> bytes:
-    """The alarms after all other signs, which still hold."""
-    return signs[len(signs.rstrip(bytes(range(ALARM, ALARM + ALARMS)))) :]
+def _last_alarms(received: bytes) -> bytes:
+    """Return the alarms after all other heartbeats, which still hold."""
+    return received[len(received.rstrip(bytes(range(ALARM, ALARM + ALARMS)))) :]
 
 
 def main() -> None:
     """Guard the bridge that has started this process."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # which are for the bridge: the guard ends after it
+    for number in (signal.SIGINT, signal.SIGTERM):  # only the bridge reacts to them; the guard ends after it
         signal.signal(number, signal.SIG_IGN)
     log_to_stderr()
 

@@ -1,4 +1,4 @@
-"""What a robot of ROS 2 is spoken to by: a node of the bridge in its namespace, and what is open for it."""
+"""Link to a ROS 2 robot: a node of the bridge in its namespace, with its topics and services."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from seoro.bridges.ros2.errors import CallFailed, DefinitionMismatch, NoServiceS
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.robots.standstill import Standstills
-from seoro.bridges.ros2.robots.unanswered import Unanswered
+from seoro.bridges.ros2.robots.guard_state import GuardState
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.session import Bound
@@ -24,90 +23,88 @@ from seoro.bridges.wire import Result, TopicState
 from seoro.bridges.wire.refusal import RequestRefused
 
 SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
-FOUND_WITHIN = 5.0  # [s] that what a request needs may take to appear
-ANSWER_WITHIN = 5.0  # [s] that a service may take to respond
+DISCOVERY_TIMEOUT = 5.0  # [s] for endpoints and messages that a request needs
+ANSWER_TIMEOUT = 5.0  # [s] for the response of a service
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Link:
-    """The link to a robot.
+    """Link to a robot.
 
     Attributes:
-        node: A node in the namespace of the robot.
-        stack: What is closed when the bridge ends.
-        tasks: Where what listens runs.
-        standstills: Of the bridge.
-        unanswered: Goals that the bridge has sent, and that may be taken later.
+        node: Node in the namespace of the robot.
+        stack: Stack that is closed when the bridge ends.
+        tasks: Task group of the subscriptions.
+        state: State that the bridge shares with its guard.
     """
 
     node: RosNode
     stack: AsyncExitStack
     tasks: TaskGroup
-    standstills: Standstills = field(default_factory=Standstills)
-    unanswered: Unanswered = field(default_factory=Unanswered)
-    _heard: dict[str, _Heard] = field(default_factory=dict, repr=False)
+    state: GuardState = field(default_factory=GuardState)
+    _statuses: dict[str, _TopicStatus] = field(default_factory=dict, repr=False)
 
     async def listen(
         self, topic: str, type_name: str, take: Callable[[Message], None], qos: Qos = SENSED, keep: int = 100
     ) -> None:
-        """Have each message of a topic taken, from now on; that others publish another type is said once."""
+        """Subscribe to a topic until the bridge ends; log once if its publishers have another type."""
         subscription = await self.stack.enter_async_context(
             self.node.subscribing(topic, type_name, qos, Bound(keep), is_checked=False)
         )
-        heard = self._heard[subscription.topic] = _Heard(subscription.type)
-        self.tasks.start_soon(_take_all, subscription, take, heard)
-        self.tasks.start_soon(self._warn_of_type, subscription.topic, heard.type)
+        status = self._statuses[subscription.topic] = _TopicStatus(subscription.type)
+        self.tasks.start_soon(_forward_messages, subscription, take, status)
+        self.tasks.start_soon(self._warn_of_type, subscription.topic, status.type)
 
     async def _warn_of_type(self, topic: str, type_name: str) -> None:
-        """Say when a topic is of another type, once."""
+        """Log once if a topic has another type."""
 
         def is_other(graph: RosGraph) -> bool:
             types = {publisher.type for publisher in graph.publishers(topic)}
             return bool(types) and type_name not in types
 
         await self.node.graph.wait_for(is_other)
-        log.warning("%s: %s", topic, self.why_silent(topic))
+        log.warning("%s: %s", topic, self.explain_silence(topic))
 
     async def watch_end(self, topic: str, forget: Callable[[], None]) -> None:
-        """Have what a topic has told forgotten whenever nobody publishes it any more, without end."""
+        """Call `forget` whenever the last publisher of a topic disappears, without end."""
         graph, name = self.node.graph, self.node.resolve(topic)
         while True:
             await graph.wait_for(lambda seen: seen.publishers(name))
             await graph.wait_for(lambda seen: not seen.publishers(name))
             forget()
 
-    def why_silent(self, topic: str) -> str:
-        """Why nothing is known by a topic that is listened to, as far as that can be said."""
+    def explain_silence(self, topic: str) -> str:
+        """Explain why a topic has no usable messages, as far as known."""
         name = self.node.resolve(topic)
-        heard, publishers = self._heard[name], self.node.graph.publishers(name)
-        types = sorted({publisher.type for publisher in publishers} - {heard.type})
+        status, publishers = self._statuses[name], self.node.graph.publishers(name)
+        types = sorted({publisher.type for publisher in publishers} - {status.type})
         if not publishers:
-            return "nobody publishes it"
+            return "no publisher"
         if types:
-            return f"it is of type {' and '.join(types)}, not {heard.type}"
-        return heard.unreadable or "no message has come"
+            return f"it has the type {' and '.join(types)}, not {status.type}"
+        return status.error or "no message has arrived"
 
-    def heard_ago(self) -> float | None:
-        """How long ago the robot was last heard of on any topic [s]; None when it never was."""
-        moments = [heard.moment for heard in self._heard.values() if heard.moment is not None]
-        return time.monotonic() - max(moments) if moments else None
+    def last_received(self) -> float | None:
+        """Return the age of the last message on any topic [s]; None before the first message."""
+        arrivals = [status.arrived for status in self._statuses.values() if status.arrived is not None]
+        return time.monotonic() - max(arrivals) if arrivals else None
 
     def topics(self) -> tuple[TopicState, ...]:
-        """What is heard on each topic that is listened to."""
-        return tuple(self._state(topic, heard) for topic, heard in self._heard.items())
+        """Return the states of the subscribed topics."""
+        return tuple(self._topic_state(topic, status) for topic, status in self._statuses.items())
 
-    def _state(self, topic: str, heard: _Heard) -> TopicState:
-        is_well = heard.moment is not None and not heard.unreadable and self.node.graph.publishers(topic)
+    def _topic_state(self, topic: str, status: _TopicStatus) -> TopicState:
+        is_well = status.arrived is not None and not status.error and self.node.graph.publishers(topic)
         return TopicState(
             topic=topic,
-            seen=None if heard.moment is None else time.monotonic() - heard.moment,
-            why="" if is_well else self.why_silent(topic),
+            seen=None if status.arrived is None else time.monotonic() - status.arrived,
+            why="" if is_well else self.explain_silence(topic),
         )
 
     async def publish(self, topic: str, type_name: str) -> tuple[Publication, Callable[[], Awaitable[None]]]:
-        """A publisher for as long as the bridge runs, and what closes it before."""
+        """Create a publisher until the bridge ends; return it with a function that closes it earlier."""
         async with AsyncExitStack() as opening:
             publication = await opening.enter_async_context(self.node.publishing(topic, type_name))
             close = opening.pop_all().aclose
@@ -118,16 +115,15 @@ class Link:
         """Call a service of the robot.
 
         Raises:
-            RequestRefused: Nobody serves it, or it is of another type, or it does not respond.
+            RequestRefused: The service has no server or another type, or does not respond.
         """
         try:
             async with self.node.calling(service, type_name) as client:
-                await client.wait_for_server(FOUND_WITHIN)
-                return await client.call(request, ANSWER_WITHIN)
-        except (TimeoutError, NoServiceServer):
-            raise RequestRefused(
-                Result.INCORRECT_STATE, f"nobody on the robot serves {self.node.resolve(service)}"
-            ) from None
+                await client.wait_for_server(DISCOVERY_TIMEOUT)
+                return await client.call(request, ANSWER_TIMEOUT)
+        except NoServiceServer:
+            message = f"no server of {self.node.resolve(service)} on the robot"
+            raise RequestRefused(Result.INCORRECT_STATE, message) from None
         except (WrongType, DefinitionMismatch) as error:
             raise RequestRefused(Result.INCORRECT_STATE, str(error)) from error
         except CallFailed as error:
@@ -135,25 +131,27 @@ class Link:
 
 
 @dataclass
-class _Heard:
-    """What is heard on a topic: the type of its messages, when, and why the last cannot be read, if it cannot."""
+class _TopicStatus:
+    """Status of a topic: its type, and the arrival [s] and the error of the last message."""
 
     type: str
-    unreadable: str = ""
-    said: set[str] = field(default_factory=set)  # kinds of reasons why some could not be read
-    moment: float | None = None  # of the last one, by the machine's clock [s]
+    error: str = ""
+    logged: set[str] = field(default_factory=set)
+    arrived: float | None = None  # by the machine's clock
 
 
-async def _take_all(subscription: Subscription, take: Callable[[Message], None], heard: _Heard) -> None:
-    """Pass messages on; what cannot be read is said once for each kind, and does not end the bridge."""
+async def _forward_messages(
+    subscription: Subscription, take: Callable[[Message], None], status: _TopicStatus
+) -> None:
+    """Forward messages. Log undecodable messages once per kind."""
     async for received in subscription:
-        heard.moment = time.monotonic()
+        status.arrived = time.monotonic()
         try:
             take(subscription.decode(received))
         except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
-            if type(error).__name__ not in heard.said:
+            if type(error).__name__ not in status.logged:
                 log.warning("%s", error)
-            heard.said.add(type(error).__name__)
-            heard.unreadable = str(error)
+            status.logged.add(type(error).__name__)
+            status.error = str(error)
         else:
-            heard.unreadable = ""
+            status.error = ""

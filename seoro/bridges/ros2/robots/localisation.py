@@ -1,4 +1,4 @@
-"""Where a robot believes to be: told, found anew, and waited for, as AMCL does it."""
+"""Localisation of a robot, as by AMCL: set the pose, restart, and wait for a pose."""
 
 from __future__ import annotations
 
@@ -12,33 +12,31 @@ import numpy as np
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
-from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
-from seoro.bridges.ros2.robots.outlet import Outlet
+from seoro.bridges.ros2.robots.lazy_publisher import LazyPublisher
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.changes import Changes
+from seoro.concurrency.condition import Condition
 
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
-TAKEN_WITHIN = 10.0  # [s] from an initial pose to a pose of the localisation
-PUBLISHED_EVERY = (
-    1.0  # [s] until an initial pose is told again: the first may come before the localisation is ready
-)
+POSE_TIMEOUT = 10.0  # [s] from an initial pose to a pose of the localisation
+RETRY = 1.0  # [s] between initial poses: the first may arrive before the localisation is ready
 VARIANCES = {0: 0.25, 7: 0.25, 35: 0.0685}  # of x, y [m^2] and yaw [rad^2]: 0.5 m and 15 degrees, as RViz sends
 PLANAR = (0, 1, 5)  # rows of x, y and yaw in a covariance
 
 
 class Localisation:
-    """The localisation of a robot.
+    """Localisation of a robot.
 
     Args:
-        link: To the robot.
-        base: What it calls things.
-        work: Where watches run.
+        link: Link to the robot.
+        base: Names of the topics and services of its base.
+        work: Watches of the node.
     """
 
     def __init__(self, link: Link, base: Base, work: Work) -> None:
@@ -46,33 +44,33 @@ class Localisation:
         self._base = base
         self._work = work
         self._latest: Message | None = None
-        self._since = 0.0  # by the machine's clock [s]
-        self._changes = Changes()
-        self._initial_poses = Outlet(link, base.initial_pose, lambda _: POSE)
+        self._updated = 0.0  # arrival of the latest pose, by the machine's clock [s]
+        self._changes = Condition()
+        self._initial_poses = LazyPublisher(link, base.initial_pose, lambda _: POSE)
 
     @property
     def handlers(self) -> Handlers:
-        """The verbs that it serves."""
+        """Handlers of the served verbs."""
         return {
             wire.SET_INITIAL_POSE: self._set_initial_pose,
-            wire.REINITIALIZE_GLOBAL_LOCALIZATION: self._start_over,
+            wire.REINITIALIZE_GLOBAL_LOCALIZATION: self._restart,
             wire.WATCH_LOCALIZATION: self._watch,
             wire.GET_LOCALIZATION: self._get,
         }
 
     @property
     def position(self) -> tuple[float, float] | None:
-        """Where it last said the robot to be [m]; None while it has not."""
+        """Estimated position [m]; None before the first estimate."""
         if self._latest is None:
             return None
-        place = self._latest.pose.pose.position
-        return place.x, place.y
+        position = self._latest.pose.pose.position
+        return position.x, position.y
 
     @property
     def deviation(self) -> float | None:
-        """Standard deviation of the position that it states [m]; None while it has stated none.
+        """Standard deviation of the estimated position [m]; None while it is unknown.
 
-        Variances below 0 state none: some say by them that they do not know.
+        A negative variance counts as unknown, as some localisations use it.
         """
         if self._latest is None:
             return None
@@ -80,80 +78,73 @@ class Localisation:
         return None if min(variances) < 0.0 else math.sqrt(sum(variances) / 2.0)
 
     async def open(self) -> None:
-        """Listen to what it says, and be ready to tell it where the robot is."""
-        await self._link.listen(self._base.pose, POSE, self._take, LATCHED)
+        """Subscribe to the pose, and prepare to publish the initial pose."""
+        await self._link.listen(self._base.pose, POSE, self._on_pose, LATCHED)
         self._link.tasks.start_soon(self._link.watch_end, self._base.pose, self._forget)
         self._link.tasks.start_soon(self._initial_poses.run)
 
     def _forget(self) -> None:
-        """Forget where it believed to be: it is gone, or begins anew."""
+        """Forget the estimate: its publisher has disappeared, or restarts."""
         self._latest = None
 
-    def _take(self, message: Message) -> None:
-        """Take where it believes to be.
+    def _on_pose(self, message: Message) -> None:
+        """Set the estimate.
 
         Raises:
-            ValueError: It says no place, and what it said before is forgotten.
+            ValueError: The pose is invalid; the earlier one is forgotten.
         """
         self._forget()
-        place, turn = message.pose.pose.position, message.pose.pose.orientation
-        numbers = [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w, *message.pose.covariance]
+        numbers = [*message.pose.pose.position, *message.pose.pose.orientation, *message.pose.covariance]
         if not np.isfinite(numbers).all():
             topic = self._link.node.resolve(self._base.pose)
-            raise ValueError(
-                f"a pose on {topic} is none: it, or its covariance, has a part that is no finite number"
-            )
-        self._latest, self._since = message, time.monotonic()
-        self._changes.tell()
+            raise ValueError(f"invalid pose on {topic}: the pose or its covariance is not finite")
+        self._latest, self._updated = message, time.monotonic()
+        self._changes.notify_all()
 
-    async def _set_initial_pose(self, request: wire.SetInitialPose) -> wire.Empty:
+    async def _set_initial_pose(self, request: wire.SetInitialPose) -> None:
         outlet, graph = self._initial_poses, self._link.node.graph
-        with anyio.move_on_after(FOUND_WITHIN):
+        with anyio.move_on_after(DISCOVERY_TIMEOUT):
             publication = await outlet.wait()
             await graph.wait_for(lambda graph: graph.subscriptions(outlet.topic))
             await publication.wait_for_subscription()
         if outlet.publication is None or not graph.subscriptions(outlet.topic):
-            silent = f"nobody on the robot subscribes to {outlet.topic}: its localisation does not run"
+            silent = f"no subscription to {outlet.topic} on the robot: its localisation is not running"
             raise RequestRefused(Result.INCORRECT_STATE, outlet.problem or silent)
         message = self._initial_pose(request.pose)
-        began = time.monotonic()
-        with anyio.move_on_after(TAKEN_WITHIN):
-            while self._since < began:
+        start = time.monotonic()
+        with anyio.move_on_after(POSE_TIMEOUT):
+            while self._updated < start:
                 outlet.publication.publish(message)
-                with anyio.move_on_after(PUBLISHED_EVERY):
-                    await self._changes.wait_for(lambda: self._since >= began)
-        if self._since < began:
+                with anyio.move_on_after(RETRY):
+                    await self._changes.wait_for(lambda: self._updated >= start)
+        if self._updated < start:
             raise RequestRefused(
                 Result.OPERATION_FAILED,
-                f"the localisation has said nothing on {self._link.node.resolve(self._base.pose)} for "
-                f"{TAKEN_WITHIN:g} s after it was told where the robot is: "
-                f"{self._link.why_silent(self._base.pose)}",
+                f"no pose of the localisation on {self._link.node.resolve(self._base.pose)} within "
+                f"{POSE_TIMEOUT:g} s after the initial pose: {self._link.explain_silence(self._base.pose)}",
             )
-        return wire.Empty()
 
-    def _initial_pose(self, pose: wire.Pose) -> dict[str, Any]:
+    def _initial_pose(self, pose: wire.Pose3D) -> dict[str, Any]:
         covariance = np.zeros(36)
         covariance[list(VARIANCES)] = list(VARIANCES.values())
         return {
-            # A stamp of zero means the latest transform, whatever the clock of the robot shows.
+            # A stamp of zero selects the latest transform, since the clock of the robot may differ.
             "header": geometry.header(self._base.map_frame, 0.0),
             "pose": {"pose": geometry.pose_message(pose), "covariance": covariance},
         }
 
-    async def _start_over(self, _request: wire.LocalisedRobot) -> wire.Empty:
+    async def _restart(self, _request: wire.RobotName) -> None:
         await self._link.call(self._base.global_localization, "std_srvs/srv/Empty", {})
         self._forget()
-        return wire.Empty()
 
-    async def _watch(self, request: wire.WatchLocalization) -> wire.Empty:
+    async def _watch(self, request: wire.WatchLocalization) -> None:
         self._work.start(request.id, self._wait)
-        return wire.Empty()
 
     async def _wait(self) -> str:
         await self._changes.wait_for(lambda: self._latest is not None)
         return ""
 
-    async def _get(self, _request: wire.LocalisedRobot) -> wire.Localization:
+    async def _get(self, _request: wire.RobotName) -> wire.Localization:
         latest = self._latest
         if latest is None:
             return wire.Localization(pose=None, covariance=None, particles=0, error=None)
@@ -161,6 +152,6 @@ class Localisation:
         return wire.Localization(
             pose=geometry.pose(latest.pose.pose),
             covariance=tuple(covariance.ravel().tolist()),
-            particles=0,  # it does not tell
-            error=None,  # nobody knows
+            particles=0,  # unknown
+            error=None,  # unknown
         )

@@ -1,4 +1,4 @@
-"""Motions of arms as goals of MoveIt 2 and of controllers of joints."""
+"""Motions of arms as goals of MoveIt 2 and of trajectory controllers."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from typing import Any
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.robots.profile import Arm, MoveGroup
-from seoro.bridges.serving.work import Aborted
+from seoro.bridges.serving.work import GoalAborted
 
 SPHERE = 2  # shape_msgs/msg/SolidPrimitive
 SUCCESS = 1  # moveit_msgs/msg/MoveItErrorCodes
-WHY = {
-    99999: "it failed",
-    -1: "no plan was found",
-    -2: "the plan is invalid",
-    -3: "something came into the way",
+REASONS = {
+    99999: "failure",
+    -1: "no plan found",
+    -2: "invalid plan",
+    -3: "the environment changed during the motion",
     -4: "the controller failed",
-    -6: "it took too long",
-    -7: "another goal has taken its place",
-    -10: "it would begin in a collision",
-    -12: "it would end in a collision",
-    -15: "the group of joints is unknown",
-    -16: "the goal contradicts itself",
-    -21: "the frame of the goal is unknown",
+    -6: "timeout",
+    -7: "preempted by another goal",
+    -10: "collision at the start",
+    -12: "collision at the goal",
+    -15: "unknown group of joints",
+    -16: "contradictory goal constraints",
+    -21: "unknown frame of the goal",
     -31: "the pose is out of reach",
 }
 PLANNING_TIME = 5.0  # [s]
 ATTEMPTS = 5
-PEAK = 1.5  # of the speed over its mean, on a cubic from rest to rest, as controllers interpolate
-SHORTEST = 0.1  # [s] of a motion
-SETTLING = 2.0  # [s] that joints may take to come to rest within the tolerance
+PEAK = 1.5  # ratio of peak and mean speed on a cubic from rest to rest, as controllers interpolate
+MIN_DURATION = 0.1  # [s] of a motion
+SETTLING = 2.0  # [s] for joints to come to rest within the tolerance
 
 Fields = dict[str, Any]
 
 
 def joint_goal(group: MoveGroup, positions: Mapping[str, float], motion: wire.ArmMotion) -> Fields:
-    """A goal of MoveIt: joints at positions [rad]."""
+    """Make a goal of MoveIt: joints at positions [rad]."""
     constraints = [
         {
             "joint_name": name,
@@ -52,11 +52,11 @@ def joint_goal(group: MoveGroup, positions: Mapping[str, float], motion: wire.Ar
 
 
 def pose_goal(arm: Arm, group: MoveGroup, request: wire.MoveToPose) -> Fields:
-    """A goal of MoveIt: the tool at a pose; in a straight line by the planner of Pilz Industrial Motion."""
+    """Make a goal of MoveIt: the tool at a pose. Straight lines use the planner of Pilz Industrial Motion."""
     pose, tolerance = geometry.pose_message(request.pose), request.tolerance
     header = geometry.header(arm.base_frame if request.frame == "base_link" else request.frame, 0.0)
     ball = {"type": SPHERE, "dimensions": [tolerance]}
-    place = {
+    position = {
         "header": header,
         "link_name": arm.tool,
         "constraint_region": {
@@ -65,14 +65,15 @@ def pose_goal(arm: Arm, group: MoveGroup, request: wire.MoveToPose) -> Fields:
         },
         "weight": 1.0,
     }
-    turn = {
+    orientation = {
         "header": header,
         "link_name": arm.tool,
         "orientation": pose["orientation"],
         **{f"absolute_{axis}_axis_tolerance": tolerance for axis in "xyz"},
         "weight": 1.0,
     }
-    goal = _planned(group, {"position_constraints": [place], "orientation_constraints": [turn]}, request)
+    constraints = {"position_constraints": [position], "orientation_constraints": [orientation]}
+    goal = _planned(group, constraints, request)
     if request.straight:
         goal["request"] |= {"pipeline_id": "pilz_industrial_motion_planner", "planner_id": "LIN"}
     return goal
@@ -81,7 +82,7 @@ def pose_goal(arm: Arm, group: MoveGroup, request: wire.MoveToPose) -> Fields:
 def _planned(group: MoveGroup, constraints: Fields, motion: wire.ArmMotion) -> Fields:
     return {
         "request": {
-            "start_state": {"is_diff": True},  # where the arm is
+            "start_state": {"is_diff": True},  # the present state
             "goal_constraints": [constraints],
             "group_name": group.group,
             "num_planning_attempts": ATTEMPTS,
@@ -94,14 +95,14 @@ def _planned(group: MoveGroup, constraints: Fields, motion: wire.ArmMotion) -> F
 
 
 def judge_plan(result: Mapping[str, Any]) -> str:
-    """What MoveIt says of a goal.
+    """Judge the result of a MoveIt goal.
 
     Raises:
-        Aborted: It did not succeed, whatever the status of the goal says.
+        GoalAborted: The motion failed, even if the goal succeeded.
     """
     code = int(result["error_code"]["val"])
     if code != SUCCESS:
-        raise Aborted(f"MoveIt: {WHY.get(code, 'the motion failed')} (error {code})")
+        raise GoalAborted(f"MoveIt: {REASONS.get(code, 'the motion failed')} (error {code})")
     return ""
 
 
@@ -112,19 +113,19 @@ def trajectory_goal(
     speeds: Sequence[float],
     motion: wire.ArmMotion,
 ) -> Fields:
-    """A goal of a controller: joints from where they are through positions [rad], at rest at each.
+    """Make a goal of a trajectory controller: joints through positions [rad], at rest at each.
 
     Args:
-        names: Of the joints.
-        points: Their positions.
-        start: Where they are.
-        speeds: That they can have [rad/s].
-        motion: What part of these they are to have, and how exactly they have to be there.
+        names: Names of the joints.
+        points: Positions of the joints.
+        start: Present positions of the joints.
+        speeds: Maximum speeds of the joints [rad/s].
+        motion: Scaling of the speeds, and the tolerance.
     """
     time, messages, before = 0.0, [], start
     for point in points:
-        longest = max(abs(there - here) / speed for here, there, speed in zip(before, point, speeds, strict=True))
-        time += max(SHORTEST, PEAK * longest / motion.max_velocity_scaling_factor)
+        longest = max(abs(new - old) / speed for old, new, speed in zip(before, point, speeds, strict=True))
+        time += max(MIN_DURATION, PEAK * longest / motion.max_velocity_scaling_factor)
         rest = [0.0] * len(point)
         messages.append({"positions": list(point), "velocities": rest, "time_from_start": geometry.stamp(time)})
         before = point
@@ -136,11 +137,11 @@ def trajectory_goal(
 
 
 def judge_trajectory(result: Mapping[str, Any]) -> str:
-    """What a controller of joints says of a goal.
+    """Judge the result of a trajectory controller.
 
     Raises:
-        Aborted: It did not succeed, whatever the status of the goal says.
+        GoalAborted: The motion failed, even if the goal succeeded.
     """
     if code := int(result.get("error_code", 0)):
-        raise Aborted(f"the controller: {result.get('error_string') or 'the motion failed'} (error {code})")
+        raise GoalAborted(f"the controller: {result.get('error_string') or 'the motion failed'} (error {code})")
     return ""

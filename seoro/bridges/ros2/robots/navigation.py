@@ -1,4 +1,4 @@
-"""Driving to poses by the navigation on the robot (Nav2)."""
+"""Navigation of a robot by Nav2."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
-from seoro.bridges.serving.happenings import HappeningLog
-from seoro.bridges.serving.work import Aborted, Work
+from seoro.bridges.serving.event_log import EventLog
+from seoro.bridges.serving.work import GoalAborted, Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite
 
@@ -21,92 +21,94 @@ MAX_POSES = 100
 
 
 class Navigation:
-    """The navigation of a robot.
+    """Navigation of a robot.
 
     Args:
-        link: To the robot.
-        base: What it calls things.
-        robot: Its name.
-        work: Where goals are told of.
-        happenings: Where it is told how far it is.
+        link: Link to the robot.
+        base: Names of the topics and actions of its base.
+        robot: Name of the robot.
+        work: Goals of the node.
+        events: Log of feedback.
     """
 
-    def __init__(self, link: Link, base: Base, robot: str, work: Work, happenings: HappeningLog) -> None:
+    def __init__(self, link: Link, base: Base, robot: str, work: Work, events: EventLog) -> None:
         self._link = link
         self._base = base
         self._robot = robot
         self._work = work
-        self._happenings = happenings
+        self._events = events
 
-    async def navigate(self, request: wire.NavigateThroughPoses) -> wire.Empty:
+    async def navigate(self, request: wire.NavigateThroughPoses) -> None:
         """Drive through poses."""
         if not 1 <= len(request.poses) <= MAX_POSES:
             raise RequestRefused(
-                Result.OPERATION_FAILED, f"{len(request.poses)} poses were given: give 1 to {MAX_POSES}"
+                Result.OPERATION_FAILED, f"expected 1 to {MAX_POSES} poses, got {len(request.poses)}"
             )
         for pose in request.poses:
-            place, turned = pose.position, pose.orientation
-            check_finite("pose", place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)
+            check_pose(pose)
         await pursue(self._link, self._work, request.id, self._robot, self._goal(request))
-        return wire.Empty()
 
     def _goal(self, request: wire.NavigateThroughPoses) -> ActionGoal:
         base, poses = self._base, [self._stamped(pose) for pose in request.poses]
-        told = self._teller(request.feedback_period, len(poses))
+        report = self._feedback_reporter(request.feedback_period, len(poses))
+        goal: dict[str, Any] = {"poses": poses}
         if request.stop_at_each:
-            return ActionGoal(
-                base.follow_waypoints,
-                "nav2_msgs/action/FollowWaypoints",
-                {"poses": poses},
-                told,
-                judge=_all_reached,
-            )
+            kind = "nav2_msgs/action/FollowWaypoints"
+            return ActionGoal(base.follow_waypoints, kind, goal, report, judge=_check_reached)
         if len(poses) == 1:
-            return ActionGoal(base.navigate_to_pose, "nav2_msgs/action/NavigateToPose", {"pose": poses[0]}, told)
-        return ActionGoal(
-            base.navigate_through_poses, "nav2_msgs/action/NavigateThroughPoses", {"poses": poses}, told
-        )
+            kind = "nav2_msgs/action/NavigateToPose"
+            return ActionGoal(base.navigate_to_pose, kind, {"pose": poses[0]}, report)
+        return ActionGoal(base.navigate_through_poses, "nav2_msgs/action/NavigateThroughPoses", goal, report)
 
-    def _stamped(self, pose: wire.Pose) -> Mapping[str, Any]:
+    def _stamped(self, pose: wire.Pose3D) -> Mapping[str, Any]:
         return {"header": geometry.header(self._base.map_frame, 0.0), "pose": geometry.pose_message(pose)}
 
-    def _teller(self, period: float, poses: int) -> Callable[[Members], None]:
-        """What tells how far the robot is, not more often than asked for."""
+    def _feedback_reporter(self, period: float, poses: int) -> Callable[[Members], None]:
+        """Return a callback that reports feedback at most once in a period [s]."""
         due = 0.0
 
-        def tell(feedback: Members) -> None:
+        def report(feedback: Members) -> None:
             nonlocal due
             now = time.monotonic()
             if period > 0.0 and now >= due:
                 due = now + period
-                told = _feedback(self._robot, self._happenings.now, feedback, poses)
-                self._happenings.tell(feedback=told)
+                self._events.add(feedback=_converted(self._robot, self._events.now, feedback, poses))
 
-        return tell
+        return report
 
 
-def _feedback(robot: str, now: float, told: Members, poses: int) -> wire.NavigationFeedback:
-    """What an action of Nav2 tells; following waypoints, it only tells which one."""
-    times = {
-        name: geometry.seconds(getattr(told.message, name)) if name in told else 0.0
-        for name in ("navigation_time", "estimated_time_remaining")
-    }
-    left = told.get("number_of_poses_remaining")
+def check_pose(pose: wire.Pose3D) -> None:
+    """Refuse a pose that is not finite.
+
+    Raises:
+        RequestRefused: A number is NaN or infinite.
+    """
+    position, angles = pose.position, pose.orientation
+    check_finite("pose", position.x, position.y, position.z, angles.roll, angles.pitch, angles.yaw)
+
+
+def _converted(robot: str, now: float, feedback: Members, poses: int) -> wire.NavigationFeedback:
+    """Convert the feedback of a Nav2 action; that of following waypoints has an index only."""
+
+    def seconds(name: str) -> float:
+        return geometry.seconds(getattr(feedback.message, name)) if name in feedback else 0.0
+
+    left = feedback.get("number_of_poses_remaining")
     return wire.NavigationFeedback(
         robot=robot,
         time=now,
-        navigation_time=times["navigation_time"],
-        distance_remaining=float(told.get("distance_remaining", 0.0)),
-        estimated_time_remaining=times["estimated_time_remaining"],
-        number_of_recoveries=int(told.get("number_of_recoveries", 0)),
-        number_of_poses_remaining=poses - int(told.get("current_waypoint", 0)) if left is None else int(left),
+        navigation_time=seconds("navigation_time"),
+        distance_remaining=float(feedback.get("distance_remaining", 0.0)),
+        estimated_time_remaining=seconds("estimated_time_remaining"),
+        number_of_recoveries=int(feedback.get("number_of_recoveries", 0)),
+        number_of_poses_remaining=poses - int(feedback.get("current_waypoint", 0)) if left is None else int(left),
     )
 
 
-def _all_reached(result: Mapping[str, Any]) -> str:
+def _check_reached(result: Mapping[str, Any]) -> str:
     missed: Sequence[Any] = result.get("missed_waypoints", ())
     if len(missed):
         # A number in Humble, a message with the number in later distributions.
         numbers = [each.get("index", 0) if isinstance(each, Mapping) else each for each in missed]
-        raise Aborted(f"waypoints were missed: {', '.join(str(int(number) + 1) for number in numbers)}")
+        raise GoalAborted(f"missed waypoints: {', '.join(str(int(number) + 1) for number in numbers)}")
     return ""

@@ -1,4 +1,4 @@
-"""Profiles: what a family of robots is, and what it calls its topics, services, actions and frames.
+"""Profiles: parts of a family of robots, and names of their topics, services, actions and frames.
 
 Names without a leading slash are below the namespace of the robot.
 """
@@ -13,13 +13,13 @@ from typing import Annotated, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from seoro.bridges.ros2.wire.names import InvalidName, resolve
-from seoro.errors import InvalidUse
-from seoro.yaml_files import FileError, Lines, problems, read_text, read_yaml
+from seoro.errors import UsageError
+from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
 
 
-def _of_the_robot(name: str) -> str:
+def _checked_name(name: str) -> str:
     if name.startswith("~"):
-        raise ValueError("a private name is that of a node: write out the topic, service or action of the robot")
+        raise ValueError("private names are unsupported: write out the topic, service or action of the robot")
     try:
         resolve(name, "/", "robot")
     except InvalidName as error:
@@ -27,13 +27,13 @@ def _of_the_robot(name: str) -> str:
     return name
 
 
-def _not_zero(value: float) -> float:
+def _nonzero(value: float) -> float:
     if value == 0.0:
         raise ValueError("Input should not be 0")
     return value
 
 
-Name = Annotated[str, AfterValidator(_of_the_robot)]
+Name = Annotated[str, AfterValidator(_checked_name)]
 Frame = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_/]{0,200}$")]
 Given = Annotated[str, Field(min_length=1)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -45,24 +45,26 @@ class _Part(BaseModel):
 
 
 class Limits(_Part):
-    """The fastest that commands may ask a base for: ahead or back [m/s], and turning [rad/s]."""
+    """Speed limits of velocity commands: linear in both directions [m/s], and angular [rad/s]."""
 
     linear: Positive
     angular: Positive
 
 
 class Base(_Part):
-    """A base that drives.
+    """Driving base.
 
     Args:
-        limits: Of commands of velocity; the navigation on the robot has its own.
-        cmd_vel: Topic of commands of velocity, `Twist` or `TwistStamped` as whoever subscribes says.
+        limits: Limits of velocity commands; the navigation of the robot has its own.
+        cmd_vel: Topic of velocity commands, `Twist` or `TwistStamped` as its subscriptions expect.
         odometry: Topic of `nav_msgs/Odometry`.
-        map_frame: Frame in which poses of goals are.
-        initial_pose: Topic on which the localisation is told where the robot is.
-        pose: Topic on which the localisation says that.
-        global_localization: Service that makes the localisation start over everywhere.
-        navigate_to_pose: Nav2's actions.
+        map_frame: Frame of goal poses.
+        initial_pose: Topic of initial poses.
+        pose: Topic of estimated poses.
+        global_localization: Service that restarts the localisation without a known pose.
+        navigate_to_pose: Action of Nav2.
+        navigate_through_poses: Action of Nav2.
+        follow_waypoints: Action of Nav2.
     """
 
     limits: Limits
@@ -78,31 +80,31 @@ class Base(_Part):
 
 
 class Gripper(_Part):
-    """A gripper.
+    """Gripper.
 
     Args:
-        action: Its action, a `control_msgs/action/GripperCommand`.
-        joint: The joint whose position the action commands.
-        closed: Position of that joint at an opening of zero [rad, m].
-        per_metre: How much further it is for each metre of opening [rad/m, m/m].
-        widest: Opening [m].
-        force: With which it presses when nothing else is asked for [N].
+        action: Action `control_msgs/action/GripperCommand`.
+        joint: Joint that the action commands.
+        closed: Position of the joint at an opening of zero [rad, m].
+        per_metre: Travel of the joint per metre of opening [rad/m, m/m].
+        widest: Maximum opening [m].
+        force: Default force [N].
     """
 
     action: Name
     joint: Given
     closed: Number
-    per_metre: Annotated[Number, AfterValidator(_not_zero)]
+    per_metre: Annotated[Number, AfterValidator(_nonzero)]
     widest: Positive
     force: Positive
 
 
 class MoveGroup(_Part):
-    """What plans the motions of an arm, so that it runs into nothing that is known.
+    """Motion planner of an arm, which avoids known obstacles.
 
     Args:
         action: Action of MoveIt 2.
-        group: Its group of the joints.
+        group: Planning group of the arm.
     """
 
     action: Name = "move_action"
@@ -110,16 +112,16 @@ class MoveGroup(_Part):
 
 
 class Arm(_Part):
-    """An arm.
+    """Arm.
 
     Args:
-        joints: Its joints in order, with the speed that each can have [rad/s].
-        trajectory: Action `control_msgs/action/FollowJointTrajectory` of its controller.
-        joint_states: Topic of the positions of the joints.
-        base_frame: Frame of its base.
-        tool: Frame of its tool, which is moved to poses.
-        move_group: What plans motions; without it, joints move straight to where they are told to.
-        gripper: Its gripper, if it has one.
+        joints: Joints in order, with their maximum speeds [rad/s].
+        trajectory: Action `control_msgs/action/FollowJointTrajectory` of the controller.
+        joint_states: Topic of joint states.
+        base_frame: Frame of the base.
+        tool: Frame of the tool, which is moved to poses.
+        move_group: Motion planner; without it, joints move straight to their targets.
+        gripper: Gripper, if the arm has one.
     """
 
     joints: Annotated[Mapping[Given, Positive], Field(min_length=1)]
@@ -132,16 +134,16 @@ class Arm(_Part):
 
 
 class Profile(_Part):
-    """A family of robots.
+    """Family of robots.
 
     Args:
-        model: What it is called.
-        kinds: Types of actors that it can stand for, most specific first.
-        tf: Topic of transforms that change.
-        tf_static: Topic of transforms that do not.
+        model: Name of the family.
+        kinds: Types of actors that the robots can represent, most specific first.
+        tf: Topic of transforms.
+        tf_static: Topic of static transforms.
         battery: Topic of `sensor_msgs/BatteryState`.
-        base: Its base, if it drives.
-        arm: Its arm, if it has one.
+        base: Driving base, if the robots have one.
+        arm: Arm, if the robots have one.
     """
 
     model: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
@@ -153,19 +155,19 @@ class Profile(_Part):
     arm: Arm | None = None
 
     @model_validator(mode="after")
-    def _does_something(self) -> Self:
+    def _check_parts(self) -> Self:
         if self.base is None and self.arm is None:
-            raise ValueError("a robot has a base, or an arm, or both")
+            raise ValueError("expected a base, an arm, or both")
         return self
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """The names of all that makes it move."""
+        """Names of the topics and actions that move a robot."""
         return self.actions if self.base is None else (self.base.cmd_vel, *self.actions)
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """The names of its actions."""
+        """Names of the actions."""
         base, arm, names = self.base, self.arm, list[str]()
         if base is not None:
             names += [base.navigate_to_pose, base.navigate_through_poses, base.follow_waypoints]
@@ -175,19 +177,19 @@ class Profile(_Part):
 
 
 def available_profiles() -> tuple[str, ...]:
-    """Names of the profiles that come with seoro."""
+    """Return the names of the profiles that come with seoro."""
     files = resources.files(__package__).joinpath("profiles").iterdir()
     return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
 
 
 def read_profile(profile: str) -> Profile:
-    """The profile of a name, or in a file.
+    """Read a profile by its name, or from a file.
 
     Args:
         profile: One of `available_profiles()`, or the path of a `.yaml` file.
 
     Raises:
-        InvalidUse: There is none, or the file is wrong; the message has the file and the line.
+        UsageError: The profile is unknown, or the file is invalid; the message has the file and line.
     """
     try:
         if profile in available_profiles():
@@ -195,14 +197,14 @@ def read_profile(profile: str) -> Profile:
         elif profile.endswith(".yaml"):
             text = read_text(Path(profile))
         else:
-            raise InvalidUse(
-                f"there is no profile '{profile}'",
+            raise UsageError(
+                f"unknown profile '{profile}'",
                 help=f"profiles: {', '.join(available_profiles())}, or the path of a .yaml file",
             )
         content = read_yaml(text, profile)
         lines = Lines(text, profile)
         return Profile.model_validate(content)
     except FileError as error:
-        raise InvalidUse(str(error)) from error
+        raise UsageError(str(error)) from error
     except ValidationError as error:
-        raise InvalidUse(problems(error, lines, Profile)) from error
+        raise UsageError(describe_errors(error, lines, Profile)) from error

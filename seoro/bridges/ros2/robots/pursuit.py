@@ -1,4 +1,4 @@
-"""Goals of a robot's actions as goals of the bridge: accepted or refused at once, told when they end."""
+"""Goals of the actions of a robot as goals of the bridge: accepted or rejected at once, reported at their end."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from typing import Any
 
 import anyio
 
-from seoro.bridges.ros2.clients.goals import Doubt, pursuing
-from seoro.bridges.ros2.clients.lifecycle import following_lifecycle
+from seoro.bridges.ros2.clients.cancellation import cancel_goal, wait_ended
+from seoro.bridges.ros2.clients.goals import UnsettledGoal, sending_goal
+from seoro.bridges.ros2.clients.lifecycle import watching_lifecycle
 from seoro.bridges.ros2.clients.members import Members
-from seoro.bridges.ros2.clients.recall import recall, wait_ended
-from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
-from seoro.bridges.serving.work import Aborted, Interrupted, Work
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
+from seoro.bridges.serving.work import GoalAborted, GoalInterrupted, Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import BackendError, BackendLost, SeoroError
-from seoro.runtime.contracts import GoalStatus
-from seoro.runtime.ros_system import GoalResult
+from seoro.runtime.contracts.backends import GoalStatus
+from seoro.runtime.contracts.ros2 import GoalResult
 
-ACTIVE, FINAL = "active", "finalized"  # states of a life cycle: in which goals are taken, and which is never left
+ACTIVE, FINAL = "active", "finalized"  # lifecycle states: accepts goals; never changes
 
 log = logging.getLogger(__name__)
 
@@ -33,11 +33,11 @@ class ActionGoal:
 
     Args:
         action: Name of the action.
-        type: Its type.
-        goal: The goal.
+        type: Type of the action.
+        goal: Members of the goal.
         feedback: Called with feedback.
-        part: Of the robot that is at work, such as its gripper.
-        judge: Called with the result of a goal that has ended; says something of it, or raises `Aborted`.
+        part: Part of the robot that moves, such as its gripper.
+        judge: Called with the result of a goal; returns a description, or raises `GoalAborted`.
     """
 
     action: str
@@ -49,110 +49,112 @@ class ActionGoal:
 
 
 async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: ActionGoal) -> None:
-    """Send a goal to a robot; its end is told by its id, and that it may go on though it was called off.
+    """Send a goal to a robot, and return when it is accepted. Its end is reported by its ID.
+
+    A canceled goal that may continue is reported, too.
 
     Raises:
-        RequestRefused: Nobody serves the action, or the robot rejects the goal, or does not answer.
+        RequestRefused: The action has no server, or the robot rejects the goal, or does not answer.
     """
-    await _find(link, goal)
-    answer = _Answer()
+    await _wait_for_server(link, goal)
+    answer, state = _Answer(), link.state
 
     def note(text: str) -> None:
         log.warning("%s", text)
-        work.caution(identifier, text)
+        work.warn(identifier, text)
 
-    def doubt(of: Doubt) -> None:
-        work.doubt(robot)
-        if of.is_lost:
-            link.unanswered.begin()
-        link.tasks.start_soon(_settle, link, work, robot, goal.type, of)
+    def on_unsettled(unsettled: UnsettledGoal) -> None:
+        work.mark_unsettled(robot)
+        if unsettled.is_lost:
+            state.add_unanswered()
+        link.tasks.start_soon(_settle, link, work, robot, goal.type, unsettled)
 
-    async def carry() -> str:
-        number = link.standstills.number
-        link.unanswered.begin()
+    async def execute() -> str:
+        number = state.standstills.number
+        state.add_unanswered()
         try:
-            async with pursuing(
-                link.node, goal.action, goal.type, goal.goal, goal.feedback, note, doubt
-            ) as pursued:
-                link.unanswered.end()
+            async with sending_goal(
+                link.node, goal.action, goal.type, goal.goal, goal.feedback, note, on_unsettled
+            ) as sent:
+                state.remove_unanswered()
                 answer.known.set()
-                end = await pursued.ended()
+                end = await sent.ended()
                 if end.status is GoalStatus.CANCELED:
-                    link.standstills.check(number)  # in which the guard does that
-                return _judged(goal, end)
+                    state.standstills.check(number)  # the guard cancels goals after a standstill
+                return _judge(goal, end)
         except BackendLost as error:
             answer.refusal = str(error)
-            raise Interrupted(str(error)) from error
+            raise GoalInterrupted(str(error)) from error
         except SeoroError as error:
             answer.refusal = str(error)
-            raise Aborted(str(error)) from error
+            raise GoalAborted(str(error)) from error
         finally:
             if not answer.known.is_set():
-                link.unanswered.end()
+                state.remove_unanswered()
                 answer.refusal = answer.refusal or "the goal was canceled before the robot had accepted it"
                 answer.known.set()
 
-    work.start(identifier, carry, robot=robot, part=goal.part)
+    work.start(identifier, execute, robot=robot, part=goal.part)
     await answer.known.wait()
     if answer.refusal:
         raise RequestRefused(Result.OPERATION_FAILED, answer.refusal)
 
 
-async def _settle(link: Link, work: Work, robot: str, type_name: str, doubt: Doubt) -> None:
-    """Follow a goal of a robot that may go on, and call it off if it is lost; it counts as one until its end."""
-    if doubt.is_lost:
-        await recall(link.node, doubt.action, doubt.number, log.warning)
-        link.unanswered.end()
-    await wait_ended(link.node, doubt.action, type_name, doubt.number)
-    work.settle(robot)
+async def _settle(link: Link, work: Work, robot: str, type_name: str, goal: UnsettledGoal) -> None:
+    """Wait for the end of a goal that may continue; cancel the goal if it is lost."""
+    if goal.is_lost:
+        await cancel_goal(link.node, goal.action, goal.goal_id, log.warning)
+        link.state.remove_unanswered()
+    await wait_ended(link.node, goal.action, type_name, goal.goal_id)
+    work.mark_settled(robot)
 
 
 @dataclass
 class _Answer:
-    """What a robot says to a goal: when it is known, and why it is not taken."""
+    """Answer of a robot to a goal, with the reason of a rejection."""
 
     known: anyio.Event = field(default_factory=anyio.Event)
     refusal: str = ""
 
 
-async def _find(link: Link, goal: ActionGoal) -> None:
-    """Wait until the action is served, and until who does that is active if it has a life cycle, as Nav2 has.
+async def _wait_for_server(link: Link, goal: ActionGoal) -> None:
+    """Wait for a server of the action, and until its node is active if it has a life cycle, as in Nav2.
 
-    A node that has one tells its state from its beginning, and serves actions once it is configured: where an
-    action is seen, so is the service that tells the state.
+    Such a node reports its state from the start, and serves actions once it is configured. So if an action is
+    visible, the state service is, too.
     """
     graph, name = link.node.graph, link.node.resolve(goal.action)
-    missing = f"nobody on the robot serves the action {name} ({goal.type})"
-    with anyio.move_on_after(FOUND_WITHIN):
+    missing = f"no server of the action {name} ({goal.type}) on the robot"
+    with anyio.move_on_after(DISCOVERY_TIMEOUT):
         servers = await graph.wait_for(lambda seen: seen.action_servers(name))
         missing = ""
         for other in sorted({server.node.full_name for server in servers if server.node is not None}):
             if not graph.servers(f"{other}/get_state"):
                 continue
-            with suppress(BackendError):  # it does not tell; then its answer to the goal will
-                async with following_lifecycle(link.node, other) as states:
+            with suppress(BackendError):  # without a response, the result of the goal decides
+                async with watching_lifecycle(link.node, other) as states:
                     async for state in states:
                         is_active = state == ACTIVE
-                        missing = "" if is_active else f"{other}, which serves {name}, is {state}, not active"
+                        missing = "" if is_active else f"{other}, the server of {name}, is {state}, not active"
                         if is_active or state == FINAL:
                             break
     if missing:
         raise RequestRefused(Result.INCORRECT_STATE, missing)
 
 
-def _judged(goal: ActionGoal, end: GoalResult) -> str:
+def _judge(goal: ActionGoal, end: GoalResult) -> str:
     match end.status:
         case GoalStatus.SUCCEEDED:
             return goal.judge(end.result)
         case GoalStatus.CANCELED:
-            raise Aborted(f"{goal.action}: somebody else has canceled the goal")
+            raise GoalAborted(f"{goal.action}: another client has canceled the goal")
         case GoalStatus.ABORTED:
-            goal.judge(end.result)  # which may know more of why
-            raise Aborted(f"{goal.action}: the robot has aborted the goal{_reason(end.result)}")
+            goal.judge(end.result)  # the result may have the reason
+            raise GoalAborted(f"{goal.action}: the robot has aborted the goal{_reason(end.result)}")
 
 
 def _reason(result: Mapping[str, Any]) -> str:
-    """Why, as far as Nav2 and MoveIt say."""
+    """Return the reason of a failure in a result of Nav2 or MoveIt; empty if it is unknown."""
     code, message = result.get("error_code"), result.get("error_msg") or result.get("error_string")
     number = code.get("val") if isinstance(code, Mapping) else code
     text = f": {message}" if message else ""

@@ -1,4 +1,4 @@
-"""The bridge: robots of a ROS 2 system on one side, a node of seoro on the other."""
+"""Bridge between the robots of a ROS 2 system and a node of seoro."""
 
 from __future__ import annotations
 
@@ -9,34 +9,31 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import anyio
-from anyio.abc import TaskGroup
 
-from seoro.background import background
-from seoro.bridges.door import Door, node_door
 from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
 from seoro.bridges.ros2.participant import RosSystem, connect
-from seoro.bridges.ros2.robots.alarm import Alarm
 from seoro.bridges.ros2.robots.guard import PERIOD, GuardedRobot, GuardSettings
+from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, GuardState, Standstills
 from seoro.bridges.ros2.robots.guarded import guarded
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.robot import RosRobot
-from seoro.bridges.ros2.robots.standstill import STOOD_STILL, Standstills
-from seoro.bridges.ros2.robots.unanswered import Unanswered
 from seoro.bridges.ros2.wire import RmwZenoh, named_dialect
 from seoro.bridges.ros2.wire.names import resolve
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import RobotServer, serving
 from seoro.bridges.serving.work import Work
+from seoro.concurrency.background import background
+from seoro.security.network.listener import Listener, node_listener
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class BridgedRobot:
-    """A robot to bridge: its name for scenarios, its profile, and its namespace in ROS 2."""
+    """A robot to bridge: its name in scenarios, its profile, and its namespace in ROS 2."""
 
     name: str
     profile: Profile
@@ -45,19 +42,19 @@ class BridgedRobot:
 
 @dataclass(frozen=True)
 class BridgeOptions:
-    """A bridge.
+    """Options of a bridge.
 
     Args:
         robots: The robots.
         ros: Zenoh endpoint of the router of the ROS 2 system, or of its bridge for DDS.
         domain: ROS_DOMAIN_ID.
-        interfaces: Folders with definitions of messages that seoro does not bring.
+        interfaces: Folders with interface packages, which replace packages of the same name in seoro.
         node: Name of the bridge, for runs.
-        listen: Zenoh endpoint to listen on for runs; or `connect`.
-        connect: Zenoh endpoint of a router to be reached over.
-        state: File in which an emergency stop outlasts the bridge; None for nowhere.
-        log: File of the log of what is asked of a bridge with keys.
-        dialect: `rmw_zenoh` or `ros2dds`; found out when None.
+        listen: Zenoh endpoint to listen on for runs; alternative to `connect`.
+        connect: Zenoh endpoint of a router for runs.
+        state: File that keeps an emergency stop after the end of the bridge, if any.
+        log: Log file of the requests to a bridge with keys.
+        dialect: `rmw_zenoh` or `ros2dds`; None to detect it.
     """
 
     robots: Sequence[BridgedRobot]
@@ -74,70 +71,62 @@ class BridgeOptions:
 
 @asynccontextmanager
 async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
-    """Serve robots of a ROS 2 system to runs for as long as the block lasts; then they stand still.
+    """Serve robots of a ROS 2 system to runs during the block; afterwards the robots stand still.
 
     Raises:
-        InvalidUse: Its keys are missing, or of no use there; or the system speaks both dialects.
+        UsageError: The keys of the bridge are missing or not needed, or the system uses both dialects.
         SessionError: An endpoint does not work.
-        BackendError: There is no ROS 2 system, or the guard of the bridge does not start.
+        BackendError: The ROS 2 system was not found, or the guard of the bridge does not start.
     """
-    types = TypeStore.bundled()
-    for folder in options.interfaces:
-        types = types.add_folder(folder)
+    types = TypeStore.bundled(folders=options.interfaces)
     dialect = named_dialect(options.dialect, options.domain)
-    unanswered, alarm = Unanswered(), Alarm()
-    door = node_door(options.listen, options.connect, options.node)
+    listener = node_listener(options.listen, options.connect, options.node)
     async with connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system:
-        warn_of_others(options.robots, system)
+        warn_if_shared(options.robots, system)
         async with (
-            guarded(_guard_of(options, system), unanswered, alarm) as standstills,
-            _served(options, door, system, standstills, unanswered, alarm),
+            guarded(_guard_settings(options, system)) as state,
+            _serving_robots(options, listener, system, state),
         ):
             yield
 
 
 @asynccontextmanager
-async def _served(
-    options: BridgeOptions,
-    door: Door,
-    system: RosSystem,
-    standstills: Standstills,
-    unanswered: Unanswered,
-    alarm: Alarm,
+async def _serving_robots(
+    options: BridgeOptions, listener: Listener, system: RosSystem, state: GuardState
 ) -> AsyncIterator[None]:
-    """Be between the robots and runs, in a bridge that has a guard."""
-    made: list[RosRobot] = []
+    """Serve the robots of a bridge that has a guard."""
+    robots: list[RosRobot] = []
     async with (
         AsyncExitStack() as stack,
-        _at_rest(made),
+        _stopping_at_end(robots),
         background() as tasks,
     ):
-        links = [await _link(system, each, stack, tasks, standstills, unanswered) for each in options.robots]
+        nodes = [await stack.enter_async_context(system.node(BRIDGE, each.namespace)) for each in options.robots]
 
-        def make(work: Work, happenings: HappeningLog) -> Sequence[RosRobot]:
-            made.extend(
-                RosRobot(robot.name, robot.profile, link, work, happenings)
-                for robot, link in zip(options.robots, links, strict=True)
+        def make(work: Work, events: EventLog) -> Sequence[RosRobot]:
+            robots.extend(
+                RosRobot(robot.name, robot.profile, Link(node, stack, tasks, state), work, events)
+                for robot, node in zip(options.robots, nodes, strict=True)
             )
-            return made
+            return robots
 
         def forget() -> None:
-            for robot in made:
+            for robot in robots:
                 robot.forget()
 
         async with (
-            serving(door, options.node, make, options.state, options.log, alarm.set) as server,
+            serving(listener, options.node, make, options.state, options.log, state.set_stopping) as server,
             system.node(BRIDGE) as node,
-            SharedClock(node, tasks).used(log.warning, forget),
+            SharedClock(node, tasks).using(log.warning, forget),
         ):
-            for robot in made:
+            for robot in robots:
                 await robot.open()
-            tasks.start_soon(_stop_after_standstills, standstills, server)
+            tasks.start_soon(_stop_after_standstills, state.standstills, server)
             yield
 
 
 async def _stop_after_standstills(standstills: Standstills, server: RobotServer) -> None:
-    """End what was under way whenever the bridge stood still, and its guard stopped the robots; without end."""
+    """Stop all goals after each standstill, in which the guard has stopped the robots, without end."""
     seen = standstills.number
     while True:
         await anyio.sleep(PERIOD)
@@ -147,8 +136,8 @@ async def _stop_after_standstills(standstills: Standstills, server: RobotServer)
 
 
 @asynccontextmanager
-async def _at_rest(robots: Sequence[RosRobot]) -> AsyncIterator[None]:
-    """Keep robots at zero velocity for a while after the block, whose tasks repeat nothing any more."""
+async def _stopping_at_end(robots: Sequence[RosRobot]) -> AsyncIterator[None]:
+    """Command zero velocity to the robots for a while after the block."""
     try:
         yield
     finally:
@@ -158,11 +147,11 @@ async def _at_rest(robots: Sequence[RosRobot]) -> AsyncIterator[None]:
                     tasks.start_soon(robot.end)
 
 
-def warn_of_others(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
-    """Say that another bridge serves a robot already: its runs and ours would command it at the same time.
+def warn_if_shared(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
+    """Warn if another bridge serves a robot; both would command it.
 
-    To be called before this one has a guard. That of another follows the goals of its robots and no others', which
-    may share `tf`; it may be there for a while after its bridge.
+    Must be called before this bridge has a guard. The guard of another bridge follows the goals of its own robots,
+    which may share `tf` with other robots, and may run for a while after its bridge.
     """
 
     def is_followed(robot: BridgedRobot, topic: str, by: str) -> bool:
@@ -174,14 +163,14 @@ def warn_of_others(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
         is_guarded = any(is_followed(robot, each, GUARD) for each in statuses)
         if is_guarded and is_followed(robot, robot.profile.tf, BRIDGE):
             log.warning(
-                "another bridge serves a robot in the namespace %s, too: runs over either would command '%s' at "
-                "the same time; end one of them",
+                "another bridge serves a robot in the namespace %s, too: runs over both would command '%s' at the "
+                "same time; end one of them",
                 robot.namespace,
                 robot.name,
             )
 
 
-def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:
+def _guard_settings(options: BridgeOptions, system: RosSystem) -> GuardSettings:
     robots = [
         GuardedRobot(
             name=robot.name,
@@ -199,15 +188,3 @@ def _guard_of(options: BridgeOptions, system: RosSystem) -> GuardSettings:
         session=system.session.identity,
         robots=tuple(robots),
     )
-
-
-async def _link(
-    system: RosSystem,
-    robot: BridgedRobot,
-    stack: AsyncExitStack,
-    tasks: TaskGroup,
-    standstills: Standstills,
-    unanswered: Unanswered,
-) -> Link:
-    node = await stack.enter_async_context(system.node(BRIDGE, robot.namespace))
-    return Link(node, stack, tasks, standstills, unanswered)

@@ -1,4 +1,4 @@
-"""Commands of velocity: repeated while they hold, then zero, and nothing that outlives its deadline."""
+"""Velocity commands: repeated until their deadline, then zero."""
 
 from __future__ import annotations
 
@@ -10,51 +10,51 @@ from typing import Any
 import anyio
 
 from seoro.bridges.ros2.graph import RosGraph
-from seoro.bridges.ros2.robots.link import FOUND_WITHIN, Link
-from seoro.bridges.ros2.robots.outlet import Outlet
+from seoro.bridges.ros2.robots.lazy_publisher import LazyPublisher
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
 from seoro.bridges.ros2.robots.profile import Limits
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite
-from seoro.changes import Changes
+from seoro.concurrency.condition import Condition
 
 PERIOD = 0.05  # [s] between two commands
-DEADLINE = 0.5  # [s] that a single command of velocity holds
-STOPPING = 0.5  # [s] for which zero is repeated, so that it also ends what others have commanded meanwhile
+DEADLINE = 0.5  # [s] for which a single velocity command holds
+STOPPING = 0.5  # [s] for which zero is repeated, to override commands of other publishers
 TYPES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
-TOLERANCE = 1e-9  # of limits, for what was rounded on the way
+TOLERANCE = 1e-9  # tolerance of the limits, for rounding
 
 log = logging.getLogger(__name__)
 
 
 class Velocity:
-    """The commands of velocity of a robot.
+    """Velocity commands to a robot.
 
     Args:
-        link: To the robot.
-        topic: Of the commands.
-        limits: That they are held to.
-        note: Told why nothing can be commanded when others on the topic are in the way.
+        link: Link to the robot.
+        topic: Topic of the commands.
+        limits: Limits of the commands.
+        note: Called with each conflict of types on the topic.
     """
 
     def __init__(self, link: Link, topic: str, limits: Limits, note: Callable[[str], None] = log.warning) -> None:
-        self._outlet = Outlet(link, topic, self._taken_type, note)
+        self._publisher = LazyPublisher(link, topic, self._accepted_type, note)
         self._graph = link.node.graph
         self._limits = limits
-        self._standstills = link.standstills
-        self._number = 0  # of those when it was commanded
-        self._wanted = Changes()
+        self._standstills = link.state.standstills
+        self._number = 0  # of standstills at the last command
+        self._commanded = Condition()
         self._linear = self._angular = 0.0
-        self._until = 0.0  # by the machine's clock [s]
+        self._until = 0.0  # deadline, by the machine's clock [s]
 
     async def find(self) -> None:
-        """Be ready to command as soon as somebody subscribes, by the type that they have; does not end."""
-        await self._outlet.run()
+        """Create the publisher when the robot subscribes, with the type of its subscription; without end."""
+        await self._publisher.run()
 
     async def check(self, linear: float, angular: float) -> None:
-        """Check that a velocity [m/s, rad/s] can be commanded; waits a while for somebody who takes commands.
+        """Check that a velocity [m/s, rad/s] can be commanded; wait a while for a subscription.
 
         Raises:
-            RequestRefused: It is too fast, or nobody takes commands.
+            RequestRefused: The velocity is beyond the limits, or the robot does not subscribe to commands.
         """
         check_finite("velocity", linear, angular)
         limits = self._limits
@@ -64,46 +64,46 @@ class Velocity:
                 f"{linear:g} m/s and {angular:g} rad/s are beyond the limits of the robot's profile, "
                 f"{limits.linear:g} m/s and {limits.angular:g} rad/s",
             )
-        outlet, graph = self._outlet, self._graph
-        with anyio.move_on_after(FOUND_WITHIN):
-            await graph.wait_for(self._taken_type)
-            await outlet.wait()
-        if outlet.publication is None or self._taken_type(graph) is None:
-            silent = f"nobody on the robot subscribes to {outlet.topic}: its base does not run"
-            raise RequestRefused(Result.INCORRECT_STATE, outlet.problem or silent)
+        publisher, graph = self._publisher, self._graph
+        with anyio.move_on_after(DISCOVERY_TIMEOUT):
+            await graph.wait_for(self._accepted_type)
+            await publisher.wait()
+        if publisher.publication is None or self._accepted_type(graph) is None:
+            silent = f"no subscription to {publisher.topic} on the robot: its base is not running"
+            raise RequestRefused(Result.INCORRECT_STATE, publisher.problem or silent)
 
     @property
     def _moves(self) -> bool:
-        """Whether what is commanded is not zero."""
+        """Whether the commanded velocity is not zero."""
         return bool(self._linear or self._angular)
 
     def command(self, linear: float, angular: float, duration: float) -> None:
-        """Command a velocity [m/s, rad/s] for a duration [s], or until the next command; it was checked before."""
+        """Command a checked velocity [m/s, rad/s] for a duration [s], or until the next command."""
         self._linear, self._angular = linear, angular
         self._until = time.monotonic() + duration
         self._number = self._standstills.number
         self._publish()
-        self._wanted.tell()
+        self._commanded.notify_all()
 
     def stop(self) -> None:
-        """Command zero, for a while."""
+        """Command zero for a while."""
         self.command(0.0, 0.0, STOPPING)
 
     async def run(self) -> None:
-        """Repeat what is commanded; runs as long as the bridge."""
+        """Repeat the commands, without end."""
         while True:
-            await self._wanted.wait_for(lambda: time.monotonic() < self._until)
+            await self._commanded.wait_for(lambda: time.monotonic() < self._until)
             await self._repeat()
             if self._moves:
                 self.stop()
 
     async def end(self) -> None:
-        """Command zero for a while when `run` runs no more."""
+        """Command zero for a while, after the end of `run`."""
         self.stop()
         await self._repeat()
 
     async def _repeat(self) -> None:
-        """Repeat what is commanded until its deadline."""
+        """Repeat the command until its deadline."""
         while (left := self._until - time.monotonic()) > 0.0:
             await anyio.sleep(min(PERIOD, left))
             if self._moves and self._standstills.number != self._number:
@@ -112,16 +112,16 @@ class Velocity:
                 self._publish()
 
     def _publish(self) -> None:
-        publication = self._outlet.publication
+        publication = self._publisher.publication
         if publication is None:
             return
         twist = {"linear": {"x": self._linear}, "angular": {"z": self._angular}}
-        # A stamp of zero is the time of arrival to those who look at it: clocks of robots may be off.
+        # Robots replace a stamp of zero by the time of arrival; their clocks may differ from that of this machine.
         message: Mapping[str, Any] = twist if publication.type == TYPES[0] else {"twist": twist}
         publication.publish(message)
 
-    def _taken_type(self, graph: RosGraph) -> str | None:
-        """The type in which commands are taken, preferably as they were given so far; None if nobody takes any."""
-        types = {each.type for each in graph.subscriptions(self._outlet.topic)}
-        given = self._outlet.publication
-        return next((each for each in ([given.type] if given else []) + [*TYPES] if each in types), None)
+    def _accepted_type(self, graph: RosGraph) -> str | None:
+        """Return the type that subscriptions accept, preferably the present one; None without subscriptions."""
+        types = {each.type for each in graph.subscriptions(self._publisher.topic)}
+        present = self._publisher.publication
+        return next((each for each in ([present.type] if present else []) + [*TYPES] if each in types), None)

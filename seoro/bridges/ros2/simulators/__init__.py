@@ -1,6 +1,5 @@
-"""Simulators of the ROS world as simulator nodes, by ROS `simulation_interfaces`: Gazebo, Isaac Sim, O3DE, Webots.
+"""Simulators with ROS `simulation_interfaces` as simulator nodes: Gazebo, Isaac Sim, O3DE, Webots.
 
-`interfaces.py` calls the services, `world.py` is the simulation as its client sees it (time, states of entities),
-`node.py` serves the verbs of simulator nodes with it. Robots in such a simulator are reached as robots
-are: by the topics that they have.
+`interfaces.py` calls the services, `world.py` has the time and the poses of the simulation, and `node.py` serves
+the verbs of simulator nodes. Robots in such a simulator are accessed by their topics, like real robots.
 """

@@ -1,4 +1,4 @@
-"""A simulation in a simulator of the ROS world: its time in steps, and where things are."""
+"""World of a ROS simulator: its time in steps, and relative poses."""
 
 from __future__ import annotations
 
@@ -11,61 +11,59 @@ import anyio
 
 from seoro.bridges.ros2.simulators.interfaces import MAP, SimulationInterfaces, States
 from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused, listed
+from seoro.bridges.wire.refusal import RequestRefused, name_list
 
-TRIED = 10  # steps that are made to find out how long one is
-LONGEST = 5.0  # [s] that are stepped at a time
+MEASURED_STEPS = 10  # steps to measure the step length
+MAX_ADVANCE = 5.0  # [s] of one request for steps
 ROUNDING = 1e-6  # [steps]
-PLAYS_WITHIN = 2.0  # [s] that a simulator may take to play again
+PLAY_TIMEOUT = 2.0  # [s]
 
 log = logging.getLogger(__name__)
 
 
 class RosWorld:
-    """A simulation that passes in steps. Made by `opening_world`.
+    """A world that advances in steps. Made by `opening_world`.
 
     Args:
-        simulator: Its services.
-        step: Length of a step [s].
-        start: The simulator's time at the beginning [s].
+        simulator: Client of the simulator.
+        step: Step length [s].
 
     Attributes:
-        has_begun: Whether steps were asked for.
+        has_stepped: Whether steps were made.
     """
 
-    def __init__(self, simulator: SimulationInterfaces, step: float, start: float) -> None:
+    def __init__(self, simulator: SimulationInterfaces, step: float) -> None:
         self.simulator = simulator
         self.step_length = step
-        self._start = start
         self._steps = 0
-        self.has_begun = False
+        self.has_stepped = False
 
     @property
     def time(self) -> float:
-        """Since the beginning [s]; a multiple of the length of a step."""
+        """Time since the beginning [s]; a multiple of the step length."""
         return self._steps * self.step_length
 
-    def start_over(self) -> None:
-        """Begin at time zero."""
+    def reset_time(self) -> None:
+        """Set the time to zero."""
         self._steps = 0
 
     async def step(self, count: int) -> None:
         """Make steps."""
-        self.has_begun = True
+        self.has_stepped = True
         await self.simulator.step(count)
         self._steps += count
 
     async def advance(self, until: float) -> None:
-        """Step to a time [s], or to the first after it."""
+        """Step to a time [s], or to the first step after it."""
         while (left := math.ceil((until - self.time) / self.step_length - ROUNDING)) > 0:
-            await self.step(min(left, max(1, round(LONGEST / self.step_length))))
+            await self.step(min(left, max(1, round(MAX_ADVANCE / self.step_length))))
 
 
-def relative(states: States, frame: str, parent: str) -> tuple[float, float, float]:
-    """Where a frame is in another, seen from above: x, y [m] and yaw [rad]. Entities are frames by their names.
+def relative_pose(states: States, frame: str, parent: str) -> tuple[float, float, float]:
+    """Return the pose of a frame in another one, in the plane: x, y [m] and yaw [rad]. Entities are frames.
 
     Raises:
-        RequestRefused: There is no such entity, or it is not told where it is.
+        RequestRefused: An entity is unknown, or its pose is invalid.
     """
     (x, y, yaw), (px, py, pyaw) = _planar(states, frame), _planar(states, parent)
     cos, sin = math.cos(pyaw), math.sin(pyaw)
@@ -76,10 +74,10 @@ def relative(states: States, frame: str, parent: str) -> tuple[float, float, flo
 def _planar(states: States, frame: str) -> tuple[float, float, float]:
     if frame == MAP:
         return 0.0, 0.0, 0.0
-    name = frame.removesuffix("_base_link_gt")  # as simulator nodes call a robot's true place
+    name = frame.removesuffix("_base_link_gt")  # frame of the true pose of a robot in simulator nodes
     if name not in states.entities:
         raise RequestRefused(
-            Result.NOT_FOUND, f"there is no frame or entity {frame!r}: known are {listed([MAP, *states.entities])}"
+            Result.NOT_FOUND, f"unknown frame {frame!r} (frames: {name_list([MAP, *states.entities])})"
         )
     pose = states.of(name).pose
     return pose.position.x, pose.position.y, pose.orientation.yaw
@@ -87,26 +85,26 @@ def _planar(states: States, frame: str) -> tuple[float, float, float]:
 
 @asynccontextmanager
 async def opening_world(simulator: SimulationInterfaces) -> AsyncIterator[RosWorld]:
-    """Pause a simulator, and find out how long its steps are, by making some.
+    """Pause a simulator, and measure its step length by making steps.
 
-    After the block it stays paused, or plays on if it played before and the block has asked for no steps.
+    After the block, it stays paused; if it played before and the block made no steps, it plays again.
 
     Raises:
-        RequestRefused: It does not say when its entities are where.
+        RequestRefused: The states of the entities have no times.
     """
-    played, world = await simulator.plays(), None
+    played, world = await simulator.is_playing(), None
     try:
         await simulator.pause()
-        world = await _measured(simulator)
+        world = RosWorld(simulator, await _measure_step(simulator))
         yield world
     finally:
-        if played and not (world and world.has_begun):
-            await _play_on(simulator)
+        if played and not (world and world.has_stepped):
+            await _play_again(simulator)
 
 
-async def _play_on(simulator: SimulationInterfaces) -> None:
-    problem = f"it has not responded within {PLAYS_WITHIN:g} s"
-    with anyio.move_on_after(PLAYS_WITHIN, shield=True):
+async def _play_again(simulator: SimulationInterfaces) -> None:
+    problem = f"no response within {PLAY_TIMEOUT:g} s"
+    with anyio.move_on_after(PLAY_TIMEOUT, shield=True):
         try:
             await simulator.play()
         except RequestRefused as refused:
@@ -116,15 +114,13 @@ async def _play_on(simulator: SimulationInterfaces) -> None:
     log.warning("the simulator played before, and may stay paused: %s", problem)
 
 
-async def _measured(simulator: SimulationInterfaces) -> RosWorld:
-    before: States = await simulator.states()
-    await simulator.step(TRIED)
-    after = await simulator.states()
-    step = (after.time - before.time) / TRIED
+async def _measure_step(simulator: SimulationInterfaces) -> float:
+    before = (await simulator.states()).time
+    await simulator.step(MEASURED_STEPS)
+    step = ((await simulator.states()).time - before) / MEASURED_STEPS
     if not step > 0.0:
         raise RequestRefused(
             Result.FEATURE_UNSUPPORTED,
-            "the states of entities have no times, by which the length of a step is known: there is no entity, or "
-            "the simulator does not say when",
+            "unknown step length: the world has no entities, or their states have no time stamps",
         )
-    return RosWorld(simulator, round(step, 9), after.time)
+    return round(step, 9)

@@ -1,6 +1,6 @@
-"""Where frames are, as `/tf` and `/tf_static` tell.
+"""Transforms between frames, from `/tf` and `/tf_static`.
 
-`TransformBuffer` is data and functions; `listener.listen` fills one from a ROS 2 system.
+`TransformBuffer` does no I/O; `listener.listen` fills one from a ROS 2 system.
 """
 
 from seoro.bridges.ros2.tf.buffer import Stamped, TransformBuffer

@@ -1,4 +1,4 @@
-"""Where a frame was in its parent, over time."""
+"""Transforms of a frame in its parent, over time."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _stamp = attrgetter("stamp")
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Where a frame was in its parent.
+    """Transform of a frame in its parent.
 
     Attributes:
-        stamp: [ns] since the epoch, or of the simulator's time.
-        parent: The frame in which it was.
-        transform: Where.
+        stamp: Time [ns since the epoch], or of the simulator.
+        parent: Parent of the frame.
+        transform: Transform.
     """
 
     stamp: int
@@ -32,27 +32,27 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class StaticEdge:
-    """A frame that does not move in its parent."""
+    """Transform of a static frame."""
 
     sample: Sample
 
     @property
     def parent(self) -> str:
-        """The frame in which it is."""
+        """Parent of the frame."""
         return self.sample.parent
 
     def at(self, time: int) -> Sample:
-        """Where the frame is, at any time."""
+        """Return the transform, which is the same at any time."""
         return self.sample
 
 
 class MovingEdge:
-    """A frame that moves: samples in the order of their stamps.
+    """Transforms of a moving frame: samples in the order of their stamps.
 
     Args:
         child: The frame.
-        first: Where it was first.
-        history: [ns] for which samples are kept.
+        first: First sample.
+        history: Time for which samples are kept [ns].
     """
 
     def __init__(self, child: str, first: Sample, history: int) -> None:
@@ -67,11 +67,11 @@ class MovingEdge:
 
     @property
     def parent(self) -> str:
-        """The frame in which it is now."""
+        """Present parent of the frame."""
         return self._samples[-1].parent
 
     def put(self, sample: Sample) -> None:
-        """Add a sample; one of the same stamp takes its place."""
+        """Add a sample, replacing one with the same stamp."""
         samples = self._samples
         if sample.stamp > samples[-1].stamp:
             samples.append(sample)
@@ -86,10 +86,10 @@ class MovingEdge:
             samples.insert(place, sample)
 
     def at(self, time: int) -> Sample:
-        """Where the frame was at a time [ns], between samples.
+        """Return the transform at a time [ns], interpolated between samples.
 
         Raises:
-            OutOfReach: There are only samples before, or after.
+            OutOfReach: All samples are earlier, or all are later.
         """
         samples = self._samples
         after = bisect_right(samples, time, key=_stamp)
@@ -108,7 +108,7 @@ class MovingEdge:
 
     def _out_of_reach(self, time: int, nearest: Sample, which: str, by: int) -> OutOfReach:
         return OutOfReach(
-            f"where `{self._child}` is in `{nearest.parent}` is known {which} {nearest.stamp / SECOND:.3f} s,"
+            f"the pose of `{self._child}` in `{nearest.parent}` is known {which} {nearest.stamp / SECOND:.3f} s,"
             f" {by / SECOND:.3f} s from {time / SECOND:.3f} s"
         )
 

@@ -1,10 +1,10 @@
-"""Why it is not known where a frame is.
+"""Errors of transform lookups.
 
 ActionFailed
 `-- TransformError
-    |-- UnknownFrame        nobody has told of the frame
-    |-- FramesNotConnected  the frames are in different trees, or in a circle
-    `-- OutOfReach          there are other times at which it is known
+    |-- UnknownFrame        the frame was never published
+    |-- FramesNotConnected  the frames are in different trees, or in a cycle
+    `-- OutOfReach          the transform is known at other times only
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from seoro.errors import ActionFailed
 
 
 class TransformError(ActionFailed):
-    """It is not known where a frame is."""
+    """The transform between two frames is unknown."""
 
 
 class UnknownFrame(TransformError):
-    """Nobody has told of the frame."""
+    """The frame was never published."""
 
 
 class FramesNotConnected(TransformError):
-    """The frames are in different trees, or in each other in a circle."""
+    """The frames are in different trees, or in a cycle."""
 
 
 class OutOfReach(TransformError):
-    """It is known at other times only."""
+    """The transform is known at other times only."""

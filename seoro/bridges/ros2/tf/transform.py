@@ -1,6 +1,6 @@
-"""Rigid transforms: a translation and a rotation, as quaternion.
+"""Rigid transforms: a translation, and a rotation as a quaternion.
 
-Plain numbers instead of numpy: for a few of them, numpy takes ten times as long.
+They use plain numbers: for so few of them, numpy takes ten times as long.
 """
 
 from __future__ import annotations
@@ -11,63 +11,48 @@ from dataclasses import dataclass
 Vector = tuple[float, float, float]  # x, y, z [m]
 Quaternion = tuple[float, float, float, float]  # x, y, z, w; of length 1
 
-_ALMOST_ONE = 1.0 - 1e-9  # cosine beyond which the arc of a rotation is as good as straight
+_ALMOST_ONE = 1.0 - 1e-9  # cosine of an angle below which slerp is linear
 
 
 @dataclass(frozen=True, slots=True)
 class Transform:
-    """Where a frame is in another one.
+    """Transform of a frame in another one.
 
     Attributes:
-        translation: Of its origin.
-        rotation: Of its axes.
+        translation: Position of its origin.
+        rotation: Rotation of its axes.
     """
 
     translation: Vector
     rotation: Quaternion
 
     def __matmul__(self, other: Transform) -> Transform:
-        """Where a frame is in the outermost one: `odom_in_map @ base_in_odom` is `base_in_map`."""
+        """Compose transforms: `odom_in_map @ base_in_odom` is `base_in_map`."""
         return Transform(self.apply(other.translation), _product(self.rotation, other.rotation))
 
     def inverse(self) -> Transform:
-        """Where the other frame is in this one."""
+        """Return the inverse transform."""
         rotation = _conjugate(self.rotation)
         x, y, z = rotate(rotation, self.translation)
         return Transform((-x, -y, -z), rotation)
 
     def apply(self, point: Vector) -> Vector:
-        """Where a point of the frame is in the other one."""
+        """Transform a point of the frame into the other frame."""
         x, y, z = rotate(self.rotation, point)
         own_x, own_y, own_z = self.translation
         return (own_x + x, own_y + y, own_z + z)
-
-    def distance_to(self, other: Transform) -> float:
-        """How far the origins are from each other [m]."""
-        return math.dist(self.translation, other.translation)
-
-    def angle_to(self, other: Transform) -> float:
-        """By which angle, from 0 to pi [rad], the axes are turned to each other."""
-        x, y, z, w = _product(_conjugate(self.rotation), other.rotation)
-        return 2 * math.atan2(math.hypot(x, y, z), abs(w))
-
-    @property
-    def yaw(self) -> float:
-        """The angle about the z axis [rad]."""
-        x, y, z, w = self.rotation
-        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 IDENTITY = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 
 def interpolate(before: Transform, after: Transform, share: float) -> Transform:
-    """What lies between two transforms: on the straight line, and on the shortest arc (slerp).
+    """Interpolate between two transforms: linearly, and along the shortest arc (slerp).
 
     Args:
-        before: At a share of 0.
-        after: At a share of 1.
-        share: From 0 to 1.
+        before: Transform at a share of 0.
+        after: Transform at a share of 1.
+        share: Number from 0 to 1.
     """
     (ax, ay, az), (bx, by, bz) = before.translation, after.translation
     translation = (ax + share * (bx - ax), ay + share * (by - ay), az + share * (bz - az))
@@ -75,7 +60,7 @@ def interpolate(before: Transform, after: Transform, share: float) -> Transform:
 
 
 def rotate(rotation: Quaternion, vector: Vector) -> Vector:
-    """A vector, turned."""
+    """Rotate a vector."""
     x, y, z, w = rotation
     vx, vy, vz = vector
     # v + 2 q x (q x v + w v), with the vector part q
@@ -84,7 +69,7 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
 
 
 def normalised(rotation: Quaternion) -> Quaternion | None:
-    """A quaternion of length 1; None if it has no direction, or is no number."""
+    """Return a quaternion of length 1; None if its length is zero or not finite."""
     length = math.hypot(*rotation)
     if not 1e-6 < length < math.inf:
         return None
@@ -110,7 +95,7 @@ def _conjugate(rotation: Quaternion) -> Quaternion:
 
 def _slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
     cosine = sum(p * q for p, q in zip(a, b, strict=True))
-    sign = 1.0 if cosine >= 0 else -1.0  # q and -q are the same rotation; the shorter way is meant
+    sign = 1.0 if cosine >= 0 else -1.0  # q and -q are the same rotation; this selects the shorter arc
     cosine = abs(cosine)
     if cosine > _ALMOST_ONE:
         first, second = 1 - share, share * sign
@@ -127,5 +112,5 @@ def _slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
         first * aw + second * bw,
     )
     found = normalised(mixed)
-    assert found is not None, "what is mixed lies on the shorter arc"
+    assert found is not None, "the mean of two rotations on the shorter arc is not zero"
     return found

@@ -1,7 +1,7 @@
-"""What a ROS 2 system says on Zenoh: names, QoS, keys, tokens and attachments. Pure data and functions.
+"""Mapping of ROS 2 to Zenoh: names, QoS, keys, tokens and attachments. Pure data and functions.
 
-There are two ways in which ROS 2 systems use Zenoh, behind one protocol (`Dialect`): `RmwZenoh` is the middleware
-rmw_zenoh, `Ros2Dds` the bridge that stands before robots that talk DDS.
+ROS 2 systems use Zenoh in two dialects (`Dialect`): `RmwZenoh` is the middleware rmw_zenoh, `Ros2Dds` the bridge
+of robots that use DDS.
 """
 
 from seoro.bridges.ros2.wire.attachment import Attachment, InvalidAttachment

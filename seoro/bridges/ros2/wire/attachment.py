@@ -1,8 +1,8 @@
-"""What rmw_zenoh sends beside every message, request and response: its number, its time, and who sent it.
+"""Attachments of rmw_zenoh to messages, requests and responses: sequence number, time and sender.
 
-    int64 sequence number | int64 time [ns since the epoch] | length of the gid (16) | gid    (little endian)
+    int64 sequence number | int64 time [ns since the epoch] | length of the GID (16) | GID    (little endian)
 
-A subscription of rmw_zenoh drops messages without it.
+Subscriptions of rmw_zenoh drop messages without an attachment.
 """
 
 from __future__ import annotations
@@ -10,22 +10,20 @@ from __future__ import annotations
 import struct
 from typing import NamedTuple
 
-GID_SIZE = 16
-
 _HEAD = struct.Struct("<qqB")
 
 
 class InvalidAttachment(ValueError):
-    """What travelled beside a message is not what rmw_zenoh sends."""
+    """The attachment of a message is not in the format of rmw_zenoh."""
 
 
 class Attachment(NamedTuple):
-    """The attachment of a message.
+    """Attachment of a message.
 
     Attributes:
-        sequence: Counts what the sender has sent, from 1; a response has that of its request.
-        stamp: [ns] since the epoch at which it was sent, by the sender's clock.
-        gid: Who sent it: 16 bytes; a response has those of the client.
+        sequence: Sequence number of the sender, from 1; in a response, that of the request.
+        stamp: Time of sending [ns since the epoch], by the clock of the sender.
+        gid: GID of the sender: 16 bytes; in a response, that of the client.
     """
 
     sequence: int
@@ -33,22 +31,22 @@ class Attachment(NamedTuple):
     gid: bytes
 
     def pack(self) -> bytes:
-        """The bytes on the wire."""
+        """Encode the attachment."""
         return _HEAD.pack(self.sequence, self.stamp, len(self.gid)) + self.gid
 
     @classmethod
     def parse(cls, payload: bytes) -> Attachment:
-        """Read it; what comes after the gid is left to versions to come.
+        """Decode an attachment; bytes after the GID are ignored, for later versions of the format.
 
         Raises:
-            InvalidAttachment: It is too short for what it says.
+            InvalidAttachment: The attachment is truncated.
         """
         if len(payload) < _HEAD.size:
             raise InvalidAttachment(
-                f"an attachment of {len(payload)} bytes has no room for {_HEAD.size} bytes of head"
+                f"truncated attachment: expected {_HEAD.size} bytes or more, got {len(payload)}"
             )
         sequence, stamp, length = _HEAD.unpack_from(payload)
         gid = payload[_HEAD.size : _HEAD.size + length]
         if len(gid) < length:
-            raise InvalidAttachment(f"an attachment announces a gid of {length} bytes and has {len(gid)}")
+            raise InvalidAttachment(f"truncated attachment: expected a GID of {length} bytes, got {len(gid)}")
         return cls(sequence, stamp, gid)

@@ -1,4 +1,4 @@
-"""What the two ways in which ROS 2 uses Zenoh have in common."""
+"""Interface of the two mappings of ROS 2 to Zenoh."""
 
 from __future__ import annotations
 
@@ -12,60 +12,60 @@ _DDS_TYPE = re.compile(r"(\w+)::(\w+)::dds_::(\w+)_")
 
 
 class Dialect(Protocol):
-    """One way in which ROS 2 systems use Zenoh."""
+    """Mapping of ROS 2 to Zenoh."""
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name on the command line."""
         ...
 
     @property
     def tokens(self) -> str:
-        """Key expression of the liveliness tokens from which everything is known that there is."""
+        """Key expression of the liveliness tokens of all nodes and endpoints."""
         ...
 
     def token(self, entity: Entity) -> str | None:
-        """The token by which something is announced, or None where such things are not announced."""
+        """Return the liveliness token of a node or endpoint; None if the dialect does not announce its kind."""
         ...
 
     def parse(self, token: str) -> Entity | None:
-        """What a token announces, or None if it is none of this dialect."""
+        """Parse a token; return None if it is not of this dialect."""
         ...
 
     def key(self, name: str, type_name: str, type_hash: str | None) -> str:
-        """The key of a topic or service.
+        """Return the key of a topic or service.
 
         Args:
-            name: Full name.
-            type_name: Of the topic's messages, or of the service.
-            type_hash: Of the definition of the type; None in systems that have no hashes.
+            name: Full name of the topic or service.
+            type_name: Type of the topic or service.
+            type_hash: Hash of the type; None in systems without type hashes.
         """
         ...
 
-    def every_key(self, name: str, type_name: str) -> str:
-        """The key expression of a topic or service, however its type is defined."""
+    def key_expression(self, name: str, type_name: str) -> str:
+        """Return the key expression of a topic or service, for all type hashes."""
         ...
 
     def type_hash(self, key: str) -> str | None:
-        """The hash of the type of what was published on a key, where keys tell."""
+        """Return the type hash in the key of a message; None without one."""
         ...
 
     def gid(self, token: str) -> bytes:
-        """By what messages name the endpoint of a token as their sender."""
+        """Return the GID of the endpoint of a token, which identifies it as the sender of messages."""
         ...
 
     def attachment(self, sequence: int, stamp: int, gid: bytes) -> bytes | None:
-        """What is sent beside a message (`Attachment`), or None where nothing is."""
+        """Make the attachment of a message (`Attachment`), or None if the dialect has none."""
         ...
 
 
 def dds_type(name: str) -> str:
-    """How DDS calls a type: `std_msgs::msg::dds_::String_` for `std_msgs/msg/String`."""
+    """Return the DDS name of a type: `std_msgs::msg::dds_::String_` for `std_msgs/msg/String`."""
     match = _ROS_TYPE.fullmatch(name)
     return f"{match[1]}::{match[2]}::dds_::{match[3]}_" if match else name
 
 
 def ros_type(name: str) -> str:
-    """How ROS calls a type that DDS names."""
+    """Return the ROS name of a DDS type."""
     match = _DDS_TYPE.fullmatch(name)
     return f"{match[1]}/{match[2]}/{match[3]}" if match else name

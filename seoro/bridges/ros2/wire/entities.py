@@ -1,4 +1,4 @@
-"""What a ROS 2 system consists of, as its liveliness tokens tell."""
+"""Nodes and endpoints of a ROS 2 system, as announced by liveliness tokens."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seoro.bridges.ros2.wire.qos import Qos
 
 
 class Kind(Enum):
-    """Kinds of endpoints, by the letters that both dialects have for them."""
+    """Kind of an endpoint; the values are the codes of both dialects."""
 
     PUBLISHER = "MP"
     SUBSCRIPTION = "MS"
@@ -24,10 +24,11 @@ class Node:
     """A node.
 
     Attributes:
-        session: Zenoh's id of the session that it is in.
-        number: Tells the nodes of a session apart.
-        namespace: Absolute.
-        enclave: Of its security, absolute; `/` when there is none.
+        session: Zenoh ID of the session of the node.
+        number: Number of the node in its session.
+        name: Name without the namespace.
+        namespace: Absolute namespace.
+        enclave: Absolute name of the security enclave; `/` without security.
     """
 
     session: str
@@ -47,13 +48,13 @@ class Endpoint:
     """A publisher, a subscription, or the server or client of a service or an action.
 
     Attributes:
-        name: Full name of its topic, service or action.
-        type: `std_msgs/msg/String`, or what was announced if that names no type of ROS 2.
-        type_hash: What the definition of the type amounts to; None where that is not told.
-        qos: None where that is not told, or cannot be read.
-        session: Zenoh's id of the session that it is in; behind a bridge, that of the bridge.
-        number: Tells the endpoints of a session apart; None behind a bridge.
-        node: The node that it belongs to; None behind a bridge, which tells of none.
+        name: Full name of the topic, service or action.
+        type: Type, such as `std_msgs/msg/String`; the announced text if it is not a ROS 2 type.
+        type_hash: Hash of the type definition; None if it was not announced.
+        qos: QoS profile; None if it was not announced, or is invalid.
+        session: Zenoh ID of the session of the endpoint; behind a bridge, that of the bridge.
+        number: Number of the endpoint in its session; None behind a bridge.
+        node: Node of the endpoint; None behind a bridge, which announces no nodes.
     """
 
     kind: Kind

@@ -1,36 +1,36 @@
-"""Quality of service: what publishers offer and subscriptions ask for."""
+"""Quality of service: policies that publishers offer and subscriptions request."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
 
 class Reliability(Enum):
-    """Whether what is lost on its way is sent again."""
+    """Retransmission of lost messages."""
 
     RELIABLE = "reliable"
     BEST_EFFORT = "best_effort"
 
 
 class Durability(Enum):
-    """Whether subscriptions that come later get what was published before."""
+    """Delivery of earlier messages to late subscriptions."""
 
     VOLATILE = "volatile"
     TRANSIENT_LOCAL = "transient_local"
 
 
 class History(Enum):
-    """How many messages wait for a reader: the last ones, or all."""
+    """Messages kept for a subscription: the last ones, or all."""
 
     KEEP_LAST = "keep_last"
     KEEP_ALL = "keep_all"
 
 
 class Liveliness(Enum):
-    """How a publisher shows that it is alive."""
+    """Way in which a publisher signals that it is alive."""
 
     AUTOMATIC = "automatic"
     MANUAL_BY_TOPIC = "manual_by_topic"
@@ -38,13 +38,13 @@ class Liveliness(Enum):
 
 @dataclass(frozen=True)
 class Qos:
-    """A profile of quality of service.
+    """QoS profile.
 
     Attributes:
-        depth: How many messages are kept; of no meaning where all are.
-        deadline: [ns] between messages at most; none when None.
-        lifespan: [ns] after which a message is worth nothing; never when None.
-        lease: [ns] without a sign of life after which a publisher counts as gone; never when None.
+        depth: Number of kept messages, with the history policy "keep last".
+        deadline: Maximum interval between messages [ns]; None for no limit.
+        lifespan: Time after which a message expires [ns]; None for never.
+        lease: Time without a liveliness signal after which a publisher counts as lost [ns]; None for never.
     """
 
     reliability: Reliability = Reliability.RELIABLE
@@ -58,26 +58,38 @@ class Qos:
 
     def __post_init__(self) -> None:
         if not 0 < self.depth < 1 << 31:
-            raise ValueError(f"the depth of a history is at least 1, not {self.depth}")
+            raise ValueError(f"invalid history depth {self.depth}: expected at least 1")
         for name, value in (("deadline", self.deadline), ("lifespan", self.lifespan), ("lease", self.lease)):
             if value is not None and not 0 < value < INFINITE:
-                raise ValueError(f"the {name} is a positive number of nanoseconds, or None for none; not {value}")
+                raise ValueError(f"invalid {name} {value}: expected a positive number of nanoseconds, or None")
 
     @property
     def is_reliable(self) -> bool:
-        """Whether what is lost is sent again."""
+        """Whether lost messages are sent again."""
         return self.reliability is Reliability.RELIABLE
 
     @property
     def is_transient_local(self) -> bool:
-        """Whether late subscriptions get what was published before."""
+        """Whether late subscriptions get earlier messages."""
         return self.durability is Durability.TRANSIENT_LOCAL
 
 
-INFINITE = (1 << 63) - 1  # [ns], rmw's number for a duration without end
+INFINITE = (1 << 63) - 1  # [ns]; infinite duration of rmw
 
-# What ROS 2 calls its presets (rmw/qos_profiles.h), and two that scenarios have beside them. What ROS 2 leaves to
-# the middleware ("system default") is what rmw_zenoh chooses.
+
+def matching_qos(offered: Sequence[Qos]) -> Qos:
+    """Return a QoS profile to request that all publishers offer: reliable or transient local only if all are."""
+    return Qos(
+        Reliability.RELIABLE if all(qos.is_reliable for qos in offered) else Reliability.BEST_EFFORT,
+        Durability.TRANSIENT_LOCAL
+        if offered and all(qos.is_transient_local for qos in offered)
+        else Durability.VOLATILE,
+        depth=max((qos.depth for qos in offered), default=100),
+    )
+
+
+# Presets of ROS 2 (rmw/qos_profiles.h), and two more for scenarios. Policies that ROS 2 leaves to the middleware
+# ("system default") have the values of rmw_zenoh.
 PRESETS: Mapping[str, Qos] = MappingProxyType(
     {
         "parameters": Qos(depth=1000),

@@ -1,11 +1,13 @@
-"""The dialect of rmw_zenoh, the middleware of ROS 2 that uses Zenoh itself.
+"""Dialect of rmw_zenoh, the ROS 2 middleware on Zenoh.
 
     keys      <domain>/<name>/<DDS type>/<hash>
+
     tokens    @ros2_lv/<domain>/<session>/<node>/<node>/NN/<enclave>/<namespace>/<name>
+
               @ros2_lv/<domain>/<session>/<node>/<endpoint>/<MP|MS|SS|SC>/<enclave>/<namespace>/<name>/
                   <topic or service>/<DDS type>/<hash>/<QoS>
 
-Slashes within a part of a token are `%`. Releases to come add parts at the end, which are not read.
+Slashes within a part of a token are written `%`. Later releases may append parts, which are ignored.
 Source: the design document of ros2/rmw_zenoh, and its liveliness_utils.cpp.
 """
 
@@ -16,13 +18,13 @@ from dataclasses import dataclass
 
 import xxhash
 
-from seoro.bridges.ros2.addresses import LARGEST_DOMAIN
+from seoro.bridges.addresses import LARGEST_DOMAIN
 from seoro.bridges.ros2.wire.attachment import Attachment
 from seoro.bridges.ros2.wire.dialect import dds_type, ros_type
 from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
 from seoro.bridges.ros2.wire.qos import INFINITE, Durability, History, Liveliness, Qos, Reliability
 
-NO_HASH = "TypeHashNotSupported"  # what Humble, which computes none, has in the place of a hash
+NO_HASH = "TypeHashNotSupported"  # placeholder of Humble, which has no type hashes
 
 _SPACE = "@ros2_lv"
 _NODE = "NN"
@@ -30,9 +32,9 @@ _NODE_PARTS = 9
 _ENDPOINT_PARTS = 13
 _KINDS = {kind.value: kind for kind in (Kind.PUBLISHER, Kind.SUBSCRIPTION, Kind.SERVER, Kind.CLIENT)}
 _SECOND = 1_000_000_000  # [ns]
-_NUMBER = re.compile(r"[0-9]{1,20}")  # of a node or an endpoint, of 64 bits; Python reads no number without bounds
+_NUMBER = re.compile(r"[0-9]{1,20}")  # 64-bit number of a node or endpoint; Python limits the length of numbers
 
-# rmw's numbers; 0 is what the middleware chooses, which for rmw_zenoh is what is written as nothing at all.
+# Numbers of rmw. 0 is the default of the middleware, and so is an empty part.
 _RELIABILITIES = {"": Reliability.RELIABLE, "0": Reliability.RELIABLE, "1": Reliability.RELIABLE}
 _RELIABILITIES |= {"2": Reliability.BEST_EFFORT}
 _DURABILITIES = {"": Durability.VOLATILE, "0": Durability.VOLATILE, "2": Durability.VOLATILE}
@@ -51,11 +53,11 @@ class RmwZenoh:
 
     def __post_init__(self) -> None:
         if not 0 <= self.domain <= LARGEST_DOMAIN:
-            raise ValueError(f"a domain of ROS 2 is a number from 0 to {LARGEST_DOMAIN}, not {self.domain}")
+            raise ValueError(f"invalid domain {self.domain}: expected a number from 0 to {LARGEST_DOMAIN}")
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name on the command line."""
         return "rmw_zenoh"
 
     @property
@@ -64,29 +66,23 @@ class RmwZenoh:
         return f"{_SPACE}/{self.domain}/**"
 
     def token(self, entity: Entity) -> str | None:
-        """The token of a node or an endpoint; actions have none but those of their services and topics."""
+        """Return the token of a node or an endpoint; None for actions, which are announced by their parts."""
         match entity:
             case Node():
-                return f"{self._beginning(entity, entity.number)}/{_NODE}/{_place(entity)}"
+                return f"{self._prefix(entity, entity.number)}/{_NODE}/{_qualified(entity)}"
             case Endpoint(kind=Kind.ACTION_SERVER | Kind.ACTION_CLIENT):
                 return None
             case Endpoint(node=node, number=number):
                 assert node is not None and number is not None, "endpoints of rmw_zenoh belong to nodes"
-                what = "/".join(
-                    (
-                        _mangle(entity.name),
-                        dds_type(entity.type),
-                        entity.type_hash or NO_HASH,
-                        encode_qos(entity.qos or Qos()),
-                    )
-                )
-                return f"{self._beginning(node, number)}/{entity.kind.value}/{_place(node)}/{what}"
+                name, kind = _mangle(entity.name), dds_type(entity.type)
+                parts = f"{name}/{kind}/{entity.type_hash or NO_HASH}/{encode_qos(entity.qos or Qos())}"
+                return f"{self._prefix(node, number)}/{entity.kind.value}/{_qualified(node)}/{parts}"
 
-    def _beginning(self, node: Node, number: int) -> str:
+    def _prefix(self, node: Node, number: int) -> str:
         return f"{_SPACE}/{self.domain}/{node.session}/{node.number}/{number}"
 
     def parse(self, token: str) -> Entity | None:
-        """What a token of any domain announces, or None if it cannot be read."""
+        """Parse a token of any domain; return None if it is invalid."""
         parts = token.split("/")
         if len(parts) < _NODE_PARTS or parts[0] != _SPACE:
             return None
@@ -110,32 +106,32 @@ class RmwZenoh:
         )
 
     def key(self, name: str, type_name: str, type_hash: str | None) -> str:
-        """The key of a topic or service."""
+        """Return the key of a topic or service."""
         return f"{self.domain}/{name.strip('/')}/{dds_type(type_name)}/{type_hash or NO_HASH}"
 
-    def every_key(self, name: str, type_name: str) -> str:
-        """The key expression of a topic or service, however its type is defined."""
+    def key_expression(self, name: str, type_name: str) -> str:
+        """Return the key expression of a topic or service, for all type hashes."""
         return self.key(name, type_name, "*")
 
     def type_hash(self, key: str) -> str | None:
-        """The hash at the end of a key, unless the sender computes none."""
+        """Return the hash at the end of a key; None for a sender without type hashes."""
         last = key.rpartition("/")[2]
         return None if last == NO_HASH else last
 
     def gid(self, token: str) -> bytes:
-        """The 128 bits of XXH3 of the token, the lower half first."""
+        """Return the XXH3 hash of the token: 128 bits, the lower half first."""
         return xxhash.xxh3_128_intdigest(token.encode()).to_bytes(16, "little")
 
     def attachment(self, sequence: int, stamp: int, gid: bytes) -> bytes:
-        """What is sent beside each message."""
+        """Make the attachment of a message."""
         return Attachment(sequence, stamp, gid).pack()
 
 
 def encode_qos(qos: Qos) -> str:
-    """The part of a token that tells the QoS.
+    """Encode a QoS profile for a token.
 
-    What is empty stands for rmw_zenoh's defaults, of which that of durability has changed between releases. So all
-    that may differ is written out.
+    Empty parts stand for the defaults of rmw_zenoh. The default durability has changed between releases, so all
+    policies that may differ are written out.
     """
     reliability = 1 if qos.is_reliable else 2
     durability = 1 if qos.is_transient_local else 2
@@ -146,7 +142,7 @@ def encode_qos(qos: Qos) -> str:
 
 
 def decode_qos(text: str) -> Qos | None:
-    """What that part of a token says, or None if it cannot be read."""
+    """Parse the QoS profile of a token; return None if it is invalid."""
     try:
         reliability, durability, history, deadline, lifespan, liveliness = text.split(":")[:6]
         kept, depth = history.split(",")
@@ -155,7 +151,7 @@ def decode_qos(text: str) -> Qos | None:
             _RELIABILITIES[reliability],
             _DURABILITIES[durability],
             _HISTORIES[kept],
-            int(depth or _DEFAULT_DEPTH) or _DEFAULT_DEPTH,  # 0 leaves it to the middleware
+            int(depth or _DEFAULT_DEPTH) or _DEFAULT_DEPTH,  # 0 is the default of the middleware
             _decode_time(deadline),
             _decode_time(lifespan),
             _LIVELINESSES[alive],
@@ -172,13 +168,13 @@ def _encode_time(nanoseconds: int | None) -> str:
 
 
 def _decode_time(text: str) -> int | None:
-    """[ns], or None for a time without end; either number is left out where it is that of a time without end."""
+    """Parse a duration [ns]; None if it is infinite. Empty numbers are those of the infinite duration."""
     seconds, nanoseconds = text.split(",")
     total = int(seconds or INFINITE // _SECOND) * _SECOND + int(nanoseconds or INFINITE % _SECOND)
     return total if 0 < total < INFINITE else None
 
 
-def _place(node: Node) -> str:
+def _qualified(node: Node) -> str:
     return f"{_mangle(node.enclave)}/{_mangle(node.namespace)}/{node.name}"
 
 

@@ -1,10 +1,11 @@
-"""The dialect of zenoh-bridge-ros2dds, which stands before robots that talk DDS.
+"""Dialect of zenoh-bridge-ros2dds, the bridge of robots that use DDS.
 
-    keys      <name>, without its first slash; the namespace of the bridge, if it has one, is its beginning
+    keys      <name>, without its first slash; begins with the namespace of the bridge, if it has one
+
     tokens    @/<session>/@ros2_lv/<MP|MS>/<key>/<type>/<QoS>
               @/<session>/@ros2_lv/<SS|SC|AS|AC>/<key>/<type>
 
-Slashes within a part of a token are `§`. Nothing travels beside messages, and no node is told of.
+Slashes within a part of a token are written `§`. Messages have no attachments, and nodes are not announced.
 Source: liveliness_mgt.rs of eclipse-zenoh/zenoh-plugin-ros2dds.
 """
 
@@ -20,20 +21,20 @@ _SLASH = "§"
 _KINDS = {kind.value: kind for kind in Kind}
 _TOPIC_PARTS = 7
 _SERVICE_PARTS = 6
-_HASH = "typehash="  # among the user data by which DDS tells the hash of a type
+_HASH = "typehash="  # type hash in the user data of DDS
 
-# The numbers of DDS, which differ from rmw's; a history that is not told is the last message.
+# Numbers of DDS, which differ from those of rmw. Without a history, the last message is kept.
 _DURABILITIES = {"": Durability.VOLATILE, "0": Durability.VOLATILE, "1": Durability.TRANSIENT_LOCAL}
 _HISTORIES = {"0": History.KEEP_LAST, "1": History.KEEP_ALL}
 
 
 @dataclass(frozen=True)
 class Ros2Dds:
-    """The bridge for robots that talk DDS; its domain and namespace are its own affair."""
+    """Bridge of robots that use DDS; it has its own domain and namespace."""
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name on the command line."""
         return "ros2dds"
 
     @property
@@ -42,20 +43,19 @@ class Ros2Dds:
         return f"@/*/{_SPACE}/**"
 
     def token(self, entity: Entity) -> str | None:
-        """The token by which another bridge would announce an endpoint; nodes have none."""
+        """Return the token with which a bridge would announce an endpoint; None for nodes."""
         match entity:
             case Node():
                 return None
             case Endpoint(kind=kind):
-                what = (
-                    f"@/{entity.session}/{_SPACE}/{kind.value}/{_escape(entity.name[1:])}/{_escape(entity.type)}"
-                )
+                name, type_name = _escape(entity.name[1:]), _escape(entity.type)
+                token = f"@/{entity.session}/{_SPACE}/{kind.value}/{name}/{type_name}"
                 if kind in {Kind.PUBLISHER, Kind.SUBSCRIPTION}:
-                    return f"{what}/{_encode_qos(entity.qos or Qos(), entity.type_hash)}"
-                return what
+                    return f"{token}/{_encode_qos(entity.qos or Qos(), entity.type_hash)}"
+                return token
 
     def parse(self, token: str) -> Entity | None:
-        """What a token announces, or None if it cannot be read; that of the bridge itself announces nothing."""
+        """Parse a token; return None if it is invalid, or is that of the bridge itself."""
         parts = token.split("/")
         if len(parts) < _SERVICE_PARTS or parts[0] != "@" or parts[2] != _SPACE:
             return None
@@ -71,23 +71,23 @@ class Ros2Dds:
         return Endpoint(kind, endpoint.name, endpoint.type, endpoint.session, type_hash, qos)
 
     def key(self, name: str, type_name: str, type_hash: str | None) -> str:
-        """The key of a topic or service, which tells nothing of types."""
+        """Return the key of a topic or service, which does not contain its type."""
         return name.strip("/")
 
-    def every_key(self, name: str, type_name: str) -> str:
-        """The same key."""
+    def key_expression(self, name: str, type_name: str) -> str:
+        """Return the key of a topic or service."""
         return self.key(name, type_name, None)
 
     def type_hash(self, key: str) -> str | None:
-        """None: keys tell nothing of types."""
+        """Return None: keys contain no types."""
         return None
 
     def gid(self, token: str) -> bytes:
-        """Nothing: messages do not tell who sent them."""
+        """Return an empty GID: messages do not identify their senders."""
         return b""
 
     def attachment(self, sequence: int, stamp: int, gid: bytes) -> bytes | None:
-        """None: nothing is sent beside messages."""
+        """Return None: messages have no attachments."""
         return None
 
 
@@ -100,12 +100,12 @@ def _encode_qos(qos: Qos, type_hash: str | None) -> str:
 
 
 def _decode_qos(text: str, kind: Kind) -> tuple[Qos | None, str | None]:
-    """QoS, if it can be read, and hash, if it is told."""
+    """Parse the QoS profile, if valid, and the type hash, if present."""
     parts = text.split(":", 4)
     type_hash = _find_hash(parts[4]) if len(parts) > 4 else None
-    # What is not told is DDS's default, which differs between writers and readers.
-    unsaid = Reliability.RELIABLE if kind is Kind.PUBLISHER else Reliability.BEST_EFFORT
-    reliabilities = {"": unsaid, "0": Reliability.BEST_EFFORT, "1": Reliability.RELIABLE}
+    # The default of DDS differs between writers and readers.
+    default = Reliability.RELIABLE if kind is Kind.PUBLISHER else Reliability.BEST_EFFORT
+    reliabilities = {"": default, "0": Reliability.BEST_EFFORT, "1": Reliability.RELIABLE}
     try:
         _, reliability, durability, history = parts[:4]
         kept, depth = history.split(",") if history else ("0", "1")
@@ -116,10 +116,8 @@ def _decode_qos(text: str, kind: Kind) -> tuple[Qos | None, str | None]:
 
 
 def _find_hash(user_data: str) -> str | None:
-    for item in user_data.split(";"):
-        if item.startswith(_HASH):
-            return item[len(_HASH) :]
-    return None
+    items = (item for item in user_data.split(";") if item.startswith(_HASH))
+    return next((item[len(_HASH) :] for item in items), None)
 
 
 def _escape(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Goals that are called off before their server has said whether it takes them."""
+"""Goals that are cancelled before their server has accepted them."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 import anyio
 import pytest
 
-from seoro.background import background
-from seoro.bridges.ros2.clients.goals import Doubt, pursuing
-from seoro.bridges.ros2.clients.recall import CANCEL_GOAL, UNKNOWN, recall
+from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL, UNKNOWN, cancel_goal
+from seoro.bridges.ros2.clients.goals import UnsettledGoal, sending_goal
 from seoro.bridges.ros2.errors import NoResponse
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.concurrency.background import background
 from tests.bridges.ros2.systems import two_nodes
 
 pytestmark = pytest.mark.anyio
@@ -22,7 +22,7 @@ DEADLINE = 30.0  # [s]
 
 
 class SlowServer:
-    """A server of an action that says to take goals when it is let, and does not know them before."""
+    """An action server that accepts goals on request, and does not know them before."""
 
     def __init__(self) -> None:
         self.asked, self.lets, self.refused, self.canceled = (anyio.Event() for _ in range(4))
@@ -45,12 +45,12 @@ class SlowServer:
 
 
 @pytest.mark.parametrize("how", ["is cancelled", "has no answer"])
-async def test_a_goal_that_is_taken_after_it_was_called_off_is_canceled(
+async def test_a_goal_accepted_after_its_cancellation_is_canceled(
     how: str, router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     goals = "seoro.bridges.ros2.clients.goals"
-    monkeypatch.setattr(f"{goals}.CANCEL_WITHIN", 1.0)
-    monkeypatch.setattr(f"{goals}.ANSWER_WITHIN", 0.2 if how == "has no answer" else DEADLINE)
+    monkeypatch.setattr(f"{goals}.CANCEL_TIMEOUT", 1.0)
+    monkeypatch.setattr(f"{goals}.ANSWER_TIMEOUT", 0.2 if how == "has no answer" else DEADLINE)
     server, notes = SlowServer(), list[str]()
     async with (
         two_nodes(router, types) as (there, here),
@@ -66,12 +66,12 @@ async def test_a_goal_that_is_taken_after_it_was_called_off_is_canceled(
             there.serving("/spin/_action/cancel_goal", CANCEL_GOAL, server.cancel_goal)
         )
 
-        def call_off(doubt: Doubt) -> None:
+        def call_off(doubt: UnsettledGoal) -> None:
             assert doubt.is_lost
-            tasks.start_soon(recall, here, doubt.action, doubt.number, notes.append)
+            tasks.start_soon(cancel_goal, here, doubt.action, doubt.goal_id, notes.append)
 
         async def pursue() -> None:
-            async with pursuing(here, "/spin", SPIN, {}, lambda _: None, notes.append, call_off):
+            async with sending_goal(here, "/spin", SPIN, {}, lambda _: None, notes.append, call_off):
                 raise AssertionError("it is not taken")
 
         with anyio.fail_after(DEADLINE):
@@ -83,9 +83,9 @@ async def test_a_goal_that_is_taken_after_it_was_called_off_is_canceled(
                     sender.start_soon(pursue)
                     await server.asked.wait()
                     sender.cancel_scope.cancel()
-                assert notes[0].startswith("the goal of /spin may go on: ")
+                assert notes[0].startswith("the goal of /spin may continue: ")
             await server.refused.wait()
             server.lets.set()
             await server.canceled.wait()
-            while "/spin: the server cancels a goal that nobody pursued any more" not in notes:
+            while "/spin: the server cancels a goal without a client" not in notes:
                 await anyio.sleep(0.01)

@@ -1,4 +1,4 @@
-"""States of nodes that have a life cycle, come and go."""
+"""States of lifecycle nodes that appear and leave."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from anyio import TASK_STATUS_IGNORED
 from anyio.abc import TaskStatus
 
-from seoro.bridges.ros2.clients.lifecycle import GONE, following_lifecycle
+from seoro.bridges.ros2.clients.lifecycle import GONE, watching_lifecycle
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode
 from tests.bridges.ros2.systems import two_nodes
@@ -23,7 +23,7 @@ INACTIVE, ACTIVE = {"id": 2, "label": "inactive"}, {"id": 3, "label": "active"}
 async def live(
     robot: RosNode, end: anyio.Event, state: dict[str, Any], *, task_status: TaskStatus[None] = TASK_STATUS_IGNORED
 ) -> None:
-    """Be in a state until the end."""
+    """Serve a state until the end."""
 
     async def get_state(_request: object) -> dict[str, Any]:
         return {"current_state": state}
@@ -33,7 +33,7 @@ async def live(
         await end.wait()
 
 
-async def test_a_node_that_goes_and_comes_back_is_told(router: str, types: TypeStore) -> None:
+async def test_states_of_a_node_that_leaves_and_returns_are_reported(router: str, types: TypeStore) -> None:
     transitions, end = "lifecycle_msgs/msg/TransitionEvent", anyio.Event()
     async with (
         two_nodes(router, types) as (robot, here),
@@ -41,7 +41,7 @@ async def test_a_node_that_goes_and_comes_back_is_told(router: str, types: TypeS
         anyio.create_task_group() as tasks,
     ):
         await tasks.start(partial(live, robot, end, INACTIVE))
-        async with following_lifecycle(here, "/robot") as states:
+        async with watching_lifecycle(here, "/robot") as states:
             with anyio.fail_after(30.0):
                 assert await anext(states) == "inactive"
                 await events.wait_for_subscription(10.0)

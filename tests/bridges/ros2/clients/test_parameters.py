@@ -18,7 +18,7 @@ from seoro.bridges.ros2.clients.parameters import (
     read_parameter,
 )
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ from seoro.errors import InvalidUse
         ("[]", DOUBLE_ARRAY, DOUBLE_ARRAY, "double_array_value", []),
     ],
 )
-def test_texts_have_the_kind_that_they_look_like_or_that_is_known(
+def test_parameter_texts_have_the_known_or_apparent_type(
     text: str, known: int, kind: int, member: str, value: Any
 ) -> None:
     found = read_parameter(text, known)
@@ -54,6 +54,6 @@ def test_texts_have_the_kind_that_they_look_like_or_that_is_known(
 
 
 @pytest.mark.parametrize("text", ["{a: 1}", "[1, a]", "[[1]]", "2026-01-01"])
-def test_what_no_parameter_can_be_is_refused(text: str) -> None:
-    with pytest.raises(InvalidUse, match="is no value of a parameter"):
+def test_invalid_parameter_values_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="is an invalid parameter value"):
         read_parameter(text)

@@ -1,4 +1,4 @@
-"""A simulator node that is exposed at a router, and a system of ROS 2 that sees it there."""
+"""An exposed simulator node, and a ROS 2 node at the same router."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any
 
 import anyio
 
-from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.ros2.expose.running import ExposeSettings, expose
 from seoro.bridges.ros2.interfaces import TypeStore
@@ -20,6 +19,7 @@ from seoro.bridges.session import AsyncSession, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.bridges.wire import SimulationState
 from seoro.bridges.wire.keys import NAMESPACE
+from seoro.concurrency.background import background
 from seoro.errors import BackendRefused
 from tests.sim_nodes.client import A, Q
 
@@ -29,17 +29,17 @@ KEEPING = Qos(depth=1000)
 
 @dataclass(frozen=True)
 class Exposed:
-    """Both sides of what is exposed.
+    """Both sides of an exposed simulator.
 
     Attributes:
-        ros: A node of another participant.
+        ros: ROS 2 node of another participant.
     """
 
     ros: RosNode
     _session: AsyncSession
 
     async def ask(self, verb: wire.Verb[Q, A], request: Q) -> A:
-        """Ask the simulator node, past what is exposed."""
+        """Send a request to the simulator node directly."""
         return await ask(NodeAddress(self._session, NAMESPACE, "sim"), verb, request)
 
 
@@ -52,15 +52,15 @@ async def exposed(
     rate: float | None = None,
     **settings: Any,
 ) -> AsyncIterator[Exposed]:
-    """A simulator node that is exposed at a router, at the beginning of a world.
+    """Yield a simulator node that is exposed at a router, at the start of a world.
 
     Args:
         simulator: Endpoint of the node.
         router: Endpoint of the router.
         types: Definitions of types.
         world: Name of the world.
-        rate: How fast it plays; None if it does not.
-        settings: Of what exposes it, besides the endpoints.
+        rate: Real-time factor of the simulator; None while it is paused.
+        settings: Further settings of the exposing node.
     """
     async with open_session(connect=simulator) as session:
         address = NodeAddress(session, NAMESPACE, "sim")
@@ -82,8 +82,8 @@ async def exposed(
 
 
 async def step(node: Exposed, steps: int) -> None:
-    """Simulate some steps, of which everything that has been subscribed is told."""
-    # The answer comes behind the news of what has been subscribed, without which nothing would be sent.
+    """Simulate some steps, and receive all their messages."""
+    # The response arrives after the announcements of the subscriptions; without them, nothing would be sent.
     async with node.ros.calling("/get_simulation_state", "simulation_interfaces/srv/GetSimulationState") as client:
         await client.wait_for_server(5.0)
         await client.call({}, 5.0)
@@ -91,15 +91,15 @@ async def step(node: Exposed, steps: int) -> None:
 
 
 async def under_way(node: Exposed) -> None:
-    """Wait until the robot has taken up a goal."""
+    """Wait until the robot has a goal."""
     with anyio.fail_after(10.0):
         while True:
             with suppress(BackendRefused):
-                await node.ask(wire.GET_NAVIGATION_FEEDBACK, wire.FeedbackRequest(robot="turtlebot4"))
+                await node.ask(wire.GET_NAVIGATION_FEEDBACK, wire.RobotName(robot="turtlebot4"))
                 return
 
 
 async def first(subscription: Subscription, count: int = 1, within: float = 10.0) -> list[Any]:
-    """The next messages of a subscription."""
+    """Return the next messages of a subscription."""
     with anyio.fail_after(within):
         return [await subscription.message() for _ in range(count)]

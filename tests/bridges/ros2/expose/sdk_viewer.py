@@ -1,7 +1,7 @@
-"""Drives and watches a robot by another implementation of rmw_zenoh's wire: `python sdk_viewer.py PORT FOLDER`.
+"""A node of another rmw_zenoh implementation that drives a robot: `python sdk_viewer.py PORT FOLDER`.
 
-Definitions are in the folder, as PACKAGE/msg/NAME.msg, since it would look for them on the network. With every
-scan that it gets, and tells of, it has the robot drive ahead.
+The folder contains the definitions as PACKAGE/msg/NAME.msg, so that the node does not search the network for them.
+On each scan, the node prints a line and commands the robot to drive ahead.
 """
 
 import sys
@@ -10,7 +10,7 @@ from pathlib import Path
 from zenoh_ros2_sdk import ROS2Publisher, ROS2Subscriber, get_message_class, get_registry
 
 
-def tell(*words: object) -> None:
+def report(*words: object) -> None:
     sys.stdout.write(" ".join(map(str, words)) + "\n")
     sys.stdout.flush()
 
@@ -22,11 +22,11 @@ def main() -> None:
     vector = get_message_class("geometry_msgs/msg/Vector3")
 
     def take(scan: object) -> None:
-        tell(scan.header.frame_id, len(scan.ranges))  # type: ignore[attr-defined]
+        report(scan.header.frame_id, len(scan.ranges))  # type: ignore[attr-defined]
         commands.publish(linear=vector(x=0.2, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))
 
     ROS2Subscriber("/turtlebot4/scan", msg_type="sensor_msgs/msg/LaserScan", callback=take, **where)
-    tell("ready")
+    report("ready")
     sys.stdin.read()
 
 

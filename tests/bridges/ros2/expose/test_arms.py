@@ -7,10 +7,10 @@ import anyio
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.goals import sending_goal
 from seoro.bridges.ros2.expose.robot import LATCHED
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.runtime.contracts import GoalStatus
+from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.ros2.expose.exposed import Exposed, exposed, first, step
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -22,22 +22,20 @@ TYPES = {TRAJECTORY: "control_msgs/action/FollowJointTrajectory", GRIPPER: "cont
 
 async def reach(node: Exposed, action: str, goal: dict[str, Any]) -> tuple[GoalStatus, Mapping[str, Any]]:
     with anyio.fail_after(20.0):
-        async with pursuing(node.ros, action, TYPES[action], goal, lambda _: None) as pursued:
+        async with sending_goal(node.ros, action, TYPES[action], goal, lambda _: None) as pursued:
             ended = await pursued.ended()
     return ended.status, ended.result
 
 
 async def duration_of_motion(node: Exposed) -> float:
-    """How long the arm is going to move, once it has a trajectory; no time passes meanwhile."""
+    """Wait for a trajectory, and return its remaining duration [s]; no simulated time passes."""
     with anyio.fail_after(10.0):
         while (state := await node.ask(wire.GET_ARM_STATE, wire.RobotName(robot="ur10e"))).remaining == 0.0:
             pass
     return state.remaining
 
 
-async def test_an_arm_follows_trajectories_in_about_their_time(
-    simulator: str, router: str, types: TypeStore
-) -> None:
+async def test_an_arm_follows_trajectories_in_their_time(simulator: str, router: str, types: TypeStore) -> None:
     async with (
         exposed(simulator, router, types, "arm_cell") as node,
         node.ros.subscribing("/ur10e/joint_states", "sensor_msgs/msg/JointState") as states,
@@ -55,7 +53,7 @@ async def test_an_arm_follows_trajectories_in_about_their_time(
             for turn, sec in ((0.1, 2), (0.2, 4))
         ]
         goal = {"trajectory": {"joint_names": names, "points": points}}
-        async with pursuing(node.ros, TRAJECTORY, TYPES[TRAJECTORY], goal, lambda _: None) as pursued:
+        async with sending_goal(node.ros, TRAJECTORY, TYPES[TRAJECTORY], goal, lambda _: None) as pursued:
             assert await duration_of_motion(node) == pytest.approx(4.0, rel=0.1)
             playing = wire.SetSimulationState(state=wire.SimulationState.PLAYING, rate=20.0)
             await node.ask(wire.SET_SIMULATION_STATE, playing)

@@ -1,4 +1,4 @@
-"""A robot of a simulator, driven and watched by zenoh-ros2-sdk, which has rmw_zenoh's wire by others."""
+"""A simulated robot, driven by zenoh-ros2-sdk, another implementation of the rmw_zenoh protocol."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SEPARATOR = "=" * 80 + "\nMSG: "
 
 
 def write_definitions(types: TypeStore, folder: Path, *names: str) -> None:
-    """Write definitions of types, and of those that they are made of, as files of packages."""
+    """Write the definitions of types and of their member types as files of packages."""
     for name in names:
         package, _, kind = name.split("/")
         first, *others = types.schema(name).split(SEPARATOR)
@@ -35,7 +35,9 @@ def write_definitions(types: TypeStore, folder: Path, *names: str) -> None:
             file.write_text(text)
 
 
-async def test_others_drive_and_watch_it(tmp_path: Path, simulator: str, router: str, types: TypeStore) -> None:
+async def test_another_implementation_drives_an_exposed_robot(
+    tmp_path: Path, simulator: str, router: str, types: TypeStore
+) -> None:
     definitions = tmp_path / "definitions"
     write_definitions(types, definitions, "sensor_msgs/msg/LaserScan", "geometry_msgs/msg/Twist")
     environment = os.environ | {"HOME": str(tmp_path), "ZENOH_CONFIG_OVERRIDE": "scouting/delay=20"}

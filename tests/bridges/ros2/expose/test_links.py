@@ -18,7 +18,7 @@ def named(transforms: list[dict[str, Any]]) -> dict[str, Any]:
     return {each["child_frame_id"]: each["transform"] for each in transforms}
 
 
-def test_fixed_links_are_where_the_urdf_says() -> None:
+def test_fixed_links_have_the_poses_of_the_urdf() -> None:
     fixed = named(TURTLEBOT.fixed())
     assert set(fixed) == {"front_caster", "rplidar_link"}
     lidar = fixed["rplidar_link"]
@@ -34,7 +34,7 @@ def test_links_move_with_their_joints() -> None:
     assert (turn["x"], turn["y"], turn["z"], turn["w"]) == pytest.approx((-0.5, 0.5, 0.5, 0.5))
 
 
-def test_fingers_slide() -> None:
+def test_fingers_move_along_prismatic_joints() -> None:
     names = [joint.name for joint in ARM.joints if joint.kind == "prismatic"]
     before, after = (
         {name: each["translation"] for name, each in named(ARM.moving(dict.fromkeys(names, at), 0.0)).items()}

@@ -9,10 +9,10 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.clients.errors import GoalRejected
-from seoro.bridges.ros2.clients.goals import Goal, pursuing
+from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.runtime.contracts import GoalStatus
+from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.ros2.expose.exposed import Exposed, exposed, under_way
 from tests.sim_nodes.client import pose
 
@@ -36,7 +36,7 @@ async def localised(simulator: str, router: str, types: TypeStore) -> AsyncItera
 
 
 class Robot:
-    """Gives goals to the robot, and keeps what it tells of them."""
+    """An action client that sends goals and keeps their feedback and results."""
 
     def __init__(self, node: Exposed) -> None:
         self._node = node
@@ -46,7 +46,7 @@ class Robot:
     async def pursuing(self, action: str, goal: Mapping[str, Any]) -> AsyncIterator[Goal]:
         kind = "".join(word.capitalize() for word in action.split("_"))
         with anyio.fail_after(20.0):
-            async with pursuing(
+            async with sending_goal(
                 self._node.ros, f"/turtlebot4/{action}", f"nav2_msgs/action/{kind}", goal, self.told.append
             ) as pursued:
                 yield pursued
@@ -57,9 +57,7 @@ class Robot:
         return ended.status, ended.result
 
 
-async def test_goals_are_reached_by_the_nodes_own_navigation(
-    simulator: str, router: str, types: TypeStore
-) -> None:
+async def test_the_navigation_of_the_node_reaches_goals(simulator: str, router: str, types: TypeStore) -> None:
     async with localised(simulator, router, types) as node:
         robot = Robot(node)
         assert set(node.ros.graph.actions()) >= {
@@ -78,7 +76,7 @@ async def test_goals_are_reached_by_the_nodes_own_navigation(
         assert [told["current_waypoint"] for told in robot.told] == [0, 1]
 
 
-async def test_goals_that_cannot_be_reached_are_aborted_with_the_reason(
+async def test_unreachable_goals_are_aborted_with_the_reason(
     simulator: str, router: str, types: TypeStore
 ) -> None:
     async with localised(simulator, router, types) as node:
@@ -87,18 +85,18 @@ async def test_goals_that_cannot_be_reached_are_aborted_with_the_reason(
         assert (status, result["error_code"]) == (GoalStatus.ABORTED, 9000)
         assert "99" in result["error_msg"]
         status, result = await robot.reach("navigate_through_poses", {"poses": [stamped(0.5, 0.0, "odom")]})
-        assert "the goal is in the frame 'odom': give it in 'map'" in result["error_msg"]
+        assert "unsupported frame 'odom' of the goal: expected 'map'" in result["error_msg"]
         for nowhere, count in ({"number_of_loops": 3}, 0), ({"poses": [stamped(0.2, 0.0)], "goal_index": 1}, 1):
             status, result = await robot.reach("follow_waypoints", nowhere)
             assert (status, result["error_code"]) == (GoalStatus.ABORTED, 9000)
-            assert result["error_msg"].endswith(f"there are {count}, from 0 on")
+            assert result["error_msg"].endswith(f"(number of waypoints: {count})")
         waypoints = {"poses": [stamped(0.2, 0.0), stamped(99.0, 0.0)]}
         status, result = await robot.reach("follow_waypoints", waypoints)
         assert status is GoalStatus.ABORTED
         assert [missed["index"] for missed in result["missed_waypoints"]] == [1]
 
 
-async def test_goals_are_called_off_replaced_and_rejected(simulator: str, router: str, types: TypeStore) -> None:
+async def test_goals_are_canceled_replaced_and_rejected(simulator: str, router: str, types: TypeStore) -> None:
     far = {"pose": stamped(3.0, -3.0)}
     async with localised(simulator, router, types) as node:
         robot = Robot(node)
@@ -108,10 +106,10 @@ async def test_goals_are_called_off_replaced_and_rejected(simulator: str, router
             async with robot.pursuing("navigate_to_pose", {"pose": stamped(2.0, -2.0)}) as second:
                 ended = await first.ended()
                 assert ended.status is GoalStatus.ABORTED
-                assert ended.result["error_msg"] == "another goal has taken its place"
+                assert ended.result["error_msg"] == "replaced by another goal"
                 await second.cancel()
                 assert (await second.ended()).status is GoalStatus.CANCELED
-        # Nothing is left of them.
+        # No earlier goal remains.
         status, _ = await robot.reach("navigate_through_poses", {"poses": [stamped(0.2, 0.0)]})
         assert status is GoalStatus.SUCCEEDED
 

@@ -8,19 +8,20 @@ import anyio
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.ros2.clients.goals import pursuing
+from seoro.bridges.ros2.clients.goals import sending_goal
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.expose.node import ExposedNode
 from seoro.bridges.ros2.expose.running import ExposeSettings, expose
 from seoro.bridges.ros2.expose.simulation import FEATURES, SimulationServices
 from seoro.bridges.ros2.geometry import seconds
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.services import simulation_service_type
 from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.requests import ask as ask_node
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.errors import BackendRefused
-from seoro.runtime.contracts import GoalStatus
+from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.ros2.expose.exposed import STARTED_WITHIN, Exposed, exposed, first, under_way
 from tests.sim_nodes.client import BOX
 
@@ -31,7 +32,7 @@ STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD = range(5)
 
 
 class Services:
-    """Calls what simulators serve."""
+    """A client of the services of a simulator."""
 
     def __init__(self, node: Exposed, stack: AsyncExitStack) -> None:
         self.node = node
@@ -118,9 +119,7 @@ async def test_entities_are_spawned_found_moved_and_deleted(simulator: str, rout
         assert "box" in gone.result.error_message
 
 
-async def test_time_passes_and_worlds_change_as_they_are_told(
-    simulator: str, router: str, types: TypeStore
-) -> None:
+async def test_services_control_the_time_and_the_world(simulator: str, router: str, types: TypeStore) -> None:
     async with (
         simulating(simulator, router, types, "empty") as call,
         call.node.ros.subscribing("/clock", "rosgraph_msgs/msg/Clock") as clock,
@@ -162,7 +161,7 @@ async def test_time_passes_and_worlds_change_as_they_are_told(
         assert (await call("unload_world")).result.result == 101
 
 
-async def test_a_world_without_the_robot_that_has_no_namespace_ends_nothing(
+async def test_a_world_without_the_robot_of_the_root_namespace_keeps_the_node_alive(
     simulator: str, router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     async with simulating(simulator, router, types, "empty", root="turtlebot4") as call:
@@ -170,44 +169,46 @@ async def test_a_world_without_the_robot_that_has_no_namespace_ends_nothing(
         await graph.wait_for(lambda graph: graph.publishers("/scan"), 10.0)
         assert (await call("unload_world")).result.result == OK
         await graph.wait_for(lambda graph: not graph.publishers("/scan"), 10.0)
-        assert "there is no 'turtlebot4'; robots of no world: none" in caplog.text
+        assert "unknown robot 'turtlebot4'; robots of no world: none" in caplog.text
         assert (await call("load_world", {"world_resource": {"uri": "empty"}})).result.result == OK
         await graph.wait_for(lambda graph: graph.publishers("/scan"), 10.0)
 
 
-async def test_steps_are_made_and_called_off(simulator: str, router: str, types: TypeStore) -> None:
+async def test_steps_are_simulated_and_canceled(simulator: str, router: str, types: TypeStore) -> None:
     action, kind = "/simulate_steps", "simulation_interfaces/action/SimulateSteps"
     told: list[Members] = []
     async with exposed(simulator, router, types) as node:
-        async with pursuing(node.ros, action, kind, {"steps": 120}, told.append) as goal:
+        async with sending_goal(node.ros, action, kind, {"steps": 120}, told.append) as goal:
             ended = await goal.ended()
             assert (ended.status, ended.result["result"]["result"]) == (GoalStatus.SUCCEEDED, OK)
         assert [each["completed_steps"] for each in told] == [50, 100, 120]
         assert (await node.ask(wire.GET_SIMULATION_STATE, wire.Empty())).time == pytest.approx(0.48)
-        async with pursuing(node.ros, action, kind, {"steps": 10**9}, told.append) as goal:
+        async with sending_goal(node.ros, action, kind, {"steps": 10**9}, told.append) as goal:
             await goal.cancel()
             assert (await goal.ended()).status is GoalStatus.CANCELED
         playing = wire.SetSimulationState(state=wire.SimulationState.PLAYING)
         await node.ask(wire.SET_SIMULATION_STATE, playing)
-        async with pursuing(node.ros, action, kind, {"steps": 1}, told.append) as goal:
+        async with sending_goal(node.ros, action, kind, {"steps": 1}, told.append) as goal:
             ended = await goal.ended()
             assert (ended.status, ended.result["result"]["result"]) == (GoalStatus.ABORTED, 3)
 
 
-def test_all_services_of_simulators_that_there_are_are_served(types: TypeStore) -> None:
+def test_all_services_of_simulation_interfaces_are_served(types: TypeStore) -> None:
     services = {name for name in types.names() if name.startswith("simulation_interfaces/srv/")}
-    served = {kind for kind, _ in SimulationServices(None).all().values()}  # type: ignore[arg-type]
-    assert {f"simulation_interfaces/srv/{kind}" for kind in served} == services
+    served = SimulationServices(None).all()  # type: ignore[arg-type]
+    assert set(map(simulation_service_type, served)) == services
     assert FEATURES.keys() <= {verb.name for verb in wire.VERBS}
 
 
-async def test_what_others_do_to_the_simulator_is_noticed(simulator: str, router: str, types: TypeStore) -> None:
+async def test_changes_by_other_clients_of_the_simulator_are_published(
+    simulator: str, router: str, types: TypeStore
+) -> None:
     async with exposed(simulator, router, types, "maze") as node:
-        await node.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot="turtlebot4", pose=wire.Pose()))
+        await node.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot="turtlebot4", pose=wire.Pose3D()))
         await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=100))
         far = {"pose": {"pose": {"position": {"x": 3.0, "y": -3.0}, "orientation": {"w": 1.0}}}}
         action = ("/turtlebot4/navigate_to_pose", "nav2_msgs/action/NavigateToPose")
-        async with pursuing(node.ros, *action, far, lambda _: None) as goal:
+        async with sending_goal(node.ros, *action, far, lambda _: None) as goal:
             await under_way(node)
             await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))
             ended = await goal.ended()
@@ -219,7 +220,7 @@ async def test_what_others_do_to_the_simulator_is_noticed(simulator: str, router
         await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 10.0)
 
 
-async def test_worlds_that_others_load_are_noticed_whatever_the_time_is(
+async def test_worlds_loaded_by_other_clients_are_exposed_at_any_time(
     simulator: str, router: str, types: TypeStore
 ) -> None:
     async with exposed(simulator, router, types, "empty") as node:
@@ -230,9 +231,10 @@ async def test_worlds_that_others_load_are_noticed_whatever_the_time_is(
         await node.ros.graph.wait_for(lambda graph: not graph.publishers("/ur10e/joint_states"), 10.0)
         await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="empty"))
         await node.ros.graph.wait_for(lambda graph: graph.publishers("/turtlebot4/scan"), 10.0)
+        assert not node.ros.graph.publishers("/ur10e/joint_states")
 
 
-async def test_a_world_that_others_load_while_robots_are_being_exposed_is_exposed_then(
+async def test_a_world_loaded_while_robots_are_being_exposed_is_exposed(
     simulator: str, router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ask = ExposedNode.ask
@@ -249,7 +251,7 @@ async def test_a_world_that_others_load_while_robots_are_being_exposed_is_expose
         assert not node.ros.graph.publishers("/turtlebot4/scan")
 
 
-async def test_what_a_simulator_refuses_of_one_world_ends_its_being_exposed(
+async def test_a_refusal_within_an_unchanged_world_ends_the_exposure(
     simulator: str, router: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ask = ExposedNode.ask

@@ -1,4 +1,4 @@
-"""Which goals of a robot's navigation are accepted, beside a simulator node that reaches them all at once."""
+"""Acceptance of navigation goals, with a simulator node that reaches all goals at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import partial
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status
+from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status
 from seoro.bridges.ros2.expose.navigation import THROUGH_POSES, TO_POSE, RobotNavigation
 from seoro.bridges.ros2.expose.node import ExposedNode
 from seoro.bridges.ros2.interfaces import TypeStore
@@ -29,21 +29,21 @@ class Reaching(ExposedNode):
         return wire.Occurrence(id="", time=1.0, outcome=wire.Outcome.SUCCEEDED)
 
 
-def goal_to_pose(types: TypeStore, number: int) -> ServedGoal:
+def goal_to_pose(types: TypeStore, number: int) -> GoalHandle:
     goal = types.message("nav2_msgs/action/NavigateToPose_Goal", {"pose": stamped(1.0, 0.0)})
-    return ServedGoal(bytes([number] * 16), goal, lambda _: None)
+    return GoalHandle(bytes([number] * 16), goal, lambda _: None)
 
 
-async def test_a_goal_has_its_turn_from_when_it_is_accepted(types: TypeStore) -> None:
+async def test_goals_run_in_the_order_of_their_acceptance(types: TypeStore) -> None:
     navigation = RobotNavigation(Reaching(), "turtlebot4", lambda: None)
     first, second = goal_to_pose(types, 1), goal_to_pose(types, 2)
     assert navigation.accept(TO_POSE, first)
     assert not navigation.accept(THROUGH_POSES, second)  # though nothing is done for the first one yet
     assert navigation.accept(TO_POSE, second)
-    ends: dict[ServedGoal, Status] = {}
+    ends: dict[GoalHandle, Status] = {}
 
-    async def run(goal: ServedGoal) -> None:
-        ends[goal] = (await goal.carry_out(partial(navigation.carry_out, TO_POSE))).status
+    async def run(goal: GoalHandle) -> None:
+        ends[goal] = (await goal.run(partial(navigation.execute, TO_POSE))).status
 
     async with anyio.create_task_group() as tasks:
         tasks.start_soon(run, first)
@@ -52,18 +52,21 @@ async def test_a_goal_has_its_turn_from_when_it_is_accepted(types: TypeStore) ->
     assert navigation.accept(THROUGH_POSES, goal_to_pose(types, 3))
 
 
-async def test_a_goal_that_is_called_off_before_it_is_begun_leaves_its_turn(types: TypeStore) -> None:
+async def test_a_goal_canceled_before_its_start_frees_its_turn(types: TypeStore) -> None:
     navigation = RobotNavigation(Reaching(), "turtlebot4", lambda: None)
     goal, end = goal_to_pose(types, 1), GoalEnd(Status.CANCELED)
     assert navigation.accept(TO_POSE, goal)
     goal.stop(end)
-    assert await goal.carry_out(partial(navigation.carry_out, TO_POSE)) is end
+    assert await goal.run(partial(navigation.execute, TO_POSE)) is end
     assert navigation.accept(THROUGH_POSES, goal_to_pose(types, 2))
 
 
-async def test_those_who_are_told_of_one_robots_way_may_leave_in_any_order() -> None:
+async def test_receivers_of_feedback_unsubscribe_in_any_order() -> None:
     node = Reaching()
+    received: list[object] = []
     async with AsyncExitStack() as first:
-        await first.enter_async_context(node.on_its_way("turtlebot4", lambda _: None))
-        async with node.on_its_way("turtlebot4", lambda _: None):
+        await first.enter_async_context(node.receiving_feedback("turtlebot4", lambda _: None))
+        async with node.receiving_feedback("turtlebot4", received.append):
             await first.aclose()
+            assert node._on_feedback == {"turtlebot4": received.append}
+    assert node._on_feedback == {}

@@ -1,1 +1,1 @@
-"""seoro against nodes of ROS 2 itself: rclpy over rmw_zenoh_cpp, in processes of their own."""
+"""seoro with genuine ROS 2 nodes: rclpy over rmw_zenoh_cpp, in separate processes."""

@@ -1,7 +1,7 @@
 """Genuine nodes for tests: an environment with rclpy and rmw_zenoh_cpp, and processes in it.
 
-The environment is made by `setup.sh` of a folder `shared/ros2` beside that of the project, or of the folder that
-`SEORO_ROS2_RUNTIME` names, once for each version of its requirements. Without such a folder, tests are skipped.
+`setup.sh` creates the environment once for each version of its requirements. It is in the folder
+`SEORO_ROS2_RUNTIME`, by default `../shared/ros2`. Without this folder, the tests are skipped.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from tests.routers import free_endpoint
 ROOT = Path(__file__).parents[4]
 NODE = Path(__file__).with_name("node.py")
 MADE_WITHIN = 900.0  # [s]
-DEADLINE = 90.0  # [s] for what happens in a second on a machine that has nothing else to do
+DEADLINE = 90.0  # [s] limit of steps that take a second on an idle machine
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """All tests of this folder need the runtime."""
+    """Mark all tests of this folder: they need the runtime."""
     for item in items:
         if Path(__file__).parent in item.path.parents:
             item.add_marker(pytest.mark.ros2)
@@ -39,11 +39,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def genuine() -> Path:
-    """The folder of an environment with ROS 2."""
+    """Return the folder of an environment with ROS 2."""
     runtime = Path(os.environ.get("SEORO_ROS2_RUNTIME", ROOT.parent / "shared" / "ros2"))
     setup = runtime / "setup.sh"
     if not setup.exists():
-        pytest.skip(f"no runtime of ROS 2: there is no {setup}")
+        pytest.skip(f"runtime of ROS 2 not found: {setup} is missing")
     version = hashlib.sha256(setup.read_bytes() + (runtime / "requirements.txt").read_bytes()).hexdigest()[:12]
     folder = Path(tempfile.gettempdir()) / f"seoro-ros2-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
@@ -57,7 +57,7 @@ def genuine() -> Path:
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """Keep out others, such as tests of other processes."""
+    """Hold a lock against other processes."""
     with path.open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
@@ -65,13 +65,13 @@ def _locked(path: Path) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Running:
-    """A process, and what it prints."""
+    """A process and its output."""
 
     process: Process
     lines: AsyncIterator[str]
 
     async def said(self, text: str) -> str:
-        """Wait for a line with a text in it."""
+        """Wait for a line that contains a text, and return it."""
         with anyio.fail_after(DEADLINE):
             async for line in self.lines:
                 if text in line:
@@ -92,7 +92,7 @@ async def _lines(process: Process) -> AsyncIterator[str]:
 async def running(
     command: list[str], begun: str, environment: dict[str, str] | None = None
 ) -> AsyncIterator[Running]:
-    """A process that has printed a line with a text; it is killed at the end of the block."""
+    """Yield a process that has printed a line with a text; kill it at the end of the block."""
     own = {**os.environ, **(environment or {})}
     process = await anyio.open_process(command, stdin=subprocess.DEVNULL, stderr=subprocess.STDOUT, env=own)
     try:
@@ -113,13 +113,13 @@ class Ros2:
     folder: Path
 
     def node(self, router: str, *arguments: str) -> AbstractAsyncContextManager[Running]:
-        """A node that is ready; see `node.py`."""
+        """Yield a ready node; see `node.py`."""
         command = [str(self.folder / "run"), str(NODE), *arguments]
         return running(command, "ready", {"ROUTER": router})
 
     @asynccontextmanager
     async def router(self, kind: str, endpoint: str) -> AsyncIterator[Running]:
-        """A router: that of `seoro`, or that of rmw_zenoh (`zenoh 1.8.0`)."""
+        """Yield a router of `seoro` or of rmw_zenoh (`zenoh 1.8.0`)."""
         if kind == "seoro":
             command = [sys.executable, "-m", "seoro.cli.main", "router", "--listen", endpoint]
             async with running(command, "Ctrl-C") as router:
@@ -137,7 +137,7 @@ def ros2(genuine: Path) -> Ros2:
 
 @pytest.fixture(params=["seoro", "zenoh 1.8.0"])
 async def router(request: pytest.FixtureRequest, ros2: Ros2) -> AsyncIterator[str]:
-    """The endpoint of a router, of each kind."""
+    """Yield the endpoint of a router of each kind."""
     endpoint = free_endpoint()
     async with ros2.router(request.param, endpoint):
         yield endpoint

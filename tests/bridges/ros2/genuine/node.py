@@ -1,6 +1,6 @@
-"""A genuine node of ROS 2, which runs in the environment of rclpy: `node.py KIND [ARGUMENT] [--ros-args ...]`.
+"""A genuine ROS 2 node, for an environment with rclpy: `node.py KIND [ARGUMENT] [--ros-args ...]`.
 
-It prints a line for each thing that happens.
+It prints a line for each event.
 """
 
 import os
@@ -52,7 +52,7 @@ def serve(node, _):
 
 
 def act(node, cancels):
-    """Serve /fibonacci, whose goals go on for a tenth of a second for each unit of their order."""
+    """Serve /fibonacci; a goal lasts 0.1 s for each unit of its order."""
 
     def execute(goal):
         end = time.monotonic() + goal.request.order / 10

@@ -1,4 +1,4 @@
-"""`seoro ros` and runs with `--ros` on genuine nodes, behind seoro's router and behind that of rmw_zenoh."""
+"""`seoro ros` and runs with `--ros` on genuine nodes, behind the routers of seoro and of rmw_zenoh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GOAL = ("action", "send", "/fibonacci")
 
 
 async def ros(router: str, *arguments: str) -> str:
-    """What a command prints."""
+    """Return the output of a command."""
     command = [*SEORO, "ros", *arguments, "--ros", router]
     with anyio.fail_after(DEADLINE):
         done = await anyio.run_process(command, stderr=subprocess.STDOUT, check=False)
@@ -29,14 +29,14 @@ async def ros(router: str, *arguments: str) -> str:
 
 
 async def status_after(command: Running, number: signal.Signals) -> int:
-    """The exit status of a command that gets a signal."""
+    """Send a signal to a command, and return its exit status."""
     command.process.send_signal(number)
     with anyio.fail_after(DEADLINE):
         return await command.process.wait()
 
 
 async def passes(folder: Path, router: str, text: str) -> None:
-    """Run a scenario on the system; it passes."""
+    """Run a scenario on the system, and assert that it passes."""
     file = folder / "main.osc"
     file.write_text(f"import osc.ros\nimport osc.helpers\nscenario main:\n    do {text}\n")
     with anyio.fail_after(DEADLINE):
@@ -46,7 +46,7 @@ async def passes(folder: Path, router: str, text: str) -> None:
     assert done.returncode == 0, done.stdout.decode()
 
 
-async def test_what_there_is_is_shown_with_its_messages(ros2: Ros2, router: str) -> None:
+async def test_commands_show_the_graph_and_its_messages(ros2: Ros2, router: str) -> None:
     async with ros2.node(router, "server"), ros2.node(router, "talker", "grüße"):
         graph = await ros(router, "graph")
         assert "  /server\n  /talker\n" in graph
@@ -61,7 +61,7 @@ async def test_what_there_is_is_shown_with_its_messages(ros2: Ros2, router: str)
 async def test_a_signal_cancels_a_goal(ros2: Ros2, router: str) -> None:
     async with ros2.node(router, "actor", "cancels") as actor:
         command = [*SEORO, "ros", *GOAL, "{order: 600}", "--ros", router, *types(ros2)]
-        async with running(command, "has accepted") as sent:
+        async with running(command, "accepted the goal") as sent:
             await actor.said("accepted")
             assert await status_after(sent, signal.SIGTERM) == 143
             await sent.said("the goal was canceled")
@@ -72,13 +72,13 @@ async def test_a_signal_cancels_a_goal(ros2: Ros2, router: str) -> None:
 async def test_a_rejected_cancel_is_reported_as_rejected(ros2: Ros2, router: str) -> None:
     async with ros2.node(router, "actor") as actor:
         command = [*SEORO, "ros", *GOAL, "{order: 600}", "--ros", router, *types(ros2)]
-        async with running(command, "has accepted") as sent:
+        async with running(command, "accepted the goal") as sent:
             await actor.said("accepted")
             assert await status_after(sent, signal.SIGTERM) == 143
             assert "its server rejects to cancel it" in await sent.said("")
 
 
-async def test_logs_are_found_by_names_of_nodes(ros2: Ros2, router: str, tmp_path: Path) -> None:
+async def test_logs_are_found_by_node_names(ros2: Ros2, router: str, tmp_path: Path) -> None:
     remap = ("--ros-args", "-r", "__ns:=/bot1", "-r", "__node:=robot")
     async with ros2.node(router, "logger", "ready to dance", *remap):
         checks = ", ".join(("robot", "/bot1/robot", "bot1.robot"))
@@ -87,5 +87,5 @@ async def test_logs_are_found_by_names_of_nodes(ros2: Ros2, router: str, tmp_pat
 
 
 def types(ros2: Ros2) -> tuple[str, str]:
-    """Definitions that seoro does not bring: those of `test_msgs`."""
+    """Return the options for definitions that seoro does not contain: those of `test_msgs`."""
     return ("--interfaces", str(ros2.folder / "env" / "share"))

@@ -1,4 +1,4 @@
-"""Genuine nodes behind a router that comes, goes and comes again."""
+"""Genuine nodes behind a router that restarts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STRING = "std_msgs/msg/String"
 
 
 async def is_there(endpoint: str, name: str) -> None:
-    """Wait until a node is seen, and what it publishes arrives."""
+    """Wait until a node is in the graph, and its messages arrive."""
     async with connect(endpoint, dialect=RmwZenoh()) as system, system.node("watcher") as node:
         await node.graph.wait_for(lambda graph: name in graph.nodes(), DEADLINE)
         async with node.subscribing("/chatter", STRING) as chatter:
@@ -25,17 +25,17 @@ async def is_there(endpoint: str, name: str) -> None:
 
 
 async def is_gone(endpoint: str, name: str) -> None:
-    """Wait until a node is not seen any more."""
+    """Wait until a node has left the graph."""
     async with connect(endpoint, dialect=RmwZenoh()) as system:
         await system.graph.wait_for(lambda graph: name not in graph.nodes(), DEADLINE)
 
 
-async def test_nodes_hear_each_other(ros2: Ros2, router: str) -> None:
+async def test_nodes_receive_messages_of_each_other(ros2: Ros2, router: str) -> None:
     async with ros2.node(router, "talker"), ros2.node(router, "listener") as listener:
         await listener.said("heard hello")
 
 
-async def test_nodes_are_seen_after_a_restart_of_the_router_until_they_end(ros2: Ros2) -> None:
+async def test_nodes_are_in_the_graph_after_a_restart_of_the_router_until_they_end(ros2: Ros2) -> None:
     endpoint = free_endpoint()
     async with ros2.router("seoro", endpoint) as router, ros2.node(endpoint, "talker"):
         await is_there(endpoint, "/talker")
@@ -47,7 +47,7 @@ async def test_nodes_are_seen_after_a_restart_of_the_router_until_they_end(ros2:
                 await listener.said("heard hello")
 
 
-async def test_nodes_that_were_started_before_the_router_are_seen_until_they_end(ros2: Ros2) -> None:
+async def test_nodes_started_before_the_router_are_in_the_graph_until_they_end(ros2: Ros2) -> None:
     endpoint = free_endpoint()
     async with ros2.node(endpoint, "talker") as talker, ros2.router("seoro", endpoint):
         await is_there(endpoint, "/talker")

@@ -1,4 +1,4 @@
-"""A few messages of ROS 2 as types of Cyclone DDS, whose Python package writes CDR by itself."""
+"""Some ROS 2 messages as types of Cyclone DDS, an independent implementation of CDR."""
 
 # mypy: disable-error-code="type-arg, valid-type, misc"
 # Its sequences and arrays take their elements when they are called, which mypy does not see.
@@ -155,14 +155,14 @@ class UInt64MultiArray(IdlStruct):
 
 
 def encode(name: str, value: dict[str, Any], *, big_endian: bool = False) -> bytes:
-    """The CDR of a value, as Cyclone DDS writes it."""
+    """Encode a value as CDR by Cyclone DDS."""
     order = Endianness.Big if big_endian else Endianness.Little
     payload: bytes = _made(_type(name), value).serialize(endianness=order, use_version_2=False)
     return payload
 
 
 def decode(name: str, payload: bytes) -> dict[str, Any]:
-    """The value in a payload, as Cyclone DDS reads it."""
+    """Decode a payload by Cyclone DDS."""
     value: dict[str, Any] = _plain(asdict(_type(name).deserialize(payload)))
     return value
 

@@ -1,4 +1,4 @@
-"""Folders with packages of interfaces, as users have them."""
+"""Folders with interface packages of users."""
 
 from pathlib import Path
 
@@ -16,5 +16,5 @@ def make_folder(folder: Path, **files: str) -> Path:
 
 
 def store_with(folder: Path, **files: str) -> TypeStore:
-    """seoro's interfaces with those of such a package."""
+    """Return the bundled interfaces with those of the package `my_robot`."""
     return TypeStore.bundled().add_folder(make_folder(folder, **files))

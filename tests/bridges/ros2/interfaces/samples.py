@@ -12,7 +12,7 @@ LETTERS = "abcdefghij klmnop äöü€😀"
 
 
 def structures(store: TypeStore) -> list[str]:
-    """The names of all structures that are sent, but for what has wide texts."""
+    """Return the names of all structures on the wire except those with wide strings."""
     sent = [
         f"{interface}{suffix}"
         for interface in store.names()
@@ -23,7 +23,7 @@ def structures(store: TypeStore) -> list[str]:
 
 
 def sample(store: TypeStore, name: str, draw: random.Random) -> dict[str, Any]:
-    """A value of a structure with all of its members."""
+    """Return a random value of a structure with all members."""
     return {field.name: _value(store, field.type, draw) for field in store.structure(name).fields}
 
 

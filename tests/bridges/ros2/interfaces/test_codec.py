@@ -1,4 +1,4 @@
-"""CDR: bytes on the wire, byte orders, and payloads that are none."""
+"""CDR: encoding, byte orders, and invalid payloads."""
 
 import struct
 from typing import Any
@@ -20,13 +20,13 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> TypeStore:
     )
 
 
-def test_the_form_on_the_wire(store: TypeStore) -> None:
+def test_messages_are_encoded_as_cdr(store: TypeStore) -> None:
     assert store.encode("std_msgs/String", {"data": "hi"}) == b"\x00\x01\x00\x00" + b"\x03\x00\x00\x00hi\x00"
     twist = store.encode("geometry_msgs/Twist", {"linear": {"x": 0.5}, "angular": {"z": -1}})
     assert twist == b"\x00\x01\x00\x00" + struct.pack("<6d", 0.5, 0, 0, 0, 0, -1)
 
 
-def test_alignment_counts_from_behind_the_header(store: TypeStore) -> None:
+def test_alignment_counts_from_the_end_of_the_header(store: TypeStore) -> None:
     payload = store.encode(
         "my_robot/Mixed", {"a": 7, "b": 1.5, "c": "xyz", "d": [1, 2, 3], "e": [-1], "f": ["p", ""], "g": 255}
     )
@@ -37,7 +37,7 @@ def test_alignment_counts_from_behind_the_header(store: TypeStore) -> None:
     assert payload == b"\x00\x01\x00\x00" + expected
 
 
-def test_big_endian_messages_are_read(store: TypeStore) -> None:
+def test_big_endian_messages_are_decoded(store: TypeStore) -> None:
     payload = b"\x00\x00\x00\x00" + struct.pack(">iII4s", 5, 6, 4, b"map\0")
     header = store.decode("std_msgs/Header", payload)
     assert store.plain("std_msgs/Header", header) == {"stamp": {"sec": 5, "nanosec": 6}, "frame_id": "map"}
@@ -45,7 +45,7 @@ def test_big_endian_messages_are_read(store: TypeStore) -> None:
     assert store.decode("std_msgs/Float32MultiArray", array).data.tolist() == [1.5]
 
 
-def test_padding_at_the_end_is_no_error(store: TypeStore) -> None:
+def test_padding_at_the_end_is_ignored(store: TypeStore) -> None:
     payload = store.encode("std_msgs/String", {"data": "hi"})
     assert store.decode("std_msgs/String", payload + b"\0" * 3).data == "hi"
 
@@ -60,28 +60,32 @@ def test_arrays_are_views_of_the_payload(store: TypeStore) -> None:
 @pytest.mark.parametrize(
     ("name", "payload", "problem"),
     [
-        ("std_msgs/String", b"", "0 bytes are no message; CDR begins with a header of 4 bytes"),
-        ("std_msgs/String", b"\x00\x01", "2 bytes are no message"),
-        ("std_msgs/String", b"hello world", "the payload begins with 68 65 6c 6c; plain CDR"),
-        ("std_msgs/String", b"\x00\x07\x00\x00\x00", "which is CDR2"),
-        ("std_msgs/String", b"\x00\x03\x00\x00\x00", "which is PL_CDR"),
-        ("std_msgs/String", b"\x00\x01\x00\x00\xff\xff\xff\xff", "no such message, or a truncated one"),
-        ("std_msgs/String", b"\x00\x01\x00\x00\x02\x00\x00\x00a!", "no such message"),
-        ("std_msgs/String", b"\x00\x01\x00\x00\x02\x00\x00\x00\xff\x00", "no such message"),
+        ("std_msgs/String", b"", "truncated message of 0 bytes; expected a header of 4 bytes"),
+        ("std_msgs/String", b"\x00\x01", "truncated message of 2 bytes"),
+        ("std_msgs/String", b"hello world", "the payload begins with 68 65 6c 6c; expected plain CDR"),
+        ("std_msgs/String", b"\x00\x07\x00\x00\x00", "(CDR2)"),
+        ("std_msgs/String", b"\x00\x03\x00\x00\x00", "(PL_CDR)"),
+        ("std_msgs/String", b"\x00\x01\x00\x00\xff\xff\xff\xff", "invalid or truncated message"),
+        ("std_msgs/String", b"\x00\x01\x00\x00\x02\x00\x00\x00a!", "invalid or truncated message"),
+        ("std_msgs/String", b"\x00\x01\x00\x00\x02\x00\x00\x00\xff\x00", "invalid or truncated message"),
         ("std_msgs/String", b"\x00\x01\x00\x00\x02\x00\x00\x00a\x00xxxx", "the message ends after 10 of 14 bytes"),
-        ("geometry_msgs/Twist", b"\x00\x01\x00\x00" + b"\x00" * 47, "a truncated one"),
-        ("sensor_msgs/Image", b"\x00\x01\x00\x00" + b"\x00" * 10, "a truncated one"),
-        ("nav_msgs/Path", b"\x00\x01\x00\x00" + b"\x00" * 16 + b"\xff\xff\xff\x7f", "no such message"),
+        ("geometry_msgs/Twist", b"\x00\x01\x00\x00" + b"\x00" * 47, "truncated message"),
+        ("sensor_msgs/Image", b"\x00\x01\x00\x00" + b"\x00" * 10, "truncated message"),
+        (
+            "nav_msgs/Path",
+            b"\x00\x01\x00\x00" + b"\x00" * 16 + b"\xff\xff\xff\x7f",
+            "invalid or truncated message",
+        ),
     ],
 )
-def test_payloads_that_are_none_are_refused(store: TypeStore, name: str, payload: bytes, problem: str) -> None:
+def test_invalid_payloads_are_refused(store: TypeStore, name: str, payload: bytes, problem: str) -> None:
     with pytest.raises(InvalidPayload) as raised:
         store.decode(name, payload)
     assert str(raised.value).startswith(store.canonical(name))
     assert problem in str(raised.value)
 
 
-def test_no_truncated_message_is_read(store: TypeStore) -> None:
+def test_truncated_messages_are_refused(store: TypeStore) -> None:
     value: dict[str, Any] = {"a": 7, "b": 1.5, "c": "xyz", "d": [1, 2, 3], "e": [-1], "f": ["p", ""], "g": 255}
     payload = store.encode("my_robot/Mixed", value)
     for length in range(len(payload)):
@@ -89,16 +93,16 @@ def test_no_truncated_message_is_read(store: TypeStore) -> None:
             store.decode("my_robot/Mixed", payload[:length])
 
 
-def test_messages_have_a_limit(store: TypeStore, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_messages_have_a_size_limit(store: TypeStore, monkeypatch: pytest.MonkeyPatch) -> None:
     payload = store.encode("sensor_msgs/Image", {"data": bytes(2000)})
     monkeypatch.setattr("seoro.bridges.ros2.interfaces.codec.MAX_PAYLOAD", 1000)
-    with pytest.raises(InvalidValue, match="more than the 1000 of the limit"):
+    with pytest.raises(InvalidValue, match="exceed the limit of 1000"):
         store.encode("sensor_msgs/Image", {"data": bytes(2000)})
-    with pytest.raises(InvalidPayload, match="more than the 1000 of the limit"):
+    with pytest.raises(InvalidPayload, match="exceed the limit of 1000"):
         store.decode("sensor_msgs/Image", payload)
 
 
-def test_all_interfaces_survive_the_wire() -> None:
+def test_all_interfaces_are_equal_after_encoding_and_decoding() -> None:
     store = TypeStore.bundled()
     for interface in store.names():
         kind = interface.split("/")[1]

@@ -1,4 +1,4 @@
-"""Constants, which no hash has, against the definitions that rosbags brings."""
+"""Constants, which hashes do not cover, compared with the definitions of rosbags."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 
 
 @pytest.mark.parametrize(("distribution", "count"), [("jazzy", 159), ("humble", 147)])
-def test_constants_and_members_are_those_that_rosbags_has(distribution: str, count: int) -> None:
+def test_constants_and_members_equal_those_of_rosbags(distribution: str, count: int) -> None:
     typesys = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed (extra `ros2`)")
     theirs = typesys.get_typestore(typesys.Stores[f"ROS2_{distribution.upper()}"]).fielddefs
     ours = TypeStore.bundled(distribution)

@@ -1,4 +1,4 @@
-"""Type hashes against the official ones."""
+"""Type hashes compared with the official ones."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from tests.bridges.ros2.interfaces.folders import make_folder, store_with
 GOLDEN: dict[str, str] = json.loads(
     (Path(__file__).parents[3] / "data" / "ros2" / "jazzy_rihs01.json").read_text(encoding="utf-8")
 )
-# Made where geographic_msgs was missing, so that the golden hashes of what has its poses are none.
+# The golden hashes come from a system without geographic_msgs; hashes of types with its poses are missing.
 INCOMPLETE = {
     f"nav2_msgs/action/FollowGPSWaypoints{suffix}"
     for suffix in ("", "_Goal", "_SendGoal", "_SendGoal_Event", "_SendGoal_Request")
@@ -33,7 +33,7 @@ def test_interfaces_of_users_have_hashes(tmp_path: Path) -> None:
     assert store.type_hash("test_msgs/msg/Builtins") == GOLDEN["test_msgs/msg/Builtins"]
 
 
-def test_defaults_constants_and_comments_do_not_count(tmp_path: Path) -> None:
+def test_defaults_constants_and_comments_do_not_change_a_hash(tmp_path: Path) -> None:
     store = store_with(tmp_path, A_msg="int8 x", B_msg="int8 X=1\nint8 x 5 # five")
     (tmp_path / "my_robot" / "msg" / "A.msg").write_text("int8 x 3\n")
     assert store.type_hash("my_robot/A") == TypeStore.bundled().add_folder(tmp_path).type_hash("my_robot/A")
@@ -47,7 +47,7 @@ def test_derived_structures_of_actions_are_known(suffix: str) -> None:
 
 
 @pytest.mark.parametrize("distribution", ["jazzy", "humble"])
-def test_all_definitions_refer_to_what_there_is(distribution: str) -> None:
+def test_all_definitions_refer_to_bundled_definitions(distribution: str) -> None:
     store = TypeStore.bundled(distribution)
     for name in store.names():
         assert store.type_hash(name).startswith("RIHS01_")
@@ -70,7 +70,7 @@ def test_another_edition_of_a_package_is_found_by_its_hash() -> None:
 @pytest.mark.parametrize(
     ("distribution", "result", "feedback"), [("humble", "ecdf", "9d1f"), ("jazzy", "c407", "9d1f")]
 )
-def test_distributions_differ_where_their_packages_do(distribution: str, result: str, feedback: str) -> None:
+def test_hashes_of_distributions_differ_with_their_packages(distribution: str, result: str, feedback: str) -> None:
     store = TypeStore.bundled(distribution)
     assert store.type_hash("nav2_msgs/action/NavigateToPose_GetResult").startswith(f"RIHS01_{result}")
     assert store.type_hash("nav2_msgs/action/NavigateToPose_FeedbackMessage").startswith(f"RIHS01_{feedback}")

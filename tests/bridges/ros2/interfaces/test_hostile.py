@@ -1,4 +1,4 @@
-"""Texts and payloads that nobody wrote on purpose are read, or refused by the errors that are meant for it."""
+"""Random texts and payloads are decoded, or raise the specified errors."""
 
 import random
 
@@ -31,7 +31,7 @@ SIGNS = ["[", "]", "<=", "3", "0", "-", "1.5", "true", '"', "'", "\\", ",", "é"
 
 
 @given(st.lists(st.sampled_from(WORDS + SIGNS), max_size=40).map("".join))
-def test_definitions_are_read_or_refused(text: str) -> None:
+def test_random_definitions_are_read_or_refused(text: str) -> None:
     try:
         (read,) = read_interface("my_robot/msg/Thing", text, "Thing.msg")
     except InvalidDefinition:
@@ -40,7 +40,7 @@ def test_definitions_are_read_or_refused(text: str) -> None:
     assert again == read
 
 
-def test_payloads_are_read_or_refused() -> None:
+def test_random_payloads_are_decoded_or_refused() -> None:
     pytest.importorskip("rosbags", reason="rosbags is not installed (extra `ros2`)")
     store = TypeStore.bundled()
     draw = random.Random(1)

@@ -1,4 +1,4 @@
-"""CDR against two implementations that share nothing with rosbags: mcap-ros2-support and Cyclone DDS."""
+"""CDR compared with two implementations independent of rosbags: mcap-ros2-support and Cyclone DDS."""
 
 import io
 import random
@@ -21,7 +21,7 @@ def store() -> TypeStore:
 
 
 def compare_with_mcap(store: TypeStore, values: dict[str, dict[str, Any]]) -> None:
-    """Let mcap-ros2-support write the values, by name of their type, and read what seoro writes."""
+    """Encode values (by type name) and decode payloads of seoro by mcap-ros2-support."""
     reader = pytest.importorskip("mcap.reader", reason="mcap-ros2-support is not installed")
     decoders = pytest.importorskip("mcap_ros2.decoder")
     file = io.BytesIO()
@@ -43,13 +43,13 @@ def compare_with_mcap(store: TypeStore, values: dict[str, dict[str, Any]]) -> No
 
 
 @pytest.mark.slow
-def test_all_messages_are_the_same_to_mcap(store: TypeStore) -> None:
+def test_all_messages_equal_those_of_mcap(store: TypeStore) -> None:
     names = [name for name in structures(store) if not refers_to_derived(store, name)]
     assert len(names) > 700
     compare_with_mcap(store, {name: sample(store, name, random.Random(name)) for name in names})
 
 
-def test_made_up_definitions_are_the_same_to_mcap(tmp_path: Path) -> None:
+def test_random_definitions_equal_those_of_mcap(tmp_path: Path) -> None:
     draw = random.Random(1)
     files = {f"Inner{number}_msg": made_up(draw, []) for number in range(10)}
     files |= {f"Middle{number}_msg": made_up(draw, [f"Inner{number}"]) for number in range(10)}
@@ -60,7 +60,7 @@ def test_made_up_definitions_are_the_same_to_mcap(tmp_path: Path) -> None:
 
 
 def made_up(draw: random.Random, named: list[str]) -> str:
-    """A definition with members of drawn types, alone and in arrays of all kinds."""
+    """Return a definition with members of random types, scalar and in arrays of all kinds."""
     names = [*sorted(PRIMITIVES - {"wstring"}), "string<=8", *named * 6]
     ends = ["", "", "[]", "[<=3]", "[1]", "[3]"]
     return "".join(
@@ -69,13 +69,13 @@ def made_up(draw: random.Random, named: list[str]) -> str:
 
 
 def short(name: str) -> str:
-    """A name that mcap-ros2-support takes."""
+    """Return the name in the form of mcap-ros2-support."""
     package, _, base = name.split("/")
     return f"{package}/{base.replace('_', '')}"
 
 
 def refers_to_derived(store: TypeStore, name: str) -> bool:
-    """Whether it has parts of actions, whose names mcap-ros2-support does not read."""
+    """Return whether a structure has parts of actions, which mcap-ros2-support cannot read."""
     return "/action/" in store.schema(name)
 
 
@@ -99,7 +99,7 @@ def as_plain(message: Any) -> Any:
         "std_msgs/msg/UInt64MultiArray",
     ],
 )
-def test_messages_are_the_same_to_cyclone_dds(store: TypeStore, name: str, seed: int) -> None:
+def test_messages_equal_those_of_cyclone_dds(store: TypeStore, name: str, seed: int) -> None:
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed")
     from tests.bridges.ros2.interfaces import cyclone
 

@@ -1,4 +1,4 @@
-"""The files with definitions, and definitions as text."""
+"""Packed definition files, and schemas as text."""
 
 import subprocess
 import sys
@@ -10,11 +10,11 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.interfaces.packages import DATA, BundledPackage
 from seoro.bridges.ros2.interfaces.packing import pack
 from seoro.bridges.ros2.interfaces.registry import Registry
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from tests.bridges.ros2.interfaces.folders import store_with
 
 
-def test_packing_what_was_packed_changes_nothing() -> None:
+def test_packing_a_packed_package_again_changes_nothing() -> None:
     files = sorted(DATA.glob("*/*.interfaces"))
     assert {file.parent.name for file in files} == {"editions", "humble", "jazzy"}
     for file in files:
@@ -22,13 +22,13 @@ def test_packing_what_was_packed_changes_nothing() -> None:
         assert pack(package, Registry({package: BundledPackage(file)})) == file.read_text(encoding="utf-8")
 
 
-def test_what_is_packed_is_what_was_read(tmp_path: Path) -> None:
+def test_packed_definitions_equal_the_read_ones(tmp_path: Path) -> None:
     fields = 'float32[2] f [1.0, 2.5]\nbool[<=2] b [true]\nstring<=3[] s ["a,b"]\n'
     store = store_with(tmp_path, A_msg=f'# c\n{fields}\nint8 X = -3 # d\nstring Y="a \\"b"')
     assert store.schema("my_robot/msg/A") == f'int8 X=-3\nstring Y="a \\"b"\n{fields}'
 
 
-def test_a_schema_has_all_that_it_refers_to_once(tmp_path: Path) -> None:
+def test_a_schema_contains_each_referenced_type_once(tmp_path: Path) -> None:
     store = store_with(tmp_path, A_msg="B b\nC c", B_msg="C[] c", C_msg="int8 x")
     ruler = "=" * 80
     assert store.schema("my_robot/A") == (
@@ -36,9 +36,9 @@ def test_a_schema_has_all_that_it_refers_to_once(tmp_path: Path) -> None:
     )
 
 
-def test_messages_without_rosbags_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_messages_without_rosbags_are_refused_with_the_extra_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "seoro.bridges.ros2.interfaces.codec", None)
-    with pytest.raises(InvalidUse, match="messages of ROS 2 need") as raised:
+    with pytest.raises(UsageError, match="messages of ROS 2 need") as raised:
         TypeStore.bundled().encode("std_msgs/String", {})
     assert raised.value.help == "install it with: pip install 'seoro[ros2]'"
 

@@ -37,7 +37,7 @@ def refusal(text: str, name: str = "my_robot/msg/Thing") -> str:
         ("geometry_msgs/Point[]", Sequence(Named("geometry_msgs/msg/Point"))),
     ],
 )
-def test_types(written: str, expected: object) -> None:
+def test_member_types_are_read(written: str, expected: object) -> None:
     assert read(f"{written} member").fields == (Field("member", expected),)  # type: ignore[arg-type]
 
 
@@ -61,7 +61,7 @@ def test_types(written: str, expected: object) -> None:
         ("string[] a [\"x, y\", 'z', w]", ("x, y", "z", "w")),
     ],
 )
-def test_defaults(line: str, default: Any) -> None:
+def test_default_values_are_read(line: str, default: Any) -> None:
     assert read(line).fields[0].default == default
 
 
@@ -77,24 +77,24 @@ def test_defaults(line: str, default: Any) -> None:
         ("bool YES=True", True),
     ],
 )
-def test_constants(line: str, value: object) -> None:
+def test_constants_are_read(line: str, value: object) -> None:
     structure = read(line)
     assert structure.fields == ()
     assert structure.constants[0].value == value
 
 
-def test_comments_blank_lines_tabs_and_carriage_returns_say_nothing() -> None:
+def test_comments_and_blanks_are_ignored() -> None:
     text = "# all about it\r\n\r\n  # more\r\nint8\t a\t 3 # [m]\r\n   string  b\r\nint8 C=1# one\r\n"
     structure = read(text)
     assert structure.fields == (Field("a", Scalar("int8"), 3), Field("b", Scalar("string")))
     assert structure.constants == (Constant("C", Scalar("int8"), 1),)
 
 
-def test_a_comment_begins_within_quotes_too_as_in_ros() -> None:
+def test_a_comment_may_start_within_quotes_as_in_ros() -> None:
     assert read('string a "before # after').fields[0].default == '"before'
 
 
-def test_parts_of_services_and_actions() -> None:
+def test_services_and_actions_are_split_into_parts() -> None:
     request, response = read_interface("my_robot/srv/Grip", "float64 force\n---\nbool done\n", "Grip.srv")
     assert (request.name, response.name) == ("my_robot/srv/Grip_Request", "my_robot/srv/Grip_Response")
     assert response.fields == (Field("done", Scalar("bool")),)
@@ -108,54 +108,54 @@ def test_parts_of_services_and_actions() -> None:
     ("text", "problem"),
     [
         ("int32", "Thing.msg:1: `int32` is a type without a name"),
-        ("int32 a\nint33 b", "Thing.msg:2: `int33` is no type"),
+        ("int32 a\nint33 b", "Thing.msg:2: invalid type `int33`"),
         ("time stamp", "ROS 2 has `builtin_interfaces/Time`"),
-        ("Header[ header", "`Header[` is no type"),
-        ("int32[0] a", "from 1 to"),
-        ("int32[<=0] a", "from 1 to 4294967295 are possible"),
-        ("int32[<=] a", "no valid size"),
-        ("int32[3 a", "`int32[3` is no type"),
-        ("int32[3][] a", "`int32[3][]` is no type"),
-        ("int32[٣] a", "no valid size"),
-        ("int32[99999999999999999999] a", "no valid size"),
+        ("Header[ header", "invalid type `Header[`"),
+        ("int32[0] a", "expected 1 to"),
+        ("int32[<=0] a", "expected 1 to 4294967295"),
+        ("int32[<=] a", "invalid size"),
+        ("int32[3 a", "invalid type `int32[3`"),
+        ("int32[3][] a", "invalid type `int32[3][]`"),
+        ("int32[٣] a", "invalid size"),
+        ("int32[99999999999999999999] a", "invalid size"),
         ("stringy<=3 a", "only `string` has one"),
-        ("geometry_msgs/Point[5000] a", "from 1 to 4096"),
+        ("geometry_msgs/Point[5000] a", "expected 1 to 4096"),
         ("int32<=3 a", "only `string` has one"),
         ("Point<=3 a", "only `string` has one"),
-        ("string<=0 a", "from 1 to"),
-        ("int32 Speed", "`Speed` is no name of a field"),
-        ("int32 a__b", "`a__b` is no name of a field"),
-        ("int32 a;import", "`a;import` is no name of a field"),
-        ("int32 max=3", "`max` is no name of a constant"),
+        ("string<=0 a", "expected 1 to"),
+        ("int32 Speed", "`Speed` is an invalid field name"),
+        ("int32 a__b", "`a__b` is an invalid field name"),
+        ("int32 a;import", "`a;import` is an invalid field name"),
+        ("int32 max=3", "`max` is an invalid constant name"),
         ("Point P=3", "constants are numbers, bool or string"),
-        ("int8 LIMIT=300", "300 is outside of int8, which goes from -128 to 127"),
+        ("int8 LIMIT=300", "300 is outside the range of int8, -128 to 127"),
         ("int8 LIMIT=", "constant `LIMIT` has no value"),
-        ("int8 a 1.5", "default of `a`: `1.5` is no int8"),
-        ("float32 a fast", "`fast` is no float32"),
-        ("bool a yes", "`yes` is no bool; write true or false"),
-        ("Point a 3", "can have no default"),
-        ("int8[2] a [1]", "has 2 elements, and 1 are given"),
-        ("int8[<=2] a [1, 2, 3]", "has at most 2 elements, and 3 are given"),
-        ("int8[] a 1", "is no list"),
-        ("int8[] a [1,,2]", "element that is empty"),
-        ("int8[] a [1,2,]", "element that is empty"),
-        ("int8[] a [,]", "element that is empty"),
+        ("int8 a 1.5", "default of `a`: `1.5` is not a valid int8"),
+        ("float32 a fast", "`fast` is not a valid float32"),
+        ("bool a yes", "`yes` is not a bool; expected true or false"),
+        ("Point a 3", "cannot have a default"),
+        ("int8[2] a [1]", "expected 2 elements (int8[2]), got 1"),
+        ("int8[<=2] a [1, 2, 3]", "expected at most 2 elements (int8[<=2]), got 3"),
+        ("int8[] a 1", "is not a list"),
+        ("int8[] a [1,,2]", "an empty element"),
+        ("int8[] a [1,2,]", "an empty element"),
+        ("int8[] a [,]", "an empty element"),
         ('string[] a ["a" b", c]', 'has a " within'),
-        (f"int8 {'A' * 5000}a=1", "is no name of a constant"),
+        (f"int8 {'A' * 5000}a=1", "is an invalid constant name"),
         (f"string[] a [{' ' * 100_000}x, {chr(34) * 99_999}]", 'has a " within'),
         ('string a "x"y"', 'has a " within'),
         ("string<=2 a abc", "longer than string<=2"),
-        ("int8 a\nint8 b\nfloat32 a", "Thing.msg:3: `a` is defined in line 1 already"),
-        ("int8 a\n---\nint8 b", "a .msg file has 1 part, and this one has 2"),
-        ("Bad_Name/Point a", "`Bad_Name` is no name of a package"),
-        ("x" * 1_000_001, "are more than the 1000000 of the limit"),
+        ("int8 a\nint8 b\nfloat32 a", "Thing.msg:3: duplicate name `a` (first in line 1)"),
+        ("int8 a\n---\nint8 b", "expected 1 part of a .msg file, got 2"),
+        ("Bad_Name/Point a", "`Bad_Name` is an invalid package name"),
+        ("x" * 1_000_001, "exceed the limit of 1000000"),
     ],
 )
-def test_what_is_wrong_is_named_with_its_line(text: str, problem: str) -> None:
+def test_invalid_definitions_are_reported_with_the_line(text: str, problem: str) -> None:
     assert problem in refusal(text)
 
 
 def test_a_service_without_a_separator_is_refused() -> None:
     message = refusal("int8 a", "my_robot/srv/Grip")
-    assert "has 2 parts, and this one has 1" in message
+    assert "expected 2 parts of a .srv file, got 1" in message
     assert "lines of `---`" in message

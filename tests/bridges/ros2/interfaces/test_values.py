@@ -1,4 +1,4 @@
-"""From plain values to messages: what is taken, what is missing, and what is refused with its path."""
+"""Conversion of plain values to messages: accepted, missing and invalid members."""
 
 import math
 from pathlib import Path
@@ -50,24 +50,24 @@ def refusal(store: TypeStore, name: str, value: Any) -> tuple[str, str, str]:
     return raised.value.path, str(raised.value), raised.value.help
 
 
-def test_what_is_missing_is_zero_empty_or_the_default(store: TypeStore) -> None:
+def test_missing_members_are_zero_empty_or_the_default(store: TypeStore) -> None:
     odometry = store.plain("nav_msgs/Odometry", store.message("nav_msgs/Odometry", {"child_frame_id": "base"}))
     assert odometry["child_frame_id"] == "base"
     assert odometry["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
     assert odometry["pose"]["covariance"] == [0.0] * 36
-    assert odometry["pose"]["pose"]["orientation"]["w"] == 1.0  # as geometry_msgs says
+    assert odometry["pose"]["pose"]["orientation"]["w"] == 1.0  # the default in geometry_msgs
     plain = store.plain("my_robot/Defaults", store.message("my_robot/Defaults", {"f": 1}))
     assert plain == {"a": 5, "b": "x", "c": [1.0, 2.0], "d": ["y"], "e": True, "f": 1, "g": [7]}
 
 
-def test_members_are_attributes_and_constants_are_of_the_class(store: TypeStore) -> None:
+def test_members_and_constants_are_attributes(store: TypeStore) -> None:
     status = store.message("action_msgs/GoalStatus", {"status": 4})
     assert status.status == status.STATUS_SUCCEEDED == 4
     assert status.goal_info.stamp.sec == 0
     assert repr(status.goal_info.stamp) == "Time(sec=0, nanosec=0)"
 
 
-def test_members_that_are_words_of_python_keep_their_names(store: TypeStore) -> None:
+def test_members_named_like_python_keywords_keep_their_names(store: TypeStore) -> None:
     message = store.message("my_robot/Words", {"from": 1, "class": 2})
     assert (message.from_, message.class_) == (1, 2)
     assert store.plain("my_robot/Words", message) == {"from": 1, "class": 2}
@@ -82,7 +82,7 @@ def test_a_structure_without_members_is_an_empty_mapping(store: TypeStore) -> No
     assert refusal(store, "std_msgs/Empty", {"structure_needs_at_least_one_member": 0})[0] == ""
 
 
-def test_messages_are_values_and_parts_of_values(store: TypeStore) -> None:
+def test_messages_are_accepted_as_values_and_members(store: TypeStore) -> None:
     point = store.message("geometry_msgs/Point", {"x": 1})
     pose = store.message("geometry_msgs/Pose", {"position": point})
     assert pose.position == point
@@ -106,12 +106,12 @@ def test_messages_are_equal_if_their_members_are(store: TypeStore) -> None:
         hash(point)
 
 
-def test_messages_are_checked_like_other_values(store: TypeStore) -> None:
+def test_members_of_messages_are_checked(store: TypeStore) -> None:
     broken = store.message("geometry_msgs/Point", {})._replace(y="far")
     assert refusal(store, "geometry_msgs/Point", broken)[0] == "y"
 
 
-def test_no_message_is_taken_for_a_list(store: TypeStore) -> None:
+def test_a_message_is_refused_as_a_list(store: TypeStore) -> None:
     point = store.message("geometry_msgs/Point", {})
     assert refusal(store, "my_robot/Kinds", {"some_float64": point})[0] == "some_float64"
 
@@ -147,7 +147,7 @@ def test_no_message_is_taken_for_a_list(store: TypeStore) -> None:
         ("some_int8", np.array([], np.uint64), []),
     ],
 )
-def test_what_is_taken(store: TypeStore, member: str, value: Any, expected: object) -> None:
+def test_convertible_values_are_accepted(store: TypeStore, member: str, value: Any, expected: object) -> None:
     payload = store.encode("my_robot/Kinds", {member: value})
     assert store.plain("my_robot/Kinds", store.decode("my_robot/Kinds", payload))[member] == expected
 
@@ -161,25 +161,25 @@ def test_what_is_taken(store: TypeStore, member: str, value: Any, expected: obje
         ({"an_int64": 10**5000}, "an_int64", "got a huge number"),
         ({"an_int32": 1.0}, "an_int32", "expected a whole number (int32), got 1.0"),
         ({"an_int32": True}, "an_int32", "expected a whole number (int32), got true"),
-        ({"an_int32": "1"}, "an_int32", "got the text '1'"),
+        ({"an_int32": "1"}, "an_int32", "got the string '1'"),
         ({"an_int32": None}, "an_int32", "got nothing"),
         ({"an_byte": b"ab"}, "an_byte", "expected a whole number (byte), got 2 bytes"),
-        ({"an_float64": "1.5"}, "an_float64", "expected a number, got the text '1.5'"),
+        ({"an_float64": "1.5"}, "an_float64", "expected a number, got the string '1.5'"),
         ({"an_float64": False}, "an_float64", "got false"),
         ({"an_float64": 10**400}, "an_float64", "got a huge number"),
         ({"an_float32": 1e39}, "an_float32", "expected a number up to 3.4028"),
         ({"an_bool": 1}, "an_bool", "expected true or false, got 1"),
-        ({"text": 5}, "text", "expected a text, got 5"),
+        ({"text": 5}, "text", "expected a string, got 5"),
         ({"text": "a\0b"}, "text", "without the character NUL"),
-        ({"text": "\ud800"}, "text", "expected a text in Unicode"),
-        ({"short": "abcd"}, "short", "expected a text of at most 3 bytes, got the text 'abcd'"),
+        ({"text": "\ud800"}, "text", "expected a valid Unicode string"),
+        ({"short": "abcd"}, "short", "expected a string of at most 3 bytes, got the string 'abcd'"),
         ({"short": "grü"}, "short", "at most 3 bytes"),
         ({"some_int8": [1, 2, 300]}, "some_int8[2]", "got 300"),
         ({"some_int8": 5}, "some_int8", "expected a list (int8[]), got 5"),
         ({"some_int8": "123"}, "some_int8", "expected a list"),
         ({"some_int8": b"12"}, "some_int8", "got 2 bytes"),
         ({"some_float32": [0.5, [1]]}, "some_float32[1]", "got a list of 1"),
-        ({"some_float32": np.array([1e300])}, "some_float32", "expected numbers that float32 has"),
+        ({"some_float32": np.array([1e300])}, "some_float32", "expected numbers within the range of float32"),
         ({"some_float32": np.zeros((2, 2))}, "some_float32", "expected one dimension (float32[])"),
         ({"some_int8": np.array([1.0])}, "some_int8", "expected an array of int8, got an array of float64"),
         ({"some_uint8": np.array([256])}, "some_uint8", "expected numbers from 0 to 255"),
@@ -190,14 +190,14 @@ def test_what_is_taken(store: TypeStore, member: str, value: Any, expected: obje
         ({"two_uint8": b"abc"}, "two_uint8", "expected 2 elements (uint8[2]), got 3"),
         ({"few": ["a", "b", "c"]}, "few", "expected at most 2 elements (string<=3[<=2]), got 3"),
         ({"few": ["a", "long"]}, "few[1]", "at most 3 bytes"),
-        ({"texts": "abc"}, "texts", "expected a list (string[]), got the text 'abc'"),
-        ({"points": [{}, {"x": "far"}]}, "points[1].x", "expected a number, got the text 'far'"),
+        ({"texts": "abc"}, "texts", "expected a list (string[]), got the string 'abc'"),
+        ({"points": [{}, {"x": "far"}]}, "points[1].x", "expected a number, got the string 'far'"),
         ({"points": [{}]}, "points", "expected 2 elements"),
         ({"points": {"x": 1}}, "points", "got a mapping with 1 entries"),
         ({"points": [{}, 5]}, "points[1]", "expected a geometry_msgs/msg/Point, got 5"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_path(
+def test_invalid_values_are_refused_with_their_path(
     store: TypeStore, value: dict[str, Any], path: str, problem: str
 ) -> None:
     found, message, _ = refusal(store, "my_robot/Kinds", value)
@@ -206,10 +206,10 @@ def test_what_does_not_fit_is_refused_with_its_path(
     assert problem in message
 
 
-def test_unknown_members_list_the_near_ones(store: TypeStore) -> None:
+def test_unknown_members_are_refused_with_similar_ones(store: TypeStore) -> None:
     path, problem, help_ = refusal(store, "geometry_msgs/PoseStamped", {"pose": {"positon": {}}})
     assert path == "pose"
-    assert problem.endswith("`pose`: a geometry_msgs/msg/Pose has no member `positon`")
+    assert problem.endswith("`pose`: unknown member `positon` of geometry_msgs/msg/Pose")
     assert help_ == "did you mean `position`?"
     _, _, help_ = refusal(store, "geometry_msgs/Point", {"where": 1})
     assert help_ == "its members are `x`, `y`, `z`"
@@ -217,24 +217,24 @@ def test_unknown_members_list_the_near_ones(store: TypeStore) -> None:
     assert help_ == "it has no members"
 
 
-def test_what_was_meant_is_hinted_at(store: TypeStore) -> None:
+def test_refusals_of_values_suggest_a_fix(store: TypeStore) -> None:
     assert "in quotes" in refusal(store, "std_msgs/String", {"data": 5})[2]
     assert refusal(store, "geometry_msgs/Point", {"x": "1.5"})[2] == "write it without quotes"
     assert refusal(store, "std_msgs/Int8", {"data": "1"})[2] == "write it without quotes"
     assert refusal(store, "std_msgs/Int8", {"data": "one"})[2] == ""
     help_ = refusal(store, "geometry_msgs/Pose", {"position": [1, 2, 3]})[2]
-    assert help_ == "a mapping is expected; its members are `x`, `y`, `z`"
+    assert help_ == "write a mapping; its members are `x`, `y`, `z`"
 
 
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
-        ("std_srvs/srv/SetBool", "`std_srvs/srv/SetBool` is a service, and no message"),
-        ("nav2_msgs/Spin", "`nav2_msgs/action/Spin` is an action, and no message"),
-        ("nav2_msgs/action/Spin_SendGoal", "`nav2_msgs/action/Spin_SendGoal` is a service, and no message"),
+        ("std_srvs/srv/SetBool", "`std_srvs/srv/SetBool` is a service, not a message"),
+        ("nav2_msgs/Spin", "`nav2_msgs/action/Spin` is an action, not a message"),
+        ("nav2_msgs/action/Spin_SendGoal", "`nav2_msgs/action/Spin_SendGoal` is a service, not a message"),
     ],
 )
-def test_services_and_actions_are_no_messages(store: TypeStore, name: str, problem: str) -> None:
+def test_services_and_actions_are_refused_as_messages(store: TypeStore, name: str, problem: str) -> None:
     with pytest.raises(UnknownInterface) as raised:
         store.encode(name, {})
     assert str(raised.value) == problem
@@ -243,22 +243,20 @@ def test_services_and_actions_are_no_messages(store: TypeStore, name: str, probl
     assert "`Spin_Goal`" in raised.value.help or "`SetBool_Request`" in raised.value.help
 
 
-def test_wide_texts_are_refused_but_have_a_hash(store: TypeStore, tmp_path: Path) -> None:
+def test_wide_strings_are_refused_but_have_a_hash(store: TypeStore, tmp_path: Path) -> None:
     assert store.type_hash("my_robot/Wide").startswith("RIHS01_")
-    with pytest.raises(
-        InvalidDefinition, match="my_robot/msg/Wide, `b`: `wstring` can be neither encoded"
-    ) as raised:
+    with pytest.raises(InvalidDefinition, match="my_robot/msg/Wide, `b`: unsupported type `wstring`") as raised:
         store.encode("my_robot/Wide", {"a": 1})
     assert "use `string`" in raised.value.help
 
 
-def test_plain_says_when_a_message_is_of_another_type(store: TypeStore) -> None:
+def test_plain_refuses_a_message_of_another_type(store: TypeStore) -> None:
     message = store.message("std_msgs/String", {})
     with pytest.raises(InvalidValue, match=r"expected a std_msgs/msg/Bool, got a std_msgs/msg/String"):
         store.plain("std_msgs/Bool", message)
 
 
-def test_not_a_number_stays_what_it_is(store: TypeStore) -> None:
+def test_nan_and_infinity_are_preserved(store: TypeStore) -> None:
     scan = store.message("sensor_msgs/LaserScan", {"ranges": [math.nan, math.inf]})
     ranges = store.plain("sensor_msgs/LaserScan", scan)["ranges"]
     assert math.isnan(ranges[0])

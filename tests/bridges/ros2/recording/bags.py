@@ -6,7 +6,7 @@ from pathlib import Path
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.recording.mcap_file import Compression
 from seoro.bridges.ros2.recording.metadata import BagTopic
-from seoro.bridges.ros2.recording.writer import MOST_WAITING, BagWriter, write_bag
+from seoro.bridges.ros2.recording.writer import MAX_WAITING, BagWriter, write_bag
 from seoro.bridges.ros2.wire import Durability, Qos, Reliability
 
 TYPES = TypeStore.bundled()
@@ -22,7 +22,7 @@ SCANS = BagTopic("/scan", SCAN, TYPES.type_hash(SCAN), (SENSOR, LATCHED))
 
 
 def text(data: str) -> bytes:
-    """A message of `/chatter`."""
+    """Return the payload of a message of `/chatter`."""
     return TYPES.encode(STRING, {"data": data})
 
 
@@ -37,9 +37,9 @@ async def write(
     messages: Iterable[tuple[str, bytes, int]],
     *topics: BagTopic,
     compression: Compression = "none",
-    most_waiting: int = MOST_WAITING,
+    most_waiting: int = MAX_WAITING,
 ) -> Path:
-    """A bag of messages: (topic, payload, [ns] after `START`)."""
+    """Write a bag of messages: (topic, payload, [ns] after `START`)."""
     async with write_bag(folder, compression=compression, most_waiting=most_waiting) as writer:
         add(writer, *topics)
         for topic, payload, time in messages:
@@ -48,5 +48,5 @@ async def write(
 
 
 def talk(count: int, period: int = SECOND // 10) -> list[tuple[str, bytes, int]]:
-    """Messages of `/chatter`: `0`, `1`, ..."""
+    """Return messages of `/chatter`: `0`, `1`, ..."""
     return [(CHATTER.name, text(str(number)), number * period) for number in range(count)]

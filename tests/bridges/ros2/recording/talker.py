@@ -1,6 +1,6 @@
-"""A process that writes a bag without end: `python -m tests.bridges.ros2.recording.talker FOLDER LIMIT`.
+"""A process that writes a bag endlessly: `python -m tests.bridges.ros2.recording.talker FOLDER LIMIT`.
 
-With a limit [bytes], files cannot grow beyond it, as on a disk that is full.
+A limit [bytes] of the file size simulates a full disk.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ BURST = 25  # messages
 
 
 async def main(folder: Path, limit: int) -> None:
-    """Write messages that are numbered, and tell how many there are."""
+    """Write numbered messages, and print their number."""
     if limit:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
     filling = "x" * SIZE

@@ -17,10 +17,10 @@ from seoro.bridges.ros2.recording.metadata import BagTopic
 from seoro.bridges.ros2.recording.player import Playback, _offer, play
 from seoro.bridges.ros2.recording.reader import open_bag
 from seoro.bridges.ros2.recording.writer import write_bag
-from seoro.bridges.ros2.topics import Received, Subscription
+from seoro.bridges.ros2.topics import ReceivedPayload, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.session import Bound
-from seoro.errors import InvalidUse
+from seoro.errors import UsageError
 from tests.bridges.ros2.recording.bags import CHATTER, LATCHED, SECOND, START, STRING, talk, text, write
 from tests.bridges.ros2.systems import two_nodes, with_another_string
 
@@ -32,7 +32,7 @@ MILLISECOND = SECOND // 1000  # [ns]
 async def listening(
     router: str, types: TypeStore, topic: str = "/chatter", type_name: str = STRING
 ) -> AsyncIterator[tuple[RosNode, Subscription]]:
-    """A node that plays, and a subscription of the robot's."""
+    """Yield a playing node, and a subscription of the robot."""
     with anyio.fail_after(10):
         async with (
             two_nodes(router, types) as (there, here),
@@ -42,12 +42,12 @@ async def listening(
             yield here, subscription
 
 
-async def take(subscription: Subscription, count: int) -> list[Received]:
-    """The next messages."""
+async def take(subscription: Subscription, count: int) -> list[ReceivedPayload]:
+    """Return the next messages."""
     return [await subscription.receive() for _ in range(count)]
 
 
-async def test_what_was_recorded_is_published_with_its_type_and_qos(
+async def test_recorded_messages_are_published_with_their_type_and_qos(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     latched = BagTopic("/map_name", STRING, CHATTER.type_hash, (LATCHED, Qos(Reliability.BEST_EFFORT, depth=7)))
@@ -60,7 +60,7 @@ async def test_what_was_recorded_is_published_with_its_type_and_qos(
     assert subscription.missed == 0
 
 
-async def test_publishers_offer_what_satisfies_all_who_were_satisfied(
+async def test_publishers_offer_a_qos_for_all_recorded_publishers(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     topic = BagTopic("/chatter", STRING, CHATTER.type_hash, (LATCHED, Qos(Reliability.BEST_EFFORT, depth=7)))
@@ -73,12 +73,14 @@ async def test_publishers_offer_what_satisfies_all_who_were_satisfied(
     assert (publisher.qos.is_reliable, publisher.qos.is_transient_local, publisher.qos.depth) == (True, True, 7)
 
 
-def test_one_publisher_keeps_what_several_have_kept() -> None:
+def test_a_publisher_keeps_the_latched_messages_of_several() -> None:
     assert _offer((LATCHED, LATCHED, Qos())).depth == max(2 * LATCHED.depth, Qos().depth)
     assert _offer((replace(LATCHED, depth=1),) * 2).depth == 2
 
 
-async def test_messages_come_at_their_times_and_at_a_rate(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_messages_are_played_at_their_times_and_at_a_rate(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
     bag = open_bag(await write(tmp_path / "bag", talk(4, 200 * MILLISECOND), CHATTER))
     async with listening(router, types) as (here, subscription):
         started = time.time_ns()
@@ -88,7 +90,7 @@ async def test_messages_come_at_their_times_and_at_a_rate(router: str, types: Ty
         assert each.arrived - started > number * 50 * MILLISECOND  # never early; busy machines are late
 
 
-async def test_a_part_is_played_from_an_offset(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_a_part_of_a_bag_is_played_from_an_offset(router: str, types: TypeStore, tmp_path: Path) -> None:
     other = BagTopic("/other", STRING, CHATTER.type_hash, (Qos(),))
     messages = [*talk(20), *(("/other", payload, time) for _, payload, time in talk(20))]
     bag = open_bag(await write(tmp_path / "bag", messages, CHATTER, other))
@@ -99,7 +101,7 @@ async def test_a_part_is_played_from_an_offset(router: str, types: TypeStore, tm
     assert [subscription.decode(each).data for each in received] == [str(number) for number in range(15, 20)]
 
 
-async def test_what_was_kept_for_latecomers_is_played_from_an_offset_too(
+async def test_latched_messages_from_before_the_offset_are_played(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     latched = BagTopic("/map_name", STRING, CHATTER.type_hash, (LATCHED, LATCHED, Qos()))
@@ -112,7 +114,7 @@ async def test_what_was_kept_for_latecomers_is_played_from_an_offset_too(
     assert [subscription.decode(each).data for each in received] == ["hall", "cellar"]
 
 
-async def test_the_clock_tells_the_time_of_the_bag(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_the_clock_publishes_the_time_of_the_bag(router: str, types: TypeStore, tmp_path: Path) -> None:
     told: list[str] = []
     clock = BagTopic("/clock", "rosgraph_msgs/msg/Clock", types.type_hash("rosgraph_msgs/msg/Clock"))
     recorded = ("/clock", types.encode(clock.type, {"clock": {"sec": 1}}), 0)
@@ -128,10 +130,10 @@ async def test_the_clock_tells_the_time_of_the_bag(router: str, types: TypeStore
     assert nanoseconds[0] >= 0
     assert nanoseconds[-1] > SECOND * 0.95
     assert 2 <= len(times) <= most
-    assert told == ["/clock of the bag is not played, since the clock is published"]
+    assert told == ["/clock of the bag is not played, since its time is published"]
 
 
-async def test_types_that_only_the_bag_knows_are_played(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_types_defined_only_by_the_bag_are_played(router: str, types: TypeStore, tmp_path: Path) -> None:
     own = BagTopic("/own", "my_msgs/msg/Own", "RIHS01_" + "5" * 64, (LATCHED,))
     async with write_bag(tmp_path / "bag") as writer:
         writer.add_topic(own, "")
@@ -147,7 +149,7 @@ async def test_types_that_only_the_bag_knows_are_played(router: str, types: Type
     assert (publisher.type_hash, received.payload) == (own.type_hash, b"\x00\x01\x00\x00\x07")
 
 
-async def test_a_type_that_nobody_knows_is_named(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_an_undefined_type_is_refused_with_its_name(router: str, types: TypeStore, tmp_path: Path) -> None:
     async with write_bag(tmp_path / "bag") as writer:
         writer.add_topic(BagTopic("/own", "my_msgs/msg/Own"), "")
     async with two_nodes(router, types) as (_, here):
@@ -155,7 +157,9 @@ async def test_a_type_that_nobody_knows_is_named(router: str, types: TypeStore, 
             await play(here, open_bag(tmp_path / "bag"))
 
 
-async def test_robots_with_another_definition_are_named(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_subscribers_with_another_definition_are_refused(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
     theirs = with_another_string(types, tmp_path / "definitions")
     bag = open_bag(await write(tmp_path / "bag", talk(1), CHATTER))
     async with two_nodes(router, types, theirs=theirs) as (there, here), there.subscribing("/chatter", STRING):
@@ -164,7 +168,7 @@ async def test_robots_with_another_definition_are_named(router: str, types: Type
             await play(here, bag)
 
 
-async def test_a_bag_that_is_damaged_is_played_up_to_there(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_a_damaged_bag_is_played_up_to_the_damage(router: str, types: TypeStore, tmp_path: Path) -> None:
     messages = [(CHATTER.name, text("x" * 100_000), number) for number in range(100)]
     bag = open_bag(await write(tmp_path / "bag", messages, CHATTER))
     file = tmp_path / "bag" / "bag_0.mcap"
@@ -176,23 +180,23 @@ async def test_a_bag_that_is_damaged_is_played_up_to_there(router: str, types: T
             await play(here, bag, FAST)
 
 
-async def test_what_makes_no_sense_is_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_invalid_settings_are_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
     bag = open_bag(await write(tmp_path / "bag", talk(21), CHATTER))
     async with two_nodes(router, types) as (_, here):
         with pytest.raises(UnknownTopic, match="no topic /chater"):
             await play(here, bag, Playback(("/chater",)))
-        with pytest.raises(InvalidUse, match=r"lasts 2\.000 s; it cannot be played from 2\.5 s"):
+        with pytest.raises(UsageError, match=r"the start offset 2\.5 s is after the end of .*bag \(2\.000 s\)"):
             await play(here, bag, Playback(start_offset=2.5))
 
 
 @pytest.mark.parametrize(
     ("options", "problem"),
     [
-        ({"rate": 0.0}, "the rate of a bag that is played is positive, not 0"),
-        ({"clock_rate": -1.0}, "the rate of the clock of a bag that is played is positive, not -1"),
-        ({"start_offset": float("nan")}, "the offset from which a bag is played is 0 s or more, not nan s"),
+        ({"rate": 0.0}, "invalid playback rate 0"),
+        ({"clock_rate": -1.0}, "invalid clock rate -1"),
+        ({"start_offset": float("nan")}, "invalid start offset nan s"),
     ],
 )
-def test_rates_and_offsets_that_make_no_sense_are_refused(options: dict[str, float], problem: str) -> None:
-    with pytest.raises(InvalidUse, match=problem):
+def test_invalid_rates_and_offsets_are_refused(options: dict[str, float], problem: str) -> None:
+    with pytest.raises(UsageError, match=problem):
         Playback(**options)  # type: ignore[arg-type]

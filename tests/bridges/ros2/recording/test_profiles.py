@@ -13,13 +13,13 @@ ALL = [
 ]
 
 
-def test_what_is_written_is_read_back_as_a_list_or_as_text() -> None:
+def test_written_profiles_are_read_back_as_a_list_or_text() -> None:
     written = [profile(qos) for qos in ALL]
     assert read_profiles(written) == read_profiles(yaml.safe_dump(written)) == tuple(ALL)
     assert read_profiles("") == ()
 
 
-def test_what_publishers_cannot_be_given_is_read_as_the_default() -> None:
+def test_unsupported_qos_values_are_read_as_the_default() -> None:
     unknown = {
         "history": "unknown",
         "reliability": "system_default",
@@ -31,6 +31,6 @@ def test_what_publishers_cannot_be_given_is_read_as_the_default() -> None:
 
 
 @pytest.mark.parametrize("written", ["- [", "reliable", "{}\n- a", ["reliable"]])
-def test_what_is_no_list_of_profiles_is_refused(written: str | list[str]) -> None:
-    with pytest.raises(ValueError, match="its QoS is no"):
+def test_invalid_lists_of_profiles_are_refused(written: str | list[str]) -> None:
+    with pytest.raises(ValueError, match=r"invalid (YAML of )?QoS"):
         read_profiles(written)

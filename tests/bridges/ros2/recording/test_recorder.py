@@ -29,31 +29,31 @@ PATIENCE = 10  # [s]
 
 @asynccontextmanager
 async def limited() -> AsyncIterator[None]:
-    """A block that ends in time, or fails."""
+    """Fail if the block takes too long."""
     with anyio.fail_after(PATIENCE):
         yield
 
 
 def said(bag: Bag, topic: str = "/chatter") -> list[str]:
-    """What the messages of a topic say."""
+    """Return the texts of the messages of a topic."""
     return [TYPES.decode(STRING, message.payload).data for message in bag.messages({topic})]
 
 
 def custom_data(folder: Path) -> Mapping[str, str]:
-    """What a bag says beside its messages."""
+    """Return the notes of a bag."""
     information = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     return information["custom_data"] or {}
 
 
 async def talk_to(publication: Publication, *texts: str) -> None:
-    """Publish texts as soon as somebody listens."""
+    """Publish texts as soon as the topic has a subscription."""
     await publication.wait_for_subscription()
     for text in texts:
         publication.publish({"data": text})
 
 
 async def recorded(recording: Recording, count: int) -> None:
-    """Wait until as many messages have been recorded."""
+    """Wait until a number of messages has been recorded."""
     while sum(recording.counts.values()) < count:
         await anyio.sleep(0.002)
 
@@ -80,7 +80,7 @@ async def test_topics_are_recorded_with_type_hash_and_qos(router: str, types: Ty
         assert reader.message_count == 3
 
 
-async def test_it_says_which_topics_are_missing_until_all_are_there(
+async def test_the_recorder_lists_missing_topics_until_all_exist(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     async with (
@@ -101,7 +101,7 @@ async def test_it_says_which_topics_are_missing_until_all_are_there(
     assert said(open_bag(tmp_path / "bag")) == ["late"]
 
 
-async def test_a_lost_publisher_is_told_and_noted_in_the_bag(
+async def test_a_lost_publisher_is_reported_and_noted_in_the_bag(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     told: list[str] = []
@@ -123,7 +123,7 @@ async def test_a_lost_publisher_is_told_and_noted_in_the_bag(
     assert custom_data(tmp_path / "bag")["notes"].splitlines() == told
 
 
-async def test_a_pattern_takes_what_matches_as_it_comes_and_hidden_topics_only_if_asked(
+async def test_a_pattern_records_new_topics_and_hidden_ones_on_request_only(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     async with (
@@ -143,7 +143,9 @@ async def test_a_pattern_takes_what_matches_as_it_comes_and_hidden_topics_only_i
         assert sorted(everything.topics) == ["/robot1/_hidden", "/robot1/chatter", "/robot1/scan"]
 
 
-async def test_messages_have_the_time_of_the_clock_if_asked(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_messages_have_the_time_of_the_clock_on_request(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
     told: list[str] = []
     async with (
         limited(),
@@ -171,7 +173,7 @@ async def test_messages_have_the_time_of_the_clock_if_asked(router: str, types: 
     assert told == ["/clock jumped back from 12.500 s to 3.000 s"]
 
 
-async def test_definitions_that_seoro_does_not_have_are_not_made_up(
+async def test_topics_of_unknown_definitions_are_recorded_without_definition(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_another_string(types, tmp_path / "definitions")
@@ -186,7 +188,7 @@ async def test_definitions_that_seoro_does_not_have_are_not_made_up(
         await talk_to(chatter, "theirs")
         await recorded(recording, 1)
     assert told[0].startswith(
-        "/chatter is recorded without the definition of std_msgs/msg/String: that of the robot"
+        "/chatter is recorded without the definition of std_msgs/msg/String: the definitions of the robot"
     )
     with Reader(tmp_path / "bag") as reader:
         (connection,) = reader.connections
@@ -194,7 +196,9 @@ async def test_definitions_that_seoro_does_not_have_are_not_made_up(
         assert connection.msgcount == 1
 
 
-async def test_what_has_arrived_is_recorded_to_the_last(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_all_received_messages_are_recorded_at_the_end(
+    router: str, types: TypeStore, tmp_path: Path
+) -> None:
     async with (
         limited(),
         two_nodes(router, types) as (there, here),
@@ -203,11 +207,11 @@ async def test_what_has_arrived_is_recorded_to_the_last(router: str, types: Type
     ):
         await recording.wait_complete()
         await talk_to(chatter, *map(str, range(20)))
-        time.sleep(0.2)  # everything arrives, and nobody takes it
+        time.sleep(0.2)  # all messages arrive while the event loop is blocked
     assert said(open_bag(tmp_path / "bag")) == [str(number) for number in range(20)]
 
 
-async def test_of_two_definitions_the_one_that_seoro_has_is_recorded(
+async def test_messages_of_the_known_definition_only_are_recorded(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs, told = with_another_string(types, tmp_path / "definitions"), list[str]()
@@ -228,13 +232,13 @@ async def test_of_two_definitions_the_one_that_seoro_has_is_recorded(
             while not told:
                 await anyio.sleep(0.002)
     assert told == [
-        "/chatter: messages by another definition of std_msgs/msg/String are not recorded"
-        f" ({theirs.type_hash(STRING)}; it is recorded by {types.type_hash(STRING)})"
+        "/chatter: messages with another definition of std_msgs/msg/String are not recorded"
+        f" ({theirs.type_hash(STRING)}; recorded: {types.type_hash(STRING)})"
     ]
     assert said(open_bag(tmp_path / "bag")) == ["ours"]
 
 
-async def test_topics_that_cannot_be_recorded_are_left_out_of_a_pattern_with_a_note(
+async def test_topics_with_invalid_names_are_skipped_with_a_note(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     told: list[str] = []
@@ -249,12 +253,12 @@ async def test_topics_that_cannot_be_recorded_are_left_out_of_a_pattern_with_a_n
                 while not told or not recording.topics:
                     await anyio.sleep(0.002)
     assert told[0].startswith(
-        "/odd-name is not recorded: '/odd-name': 'odd-name' has to be letters, digits and '_'"
+        "/odd-name is not recorded: '/odd-name': invalid part 'odd-name': expected letters, digits and '_'"
     )
     assert recording.topics == ("/good",)
 
 
-async def test_messages_that_do_not_arrive_are_told_counted_and_noted(
+async def test_messages_lost_in_transit_are_reported_counted_and_noted(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     told: list[str] = []
@@ -267,18 +271,18 @@ async def test_messages_that_do_not_arrive_are_told_counted_and_noted(
         await recording.wait_complete()
         await talk_to(chatter, "1", "2")
         for _ in range(3):
-            next(chatter._numbers)  # as if they had been dropped on a link that is full
+            next(chatter._numbers)  # simulates drops on a congested link
         await talk_to(chatter, "6")
         next(chatter._numbers)
         await talk_to(chatter, "8")
         await recorded(recording, 4)
     assert recording.missed == {"/chatter": 4}
-    assert told == ["/chatter: messages do not arrive, the first of them number 3"]
+    assert told == ["/chatter: messages are lost in transit, first number 3"]
     noted = custom_data(tmp_path / "bag")
     assert (noted["missed"], noted["notes"]) == ("4 of /chatter", told[0])
 
 
-async def test_losses_are_told_counted_and_noted(
+async def test_dropped_messages_are_reported_counted_and_noted(
     router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "WAITING", Bound(3))
@@ -293,23 +297,23 @@ async def test_losses_are_told_counted_and_noted(
         await chatter.wait_for_subscription()
         for number in range(200):
             chatter.publish({"data": str(number)})
-        time.sleep(0.2)  # the event loop is held up: nobody takes what arrives
+        time.sleep(0.2)  # the event loop is blocked: messages arrive unread
         await recorded(recording, 3)
     lost = recording.lost["/chatter"]
     assert lost + recording.counts["/chatter"] == 200
-    assert told == ["/chatter: messages are lost, since they come faster than they can be written"]
+    assert told == ["/chatter: messages are dropped, since they arrive faster than the disk writes"]
     assert custom_data(tmp_path / "bag")["lost"] == f"{lost} of /chatter"
     assert len(said(open_bag(tmp_path / "bag"))) == recording.counts["/chatter"]
 
 
-async def test_a_disk_that_takes_nothing_ends_the_recording_with_an_error(
+async def test_a_full_disk_ends_the_recording_with_an_error(
     router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(file: McapFile) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(McapFile, "flush", refuse)
-    with pytest.raises(RecordingFailed, match=r"bag_0\.mcap cannot be written any more: No space left on device"):
+    with pytest.raises(RecordingFailed, match=r"bag_0\.mcap any more: No space left on device"):
         async with (
             limited(),
             two_nodes(router, types) as (there, here),
@@ -321,9 +325,7 @@ async def test_a_disk_that_takes_nothing_ends_the_recording_with_an_error(
             await anyio.sleep_forever()
 
 
-async def test_a_recording_that_is_cancelled_leaves_a_whole_bag(
-    router: str, types: TypeStore, tmp_path: Path
-) -> None:
+async def test_a_cancelled_recording_leaves_an_intact_bag(router: str, types: TypeStore, tmp_path: Path) -> None:
     async with (
         limited(),
         two_nodes(router, types) as (there, here),
@@ -356,7 +358,7 @@ async def test_topics_behind_a_bridge_for_dds_are_recorded(router: str, types: T
     assert bag.topics["/chatter"].type_hash == CHATTER.type_hash
 
 
-async def test_what_makes_no_sense_is_refused_before_a_folder_is_made(
+async def test_invalid_requests_are_refused_before_a_folder_is_created(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     async def begin(*topics: str, pattern: str = "") -> None:
@@ -364,12 +366,14 @@ async def test_what_makes_no_sense_is_refused_before_a_folder_is_made(
             pass
 
     async with two_nodes(router, types) as (_, here):
-        with pytest.raises(RefusedRecording, match="nothing is to be recorded"):
+        with pytest.raises(RefusedRecording, match="no topics to record"):
             await begin()
-        with pytest.raises(RefusedRecording, match=r"/a/_action/status is hidden, and hidden topics are not"):
+        with pytest.raises(
+            RefusedRecording, match=r"/a/_action/status is a hidden topic, and hidden topics are not"
+        ):
             await begin("/a/_action/status")
         with pytest.raises(InvalidName):
             await begin("/not a topic")
-        with pytest.raises(RefusedRecording, match=r"the pattern '\(' is no regular expression"):
+        with pytest.raises(RefusedRecording, match=r"the pattern '\(' is an invalid regular expression"):
             await begin(pattern="(")
     assert not (tmp_path / "bag").exists()

@@ -13,9 +13,9 @@ from rosbags.rosbag2 import Reader
 from seoro.bridges.ros2.recording import writer as writer_module
 from seoro.bridges.ros2.recording.errors import RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression
-from seoro.bridges.ros2.recording.mending import mend_bag
 from seoro.bridges.ros2.recording.metadata import BagTopic, read_metadata
 from seoro.bridges.ros2.recording.reader import open_bag
+from seoro.bridges.ros2.recording.repair import repair_bag
 from seoro.bridges.ros2.recording.writer import write_bag
 from tests.bridges.ros2.recording.bags import (
     CHATTER,
@@ -34,18 +34,18 @@ from tests.bridges.ros2.recording.talker import SIZE
 
 
 def decoded(file: Path) -> list[DecodedMessageTuple]:
-    """What mcap-ros2-support finds in a file."""
+    """Return the messages that mcap-ros2-support reads from a file."""
     with file.open("rb") as stream:
         return list(make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
 
 
 def talker(bag: Path, limit: int = 0) -> subprocess.Popen[str]:
-    """A process that writes a bag without end."""
+    """Start a process that writes a bag endlessly."""
     command = [sys.executable, "-m", "tests.bridges.ros2.recording.talker", str(bag), str(limit)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-async def test_rosbags_reads_what_is_written_with_types_hashes_and_qos(tmp_path: Path) -> None:
+async def test_rosbags_reads_written_bags_with_types_hashes_and_qos(tmp_path: Path) -> None:
     scan = TYPES.encode(SCAN, {"angle_max": 1.0, "ranges": [1.0, 2.5]})
     bag = await write(tmp_path / "bag", [*talk(3), (SCANS.name, scan, 50)], CHATTER, SCANS)
     with Reader(bag) as reader:
@@ -75,7 +75,7 @@ async def test_mcap_ros2_support_decodes_by_the_definitions_in_the_file(tmp_path
 
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd"])
-async def test_compressed_bags_are_smaller_and_read_by_all(tmp_path: Path, compression: Compression) -> None:
+async def test_compressed_bags_are_smaller_and_readable(tmp_path: Path, compression: Compression) -> None:
     messages = [(CHATTER.name, text("the same " * 100), number) for number in range(1000)]
     bag = await write(tmp_path / "bag", messages, CHATTER, compression=compression)
     assert (bag / "bag_0.mcap").stat().st_size < 200_000
@@ -84,7 +84,7 @@ async def test_compressed_bags_are_smaller_and_read_by_all(tmp_path: Path, compr
         assert sum(1 for _ in reader.messages()) == 1000
 
 
-async def test_messages_without_room_are_lost_counted_and_noted_in_the_bag(tmp_path: Path) -> None:
+async def test_messages_beyond_the_queue_are_dropped_counted_and_noted(tmp_path: Path) -> None:
     large = text("x" * 1000)
     async with write_bag(tmp_path / "bag", most_waiting=2500) as writer:
         add(writer, CHATTER)
@@ -103,7 +103,7 @@ async def test_a_bag_without_messages_can_be_read(tmp_path: Path) -> None:
         assert list(reader.messages()) == []
 
 
-async def test_types_that_nobody_defines_are_recorded_without_definition(tmp_path: Path) -> None:
+async def test_undefined_types_are_recorded_without_definition(tmp_path: Path) -> None:
     async with write_bag(tmp_path / "bag") as writer:
         writer.add_topic(BagTopic("/own", "my_msgs/msg/Own", "RIHS01_" + "0" * 64), "")
         writer.write("/own", b"\x00\x01\x00\x00\x07", START)
@@ -112,20 +112,20 @@ async def test_types_that_nobody_defines_are_recorded_without_definition(tmp_pat
         assert [bytes(payload) for _, _, payload in reader.messages()] == [b"\x00\x01\x00\x00\x07"]
 
 
-async def test_a_folder_that_exists_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RefusedRecording, match="exists; a bag is written into a folder of its own"):
+async def test_an_existing_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RefusedRecording, match="exists; expected a new folder"):
         async with write_bag(tmp_path):
             pass
 
 
-async def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+async def test_a_folder_that_cannot_be_created_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(RefusedRecording, match="cannot be made: Not a directory"):
+    with pytest.raises(RefusedRecording, match=r"cannot create .*: Not a directory"):
         async with write_bag(tmp_path / "file" / "bag"):
             pass
 
 
-async def test_the_bag_is_whole_when_the_block_ends_with_an_error(tmp_path: Path) -> None:
+async def test_the_bag_is_intact_when_the_block_raises(tmp_path: Path) -> None:
     with pytest.raises(KeyError):
         async with write_bag(tmp_path / "bag") as writer:
             add(writer, CHATTER)
@@ -135,7 +135,7 @@ async def test_the_bag_is_whole_when_the_block_ends_with_an_error(tmp_path: Path
     assert open_bag(tmp_path / "bag").extent.count == 1
 
 
-async def test_a_message_is_in_the_file_soon_while_the_bag_is_written(
+async def test_messages_are_flushed_to_the_file_periodically(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(writer_module, "PERIOD", 0.02)
@@ -145,9 +145,10 @@ async def test_a_message_is_in_the_file_soon_while_the_bag_is_written(
         with anyio.fail_after(10):
             while not open_bag(tmp_path / "bag").extent.count:
                 await anyio.sleep(0.01)
+        assert [message.topic for message in open_bag(tmp_path / "bag").messages()] == [CHATTER.name]
 
 
-def test_a_killed_process_leaves_a_bag_with_all_whole_chunks(tmp_path: Path) -> None:
+def test_a_killed_process_leaves_a_bag_with_all_complete_chunks(tmp_path: Path) -> None:
     bag, file = tmp_path / "bag", tmp_path / "bag" / "bag_0.mcap"
     process = talker(bag)
     assert process.stdout is not None
@@ -161,19 +162,19 @@ def test_a_killed_process_leaves_a_bag_with_all_whole_chunks(tmp_path: Path) -> 
     assert found.is_cut_off
     assert numbers == list(range(len(numbers)))
     assert len(numbers) * SIZE > file.stat().st_size - 2 * CHUNK
-    assert mend_bag(bag).extent.count == len(numbers)
+    assert repair_bag(bag).extent.count == len(numbers)
     with Reader(bag) as reader:
         assert reader.message_count == sum(1 for _ in reader.messages()) == len(numbers)
         assert [each.digest for each in reader.connections] == [CHATTER.type_hash]
     assert len(decoded(file)) == len(numbers)
 
 
-def test_a_full_disk_ends_with_an_error_and_a_bag_that_can_be_read(tmp_path: Path) -> None:
+def test_a_full_disk_is_an_error_and_leaves_a_readable_bag(tmp_path: Path) -> None:
     bag = tmp_path / "bag"
     process = talker(bag, limit=3 * CHUNK)
     _, errors = process.communicate(timeout=60)
     last = errors.splitlines()[-1]
-    assert last.endswith("bag_0.mcap cannot be written any more: File too large")
+    assert last.endswith("bag_0.mcap any more: File too large")
     found = open_bag(bag)
     assert found.extent.count * SIZE > 1.5 * CHUNK
     assert sum(1 for _ in found.messages()) == found.extent.count

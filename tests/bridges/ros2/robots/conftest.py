@@ -1,4 +1,4 @@
-"""A robot of ROS 2, and a bridge to it, each in a process of its own."""
+"""A ROS 2 robot and a bridge to it, each in its own process."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ anyio.run(main)
 
 @dataclass(frozen=True)
 class Bridged:
-    """A robot behind a bridge: where the bridge is, and the file to which the robot writes what moves it."""
+    """A robot behind a bridge: endpoint of the bridge, and file with the notes of the robot."""
 
     endpoint: str
     log: Path
@@ -42,17 +42,17 @@ class Bridged:
     since: float = field(default_factory=time.monotonic)
 
     def notes(self, what: str) -> list[tuple[float, float]]:
-        """What the robot has noted of a kind since the test began: when [s, by the machine], and a value."""
+        """Return the notes of a kind since the test began, as pairs of time [s, machine clock] and value."""
         lines = [line.split() for line in self.log.read_text().splitlines()]
         noted = [(float(when), float(value)) for when, kind, value in lines if kind == what]
         return [(when, value) for when, value in noted if when >= self.since]
 
     def begun(self) -> Bridged:
-        """The same, with what is noted from now on."""
+        """Return a copy that ignores earlier notes."""
         return replace(self, since=time.monotonic())
 
     def stopped(self) -> float | None:
-        """When zero was commanded after the last velocity [s, by the machine]; None if the robot still drives."""
+        """Return the time of the zero after the last velocity [s, machine clock]; None while the robot drives."""
         velocities = self.notes("velocity")
         motions = [index for index, (_, value) in enumerate(velocities) if value]
         if not motions or len(velocities) == motions[-1] + 1:
@@ -61,7 +61,7 @@ class Bridged:
 
 
 async def run_on_robot(folder: Path, text: str, endpoint: str, actor: str, robot: str) -> Verdict:
-    """Run a scenario in which an actor is a robot behind a bridge."""
+    """Run a scenario with a robot behind a bridge as an actor."""
     (folder / "main.osc").write_text(text)
     lab = folder / "lab.yaml"
     lab.write_text(f"bridges:\n  b: {{connect: {endpoint}}}\nrobots:\n  {actor}: {{in: b, as: {robot}}}\n")
@@ -71,7 +71,7 @@ async def run_on_robot(folder: Path, text: str, endpoint: str, actor: str, robot
 
 @pytest.fixture(scope="package")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Two robots `tb` and `stamped` behind a bridge, in this folder; the second wants stamps on velocities."""
+    """Yield two robots `tb` and `stamped` behind a bridge; the second needs stamped velocities."""
     folder = tmp_path_factory.mktemp("bridged")
     router = free_endpoint()
     fake = [str(FAKE_ROBOT), str(folder), router]
@@ -86,5 +86,5 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(params=["tb"])
 def bridged(request: pytest.FixtureRequest, running: Path) -> Bridged:
-    """A robot behind a bridge."""
+    """Return a robot behind a bridge."""
     return Bridged(f"unixsock-stream/{running}/bridge", running / request.param, request.param)

@@ -1,4 +1,4 @@
-"""A run that drives a robot, for tests that let it die: `python driver.py ENDPOINT ROBOT (velocity|goal)`."""
+"""A run that drives a robot, for tests that kill it: `python driver.py ENDPOINT ROBOT (velocity|goal)`."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from functools import partial
 import anyio
 
 from seoro.bridges.robot.connecting import connect_robots
-from seoro.runtime.contracts import Pose3D, Position3D
+from seoro.robotics.geometry import Pose3D, Position3D
 
 
 async def main(endpoint: str, robot: str, how: str) -> None:
-    """Drive until the process is killed, and say so."""
+    """Drive until the process is killed; print `ready` at the start."""
     async with connect_robots(endpoint, "a run that dies") as node:
         if how == "velocity":
             await node.drive(robot, 0.2, 0.0, 60.0, print)

@@ -1,7 +1,7 @@
-"""An arm of ROS 2 with MoveIt 2, as far as the bridge sees of it: `python fake_arm.py FOLDER ROUTER NAME`.
+"""A fake of an arm with MoveIt 2, as the bridge sees it: `python fake_arm.py FOLDER ROUTER NAME`.
 
-Joints move as their controller is told, or at once when MoveIt is; for a joint beyond 3 rad there is no plan.
-Fingers are stopped at 0.03 m of opening when they close. It notes the goals that it gets in a file, as JSON.
+Joints follow trajectories in time; goals of MoveIt are reached at once, and fail for joints beyond 3 rad.
+Closing fingers stop at an opening of 0.03 m. The arm writes its goals to a file, as JSON.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 import anyio
 
 from seoro.bridges.ros2 import geometry
-from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status, serving_action
+from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status, serving_action
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.robots.profile import read_profile
@@ -24,14 +24,14 @@ from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
 
 TICK = 0.02  # [s]
-NUMB = 13.0  # [N], with which it does not know where its finger is
+NUMB = 13.0  # [N] effort of goals whose result has no position
 FOLLOWS = "control_msgs/action/FollowJointTrajectory"
 GRIPS = "control_msgs/action/GripperCommand"
 PLANS = "moveit_msgs/action/MoveGroup"
 
 
 class Arm:
-    """The joints of the arm and of its gripper, and what it is told."""
+    """Positions and action servers of the arm and its gripper."""
 
     def __init__(self, file: Path, types: TypeStore) -> None:
         self._file = file
@@ -43,7 +43,7 @@ class Arm:
         self.joints = dict.fromkeys(profile.joints, 0.0)
         self.finger = 0.0  # open
 
-    def note(self, kind: str, goal: ServedGoal) -> None:
+    def note(self, kind: str, goal: GoalHandle) -> None:
         with self._file.open("a") as file:
             file.write(json.dumps([kind, self._types.plain(f"{kind}_Goal", goal.goal)]) + "\n")
 
@@ -53,18 +53,18 @@ class Arm:
             states.publish({"name": [*self.joints, self.gripper.joint], "position": positions})
             await anyio.sleep(TICK)
 
-    async def tell_tool(self, transforms: Publication) -> None:
+    async def publish_tool(self, transforms: Publication) -> None:
         while True:
-            place = {"translation": {"x": 0.5, "z": 0.4}, "rotation": {"w": 1.0}}
-            told = {
+            pose = {"translation": {"x": 0.5, "z": 0.4}, "rotation": {"w": 1.0}}
+            transform = {
                 "header": geometry.header("base_link", time.time()),
                 "child_frame_id": "tool0",
-                "transform": place,
+                "transform": pose,
             }
-            transforms.publish({"transforms": [told]})
+            transforms.publish({"transforms": [transform]})
             await anyio.sleep(TICK)
 
-    async def follow(self, goal: ServedGoal) -> GoalEnd:
+    async def follow(self, goal: GoalHandle) -> GoalEnd:
         self.note(FOLLOWS, goal)
         trajectory, elapsed = goal.goal.trajectory, 0.0
         for point in trajectory.points:
@@ -74,7 +74,7 @@ class Arm:
             self.joints.update(zip(trajectory.joint_names, map(float, point.positions), strict=True))
         return GoalEnd(Status.SUCCEEDED)
 
-    async def plan(self, goal: ServedGoal) -> GoalEnd:
+    async def plan(self, goal: GoalHandle) -> GoalEnd:
         self.note(PLANS, goal)
         wanted = goal.goal.request.goal_constraints[0].joint_constraints
         if any(each.position > 3.0 for each in wanted):
@@ -83,7 +83,7 @@ class Arm:
             self.joints.update({each.joint_name: each.position for each in wanted})
         return GoalEnd(Status.SUCCEEDED, {"error_code": {"val": 1}})
 
-    async def grip(self, goal: ServedGoal) -> GoalEnd:
+    async def grip(self, goal: GoalHandle) -> GoalEnd:
         self.note(GRIPS, goal)
         stopped = self.gripper.closed + self.gripper.per_metre * 0.03
         wanted = float(goal.goal.command.position)
@@ -96,7 +96,7 @@ class Arm:
 
 
 async def main(folder: str, router: str, name: str) -> None:
-    """Be an arm until the process is killed."""
+    """Simulate the arm until the process is killed."""
     types = TypeStore.bundled()
     arm = Arm(Path(folder) / name, types)
     async with (
@@ -110,7 +110,7 @@ async def main(folder: str, router: str, name: str) -> None:
         anyio.create_task_group() as tasks,
     ):
         tasks.start_soon(arm.publish, states)
-        tasks.start_soon(arm.tell_tool, transforms)
+        tasks.start_soon(arm.publish_tool, transforms)
         sys.stdout.write("ready\n")
         sys.stdout.flush()
 

@@ -1,8 +1,8 @@
-"""A robot of ROS 2 with Nav2, for the bridge: `python fake_robot.py FOLDER ROUTER NAME TWIST [ros2dds]`.
+"""A fake of a robot with Nav2, for the bridge: `python fake_robot.py FOLDER ROUTER NAME TWIST [ros2dds]`.
 
-It drives as it is told by velocity or by goals, in straight lines and without anything in its way; goals are seen
-from where it is. Those at x = 13 are rejected, at x = 66 aborted, and at x = 99 it never answers. It notes in a
-file what moves it, with the machine's clock: velocities that it has from others, and goals that begin and end.
+It follows velocities, and goals in straight lines without obstacles; goals are relative to its pose. Goals at
+x = 13 are rejected and at x = 66 aborted; at x = 99 the robot never answers. It writes notes with the time of the
+machine's clock to a file: received velocities, and starts and ends of goals.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Durability, Qos, RmwZenoh, Ros2Dds
-from seoro.bridges.wire import Orientation, Pose, Vector3
+from seoro.robotics.geometry import Orientation3D, Pose3D, Position3D
 
 TICK = 0.02  # [s]
 SPEED = 1.0  # [m/s] of goals
@@ -31,33 +31,33 @@ EXECUTING, SUCCEEDED, CANCELED, ABORTED = 2, 4, 5, 6
 
 
 class Robot:
-    """Where the robot is, and what moves it."""
+    """State and commands of the robot."""
 
     def __init__(self, log: Path) -> None:
         self._log = log
         self.x = self.y = self.yaw = 0.0  # in the frame odom
         self.linear = self.angular = 0.0
-        self.told: tuple[float, float] | None = None  # where it is in the map, at the beginning
+        self.map_offset: tuple[float, float] | None = None  # offset of odom in the map
         self.goals: dict[bytes, list[tuple[float, float]]] = {}
         self.ends: dict[bytes, int] = {}
         self.canceled: set[bytes] = set()
         self.hopeless: set[bytes] = set()
-        self.statuses: dict[bytes, Publication] = {}  # where it is told how far goals are
+        self.statuses: dict[bytes, Publication] = {}  # publishers by goal
         self.note("ready", 0.0)
 
     def note(self, what: str, value: float) -> None:
-        """Write something down."""
+        """Append a note to the file."""
         with self._log.open("a") as file:
             file.write(f"{time.monotonic()} {what} {value}\n")
 
     def command(self, message: Any) -> None:
-        """Obey a command of velocity."""
+        """Apply a velocity command."""
         twist = message.twist if hasattr(message, "twist") else message
         self.linear, self.angular = twist.linear.x, twist.angular.z
         self.note("velocity", self.linear)
 
     def step(self) -> None:
-        """Move on."""
+        """Move for one tick."""
         self.x += self.linear * math.cos(self.yaw) * TICK
         self.y += self.linear * math.sin(self.yaw) * TICK
         self.yaw += self.angular * TICK
@@ -75,10 +75,10 @@ class Robot:
         del self.goals[number]
         self.ends[number] = status
         self.note("goal", -float(status))
-        self.tell(number, status)
+        self.publish_status(number, status)
 
-    def tell(self, number: bytes, status: int) -> None:
-        """Tell how far a goal is."""
+    def publish_status(self, number: bytes, status: int) -> None:
+        """Publish the status of a goal."""
         info = {"goal_id": {"uuid": list(number)}}
         self.statuses[number].publish({"status_list": [{"goal_info": info, "status": status}]})
 
@@ -90,10 +90,7 @@ class Robot:
         return share == 1.0
 
     def pose(self) -> dict[str, Any]:
-        """Where it is."""
-        return geometry.pose_message(
-            Pose(position=Vector3(x=self.x, y=self.y), orientation=Orientation(yaw=self.yaw))
-        )
+        return geometry.pose_message(Pose3D(Position3D(self.x, self.y), Orientation3D(yaw=self.yaw)))
 
 
 async def _obey(robot: Robot, commands: Subscription) -> None:
@@ -101,12 +98,12 @@ async def _obey(robot: Robot, commands: Subscription) -> None:
         robot.command(await commands.message())
 
 
-async def _localise(robot: Robot, told: Subscription, poses: Publication) -> None:
+async def _localise(robot: Robot, initial_poses: Subscription, poses: Publication) -> None:
     while True:
-        message = await told.message()
+        message = await initial_poses.message()
         place = message.pose.pose.position
-        robot.told = (place.x - robot.x, place.y - robot.y)
-        robot.note("told", place.x)
+        robot.map_offset = (place.x - robot.x, place.y - robot.y)
+        robot.note("initial_pose", place.x)
         poses.publish({"header": {"frame_id": "map"}, "pose": {"pose": message.pose.pose}})
 
 
@@ -117,8 +114,8 @@ async def _live(robot: Robot, odometry: Publication, transforms: Publication) ->
         odometry.publish({"pose": {"pose": robot.pose()}, "child_frame_id": "base_link"})
         pose = robot.pose()
         known = [_transform("odom", "base_link", pose["position"], pose["orientation"])]
-        if robot.told is not None:
-            x, y = robot.told
+        if robot.map_offset is not None:
+            x, y = robot.map_offset
             known.append(_transform("map", "odom", {"x": x, "y": y}, {"w": 1.0}))
         transforms.publish({"transforms": known})
 
@@ -144,9 +141,9 @@ async def _take(robot: Robot, request: Any, feedback: Publication, statuses: Pub
     robot.goals[number] = [(x + robot.x, y + robot.y) for x, y in targets]
     robot.note("goal", len(targets))
     robot.statuses[number] = statuses
-    robot.tell(number, EXECUTING)
-    told = {"number_of_recoveries": 2} if feedback.type.startswith("nav2_msgs/action/Navigate") else {}
-    feedback.publish({"goal_id": {"uuid": list(number)}, "feedback": told})
+    robot.publish_status(number, EXECUTING)
+    content = {"number_of_recoveries": 2} if feedback.type.startswith("nav2_msgs/action/Navigate") else {}
+    feedback.publish({"goal_id": {"uuid": list(number)}, "feedback": content})
     return {"accepted": True}
 
 
@@ -180,21 +177,21 @@ async def _serve(robot: Robot, node: RosNode, name: str, type_name: str) -> None
 
 
 async def main(folder: str, router: str, name: str, twist: str, dialect: str = "rmw_zenoh") -> None:
-    """Be a robot until the process is killed."""
+    """Simulate the robot until the process is killed."""
     spoken = RmwZenoh() if dialect == "rmw_zenoh" else Ros2Dds()
     robot = Robot(Path(folder) / name)
     async with (
         connect(router, dialect=spoken) as system,
         system.node("robot", f"/{name}") as node,
         node.subscribing("cmd_vel", twist) as commands,
-        node.subscribing("initialpose", POSE) as told,
+        node.subscribing("initialpose", POSE) as initial_poses,
         node.publishing("odom", "nav_msgs/msg/Odometry") as odometry,
         node.publishing("tf", "tf2_msgs/msg/TFMessage") as transforms,
         node.publishing("amcl_pose", POSE, LATCHED) as poses,
         anyio.create_task_group() as tasks,
     ):
         tasks.start_soon(_obey, robot, commands)
-        tasks.start_soon(_localise, robot, told, poses)
+        tasks.start_soon(_localise, robot, initial_poses, poses)
         tasks.start_soon(_live, robot, odometry, transforms)
         for action, kind in (
             ("navigate_to_pose", "NavigateToPose"),

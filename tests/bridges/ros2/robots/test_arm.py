@@ -1,4 +1,4 @@
-"""An arm of ROS 2 behind the bridge."""
+"""A ROS 2 arm behind the bridge."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.errors import BackendRefused
-from seoro.runtime.capabilities import Manner
-from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.arms import MotionOptions
+from seoro.runtime.contracts.backends import GoalStatus
 from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.robots.conftest import BRIDGE, run_on_robot
@@ -24,25 +25,25 @@ pytestmark = pytest.mark.anyio
 
 FAKE_ARM = str(Path(__file__).with_name("fake_arm.py"))
 ALL = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-MANNER = Manner(0.5, 0.01, (), False)
+MANNER = MotionOptions(0.5, 0.01, (), False)
 
 
 @dataclass(frozen=True)
 class BridgedArm:
-    """Where the bridge is, and the file in which the arm notes its goals."""
+    """Endpoint of the bridge, and file with the goals of the arm."""
 
     endpoint: str
     file: Path
 
     def goals(self, kind: str) -> list[dict[str, Any]]:
-        """The goals of an action that the arm has had."""
+        """Return the goals that an action of the arm has received."""
         noted = [json.loads(line) for line in self.file.read_text().splitlines()]
         return [goal for name, goal in noted if name.endswith(kind)]
 
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BridgedArm]:
-    """An arm `planned` with MoveIt, and `plain`, the same without, behind one bridge."""
+    """Yield an arm `planned` with MoveIt and an equal arm `plain` without, behind one bridge."""
     folder = tmp_path_factory.mktemp("arm")
     plain = folder / "plain.yaml"
     plain.write_text(
@@ -73,14 +74,14 @@ async def test_joints_are_moved_by_plans(arm: BridgedArm) -> None:
         await node.move_joints("planned", (3.1, *ALL[1:]), (), MANNER, far)
         report = await far.wait()
         assert report.status is GoalStatus.ABORTED
-        assert report.message == "MoveIt: it would end in a collision (error -12)"
+        assert report.message == "MoveIt: collision at the goal (error -12)"
     request = arm.goals("MoveGroup")[0]["request"]
     assert (request["group_name"], request["max_velocity_scaling_factor"]) == ("ur_manipulator", 0.5)
     wanted = request["goal_constraints"][0]["joint_constraints"]
     assert [(each["joint_name"], each["position"]) for each in wanted][2] == ("elbow_joint", 0.3)
 
 
-async def test_tools_are_moved_to_poses_straight_or_not(arm: BridgedArm) -> None:
+async def test_tools_are_moved_to_poses_in_a_line_or_freely(arm: BridgedArm) -> None:
     goal = Pose3D(Position3D(x=0.5, z=0.4))
     async with connect_robots(arm.endpoint, "a test") as node:
         for straight in (False, True):
@@ -94,9 +95,7 @@ async def test_tools_are_moved_to_poses_straight_or_not(arm: BridgedArm) -> None
     assert place["constraint_region"]["primitive_poses"][0]["position"] == {"x": 0.5, "y": 0.0, "z": 0.4}
 
 
-async def test_scenarios_say_in_which_frame_poses_are_and_whether_to_plan_again(
-    arm: BridgedArm, tmp_path: Path
-) -> None:
+async def test_scenarios_set_the_frame_of_poses_and_replanning(arm: BridgedArm, tmp_path: Path) -> None:
     text = """import osc.moveit2
 scenario main:
     ur: arm with:
@@ -114,23 +113,23 @@ scenario main:
     assert [goal["planning_options"]["replan"] for goal in (first, second)] == [True, False]
 
 
-async def test_without_a_planner_the_controller_is_told_a_trajectory_in_time(arm: BridgedArm) -> None:
+async def test_without_a_planner_the_controller_receives_a_timed_trajectory(arm: BridgedArm) -> None:
     end = Ends()
     async with connect_robots(arm.endpoint, "a test") as node:
         await node.move_joints("plain", (0.4, 0.2), ("shoulder_pan_joint", "elbow_joint"), MANNER, end)
         assert (await end.wait()).status is GoalStatus.SUCCEEDED
-        with pytest.raises(BackendRefused, match="cannot be asked for 'move_to_pose'"):
+        with pytest.raises(BackendRefused, match="does not support 'move_to_pose'"):
             await node.move_tool("plain", Pose3D(), "base_link", MANNER, end, straight=False)
-        with pytest.raises(BackendRefused, match="nothing on the robot plans"):
-            await node.move_joints("plain", (0.0, 0.0), (), Manner(0.5, 0.01, (), True), end)
+        with pytest.raises(BackendRefused, match="the robot has no planner"):
+            await node.move_joints("plain", (0.0, 0.0), (), MotionOptions(0.5, 0.01, (), True), end)
     trajectory = arm.goals("FollowJointTrajectory")[0]["trajectory"]
     assert trajectory["joint_names"] == ["shoulder_pan_joint", "elbow_joint"]
     assert trajectory["points"][0]["velocities"] == [0.0, 0.0]
 
 
-async def test_grippers_reach_an_opening_or_are_stopped_by_what_they_grip(arm: BridgedArm) -> None:
+async def test_grippers_reach_an_opening_or_stop_at_an_object(arm: BridgedArm) -> None:
     async with connect_robots(arm.endpoint, "a test") as node:
-        for opening, message in ((0.05, ""), (0.0, "something stopped the fingers at 0.030 m")):
+        for opening, message in ((0.05, ""), (0.0, "an object stopped the fingers at 0.030 m")):
             end = Ends()
             await node.move_gripper("planned", opening, 30.0, MANNER, end)
             report = await end.wait()
@@ -138,26 +137,26 @@ async def test_grippers_reach_an_opening_or_are_stopped_by_what_they_grip(arm: B
             state = await node.arm_state("planned")
             assert state.held == ("something" if message else "")
             assert (state.tool.position.x, state.tool.position.z) == (0.5, 0.4)
-        with pytest.raises(BackendRefused, match=r"the gripper opens 0 to 0\.085 m"):
+        with pytest.raises(BackendRefused, match=r"expected an opening of 0 to 0\.085 m"):
             await node.move_gripper("planned", 0.2, None, MANNER, Ends())
         numb = Ends()
         await node.move_gripper("planned", 0.0, NUMB, MANNER, numb)
         report = await numb.wait()
         assert report.status is GoalStatus.ABORTED
-        assert "the gripper does not say how far open it is" in report.message
+        assert "the gripper has sent no valid opening" in report.message
         assert (await node.arm_state("planned")).held == ""
     command = arm.goals("GripperCommand")[0]["command"]
     assert command["position"] == pytest.approx(0.8 - 0.05 * 0.8 / 0.085)
     assert command["max_effort"] == 30.0
 
 
-async def test_what_an_arm_cannot_do_is_refused(arm: BridgedArm) -> None:
+async def test_unsupported_motions_of_an_arm_are_refused(arm: BridgedArm) -> None:
     async with connect_robots(arm.endpoint, "a test") as node:
-        with pytest.raises(BackendRefused, match="may touch box"):
-            await node.move_joints("planned", ALL, (), Manner(0.5, 0.01, ("box",), False), Ends())
-        with pytest.raises(BackendRefused, match="2 positions were given for 6 joints"):
+        with pytest.raises(BackendRefused, match="`may_touch`"):
+            await node.move_joints("planned", ALL, (), MotionOptions(0.5, 0.01, ("box",), False), Ends())
+        with pytest.raises(BackendRefused, match="expected positions of 6 joints, got 2"):
             await node.move_joints("planned", (0.0, 0.0), (), MANNER, Ends())
-        with pytest.raises(BackendRefused, match="the arm has no joints knee"):
+        with pytest.raises(BackendRefused, match="unknown joints knee"):
             await node.move_joints("planned", (0.0,), ("knee",), MANNER, Ends())
-        with pytest.raises(BackendRefused, match="the factor of the speed is 2"):
-            await node.move_joints("planned", ALL, (), Manner(2.0, 0.01, (), False), Ends())
+        with pytest.raises(BackendRefused, match="invalid speed factor 2"):
+            await node.move_joints("planned", ALL, (), MotionOptions(2.0, 0.01, (), False), Ends())

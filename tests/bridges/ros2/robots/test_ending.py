@@ -1,4 +1,4 @@
-"""What a bridge to robots of ROS 2 does in its end."""
+"""End of a bridge of ROS 2 robots."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from anyio.abc import TaskStatus
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.robots.guard_state import GuardState
 from seoro.bridges.ros2.robots.profile import read_profile
 from seoro.bridges.ros2.robots.running import BridgedRobot, BridgeOptions, bridging
-from seoro.bridges.ros2.robots.standstill import Standstills
 from seoro.bridges.ros2.robots.velocity import STOPPING
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.systems import two_nodes
@@ -27,7 +27,7 @@ DEADLINE = 30.0  # [s]
 
 
 class Commands:
-    """The velocities [m/s] that a base was commanded, and when [s, by the machine]."""
+    """Commanded velocities of a base: time [s, machine clock] and velocity [m/s]."""
 
     def __init__(self) -> None:
         self.taken: list[tuple[float, float]] = []
@@ -41,17 +41,17 @@ class Commands:
                 self._came.set()
 
     async def wait(self) -> None:
-        """Wait for the first one."""
+        """Wait for the first velocity."""
         with anyio.fail_after(DEADLINE):
             await self._came.wait()
 
 
 @pytest.mark.parametrize("how", ["is asked to end", "is interrupted"])
-async def test_a_bridge_that_ends_repeats_zero_for_half_a_second(
+async def test_an_ending_bridge_repeats_zero_for_half_a_second(
     how: str, router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The guard, a process that takes a second to start, has nothing to do where the bridge ends by itself.
-    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda *_: nullcontext(Standstills()))
+    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda _: nullcontext(GuardState()))
     endpoint, commands, ends = f"unixsock-stream/{tmp_path}/bridge", Commands(), anyio.Event()
     options = BridgeOptions([BridgedRobot("tb", read_profile("turtlebot4"), "/tb")], router, listen=endpoint)
     bridge = anyio.CancelScope()

@@ -15,7 +15,8 @@ from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.errors import BackendRefused
-from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.routers import free_endpoint, process, router_process
@@ -27,7 +28,7 @@ ALIKE = "geometry_msgs/msg/Twist"
 
 @contextmanager
 def alone(folder: Path, dialect: str = "rmw_zenoh") -> Iterator[tuple[Bridged, subprocess.Popen[bytes]]]:
-    """A robot `tb` of this test only, which may die, behind a bridge."""
+    """Yield a robot `tb` behind a bridge, for one test that may kill it."""
     router, endpoint = free_endpoint(), f"unixsock-stream/{folder}/bridge"
     with (
         router_process(router),
@@ -41,7 +42,7 @@ def at(x: float) -> Pose3D:
     return Pose3D(Position3D(x=x))
 
 
-async def test_a_robot_that_dies_on_its_way_has_not_arrived(tmp_path: Path) -> None:
+async def test_the_goal_of_a_robot_that_dies_is_aborted(tmp_path: Path) -> None:
     end = Ends()
     with alone(tmp_path) as (bridged, robot):
         async with connect_robots(bridged.endpoint, "a test") as node:
@@ -50,11 +51,11 @@ async def test_a_robot_that_dies_on_its_way_has_not_arrived(tmp_path: Path) -> N
             report = await end.wait()
             assert report.status is GoalStatus.ABORTED
             assert "navigate_to_pose" in report.message
-            with pytest.raises(BackendRefused, match="nobody on the robot serves the action /tb/navigate_to_pose"):
+            with pytest.raises(BackendRefused, match="no server of the action /tb/navigate_to_pose"):
                 await node.navigate("tb", [at(1.0)], stop_at_each=False, report=end)
 
 
-async def test_a_robot_that_never_answers_is_given_up(tmp_path: Path) -> None:
+async def test_a_robot_that_never_answers_times_out(tmp_path: Path) -> None:
     with alone(tmp_path) as (bridged, _):
         async with connect_robots(bridged.endpoint, "a test") as node:
             began = time.monotonic()
@@ -63,7 +64,7 @@ async def test_a_robot_that_never_answers_is_given_up(tmp_path: Path) -> None:
             assert time.monotonic() - began < 15.0
 
 
-async def test_robots_behind_a_bridge_for_dds_drive_too(tmp_path: Path) -> None:
+async def test_robots_behind_a_bridge_for_dds_are_driven(tmp_path: Path) -> None:
     end, near = Ends(), Ends()
     with alone(tmp_path, "ros2dds") as (bridged, _):
         async with connect_robots(bridged.endpoint, "a test") as node:
@@ -79,7 +80,7 @@ async def test_robots_behind_a_bridge_for_dds_drive_too(tmp_path: Path) -> None:
                 await anyio.sleep(0.02)
 
 
-async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: Path) -> None:
+async def test_a_robot_is_reachable_after_a_restart_of_its_router(tmp_path: Path) -> None:
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     end, again, driven = Ends(), Ends(), Ends()
     with (
@@ -105,7 +106,7 @@ async def test_a_robot_is_reached_again_after_a_restart_of_its_router(tmp_path: 
                 assert (await again.wait()).status is GoalStatus.SUCCEEDED
 
 
-async def test_a_robot_that_comes_back_is_where_it_says_and_drives(tmp_path: Path) -> None:
+async def test_a_restarted_robot_has_its_new_pose_and_drives(tmp_path: Path) -> None:
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     fake = [str(FAKE_ROBOT), str(tmp_path), router, "tb", ALIKE]
     driven, far, arrived = Ends(), Ends(), Ends()
@@ -116,7 +117,7 @@ async def test_a_robot_that_comes_back_is_where_it_says_and_drives(tmp_path: Pat
             robot.kill()
             robot.wait()
             with anyio.fail_after(5.0):
-                with pytest.raises(BackendRefused, match="there is no frame base_link, odom"):
+                with pytest.raises(BackendRefused, match="unknown frame base_link, odom"):
                     while True:  # until the bridge has noticed
                         watch = await node.watch_proximity(
                             "tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends()
@@ -130,7 +131,7 @@ async def test_a_robot_that_comes_back_is_where_it_says_and_drives(tmp_path: Pat
                 assert (await driven.wait()).status is GoalStatus.SUCCEEDED
 
 
-async def test_a_clock_that_jumps_back_is_noted_and_what_was_before_is_forgotten(tmp_path: Path) -> None:
+async def test_a_clock_that_jumps_back_is_logged_and_drops_earlier_transforms(tmp_path: Path) -> None:
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     transform = {"header": {"frame_id": "odom", "stamp": {"sec": 90}}, "child_frame_id": "base_link"}
     placed = {"transforms": [{**transform, "transform": {"rotation": {"w": 1.0}}}]}
@@ -150,7 +151,7 @@ async def test_a_clock_that_jumps_back_is_noted_and_what_was_before_is_forgotten
                     await node.watch_proximity("tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends())
                     clock.publish({"clock": {"sec": 89, "nanosec": 500_000_000}})
                     await anyio.sleep(0.3)
-                    with pytest.raises(BackendRefused, match="there is no frame base_link, odom"):
+                    with pytest.raises(BackendRefused, match="unknown frame base_link, odom"):
                         await node.watch_proximity("tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends())
     assert "/clock jumped back from 90.000 s to 89.500 s" in (tmp_path / "said").read_text()
 
@@ -159,7 +160,7 @@ STOPPED = "the robot 'tb' was stopped"
 OTHER = "@ros2_lv/0/aa/1/2/MP/%/%tb/robot/%tb%odom/std_msgs::msg::dds_::String_/RIHS01_12/1:2:1,10:,:,:,,"
 
 
-async def test_why_a_robot_says_nothing_is_told(tmp_path: Path) -> None:
+async def test_the_reason_of_a_silent_topic_is_reported(tmp_path: Path) -> None:
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
 
     async def why() -> str:
@@ -168,16 +169,16 @@ async def test_why_a_robot_says_nothing_is_told(tmp_path: Path) -> None:
             with pytest.raises(BackendRefused) as refused:
                 await node.watch_distance("tb", 1.0, Ends())
             said = str(refused.value)
-        return said.removeprefix("the robot says nothing on /tb/odom, its odometry: ")
+        return said.removeprefix("no odometry of the robot on /tb/odom: ")
 
     with router_process(router):
         async with connect(router, dialect=RmwZenoh()) as system, system.node("robot", "/tb") as robot:
             with process("-c", BRIDGE, router, endpoint, "tb"):
                 async with connect_robots(endpoint, "a test") as node:
-                    assert await why() == "nobody publishes it"
+                    assert await why() == "no publisher"
                     async with robot.publishing("odom", "nav_msgs/msg/Odometry") as odometry:
                         await odometry.wait_for_subscription(5.0)
                         odometry.send(b"\0\1\0\0x")
-                        assert (await why()).startswith("a message on /tb/odom cannot be read: nav_msgs/msg/Odom")
+                        assert (await why()).startswith("invalid message on /tb/odom: nav_msgs/msg/Odom")
                     async with system.session.token(OTHER):
-                        assert await why() == "it is of type std_msgs/msg/String, not nav_msgs/msg/Odometry"
+                        assert await why() == "it has the type std_msgs/msg/String, not nav_msgs/msg/Odometry"

@@ -1,4 +1,4 @@
-"""What a robot has said is not believed any more once who said it is gone: it may come back somewhere else."""
+"""State of a robot: it is dropped when its publisher disappears."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from seoro.bridges.ros2.robots.localisation import LATCHED, POSE
 from seoro.bridges.ros2.robots.profile import read_profile
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.topics import Publication
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.wire.refusal import RequestRefused
 from tests.bridges.ros2.robots.test_types import DEADLINE, served
 from tests.bridges.ros2.systems import two_nodes
@@ -29,16 +29,16 @@ def placed(x: float) -> dict[str, object]:
     return {"pose": {"pose": {"position": {"x": x}, "orientation": {"w": 1.0}}}}
 
 
-async def where(robot: RosRobot) -> wire.Pose | None:
-    """Where a robot believes to be."""
-    found = await robot.handlers[wire.GET_LOCALIZATION](wire.LocalisedRobot(robot="tb"))
+async def where(robot: RosRobot) -> wire.Pose3D | None:
+    """Return an estimated pose."""
+    found = await robot.handlers[wire.GET_LOCALIZATION](wire.RobotName(robot="tb"))
     assert isinstance(found, wire.Localization)
     return found.pose
 
 
 @asynccontextmanager
 async def localised(router: str, types: TypeStore) -> AsyncIterator[tuple[RosRobot, Publication]]:
-    """A robot, and who says where it is."""
+    """Yield a robot and the publisher of its pose."""
     async with (
         two_nodes(router, types) as (there, here),
         served(here) as robot,
@@ -48,7 +48,7 @@ async def localised(router: str, types: TypeStore) -> AsyncIterator[tuple[RosRob
         yield robot, localisation
 
 
-async def test_a_localisation_that_is_gone_is_not_believed(router: str, types: TypeStore) -> None:
+async def test_the_pose_of_a_lost_localisation_is_dropped(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (there, here), served(here) as robot:
         with anyio.fail_after(DEADLINE):
             for x in (7.0, 8.0):
@@ -71,7 +71,7 @@ async def test_a_localisation_that_is_gone_is_not_believed(router: str, types: T
     ],
     ids=lambda nowhere: next(iter(nowhere)),
 )
-async def test_a_localisation_that_says_no_numbers_knows_nothing(
+async def test_an_invalid_pose_of_a_localisation_is_dropped(
     nowhere: dict[str, object], router: str, types: TypeStore
 ) -> None:
     async with localised(router, types) as (robot, localisation):
@@ -85,10 +85,10 @@ async def test_a_localisation_that_says_no_numbers_knows_nothing(
             assert await where(robot) is None
             assert robot.health.deviation is None
             why = {topic.topic: topic.why for topic in robot.health.topics}["/amcl_pose"]
-            assert why.startswith("a pose on /amcl_pose is none")
+            assert why.startswith("invalid pose on /amcl_pose")
 
 
-async def test_variances_below_zero_state_no_deviation(router: str, types: TypeStore) -> None:
+async def test_negative_variances_give_no_deviation(router: str, types: TypeStore) -> None:
     unsure = {"pose": {"pose": {"orientation": {"w": 1.0}}, "covariance": [-1.0, *[0.0] * 35]}}
     async with localised(router, types) as (robot, localisation):
         localisation.publish(unsure)
@@ -98,31 +98,31 @@ async def test_variances_below_zero_state_no_deviation(router: str, types: TypeS
         assert robot.health.deviation is None
 
 
-async def test_joints_of_an_arm_that_is_gone_are_where_it_says_next(
+async def test_joints_of_a_lost_arm_need_new_positions(
     router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("seoro.bridges.ros2.robots.joints.FOUND_WITHIN", 0.05)
-    arm, happenings = read_profile("ur10e").arm, HappeningLog()
+    monkeypatch.setattr("seoro.bridges.ros2.robots.joints.DISCOVERY_TIMEOUT", 0.05)
+    arm, events = read_profile("ur10e").arm, EventLog()
     assert arm is not None
     assert arm.gripper is not None
     names = (*arm.joints, arm.gripper.joint)
     watch = wire.WatchJoint(id="watch", robot="arm", joint=names[0], position=0.0, tolerance=0.01)
 
     async def is_at(position: float | None) -> None:
-        """Wait until all joints are at a position, or nothing is known of them."""
+        """Wait until all joints are at a position, or unknown for None."""
         found: float | None = math.nan
         while found != position:
             await anyio.sleep(0.01)
             try:
                 states = await robot.handlers[wire.GET_JOINT_STATES](wire.RobotName(robot="arm"))
             except RequestRefused as refused:
-                assert "the robot says nothing of a joint" in refused.message
+                assert "no state of the joint" in refused.message
                 found = None
             else:
                 assert isinstance(states, wire.JointStates)
                 found = states.positions[-1]
 
-    async with two_nodes(router, types) as (there, here), served(here, "ur10e", happenings) as robot:
+    async with two_nodes(router, types) as (there, here), served(here, "ur10e", events) as robot:
         with anyio.fail_after(DEADLINE):
             async with there.publishing("/joint_states", JOINTS) as joints:
                 await joints.wait_for_subscription()
@@ -134,7 +134,7 @@ async def test_joints_of_an_arm_that_is_gone_are_where_it_says_next(
                 await joints.wait_for_subscription()
                 joints.publish({"name": names, "position": [-0.5] * len(names)})
                 await is_at(-0.5)
-                assert happenings.number == 0  # on the other side, but it has not come there past the position
+                assert events.number == 0  # on the other side, but it has not come there past the position
                 joints.publish({"name": names, "position": [0.0] * len(names)})
-                await happenings.after(wire.AwaitHappenings(since=0, wait=DEADLINE))
-    assert happenings.number == 1
+                await events.after(wire.AwaitEvents(since=0, wait=DEADLINE))
+    assert events.number == 1

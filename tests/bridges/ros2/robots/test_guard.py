@@ -1,4 +1,4 @@
-"""Robots of ROS 2 stop when their bridge is killed or hangs, and what a bridge has left behind is canceled."""
+"""Guards of bridges: ROS 2 robots stop when their bridge dies or hangs, and orphaned goals are canceled."""
 
 from __future__ import annotations
 
@@ -20,28 +20,26 @@ import anyio
 import pytest
 
 from seoro.bridges.ros2.action_server import GoalEnd, serving_action
-from seoro.bridges.ros2.clients.goals import Goal, pursuing
-from seoro.bridges.ros2.clients.numbers import digest, new_number
-from seoro.bridges.ros2.clients.recall import CANCEL_GOAL
+from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL
+from seoro.bridges.ros2.clients.goal_ids import new_goal_id, session_digest
+from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
-from seoro.bridges.ros2.robots.alarm import Alarm
 from seoro.bridges.ros2.robots.guard import (
     ALARM,
     ALARMS,
     END,
+    HEARTBEAT,
     PENDING,
-    SIGN,
     GuardedRobot,
     GuardSettings,
-    alarms_of,
+    encode_alarms,
     guard,
-    last_sign,
+    watch_heartbeats,
 )
-from seoro.bridges.ros2.robots.guarded import Signs
-from seoro.bridges.ros2.robots.leftovers import GONE_FOR, LATCHED, STATUSES, Senders
-from seoro.bridges.ros2.robots.standstill import Standstills
-from seoro.bridges.ros2.robots.unanswered import Unanswered
+from seoro.bridges.ros2.robots.guard_state import GuardState
+from seoro.bridges.ros2.robots.guarded import Heartbeats
+from seoro.bridges.ros2.robots.orphaned_goals import GONE_FOR, LATCHED, STATUSES, GoalSenders
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.bridges.ros2.robots.test_safety import (
@@ -64,7 +62,7 @@ FAR = {"pose": {"pose": {"position": {"x": 90.0}}}}
 
 @dataclass(frozen=True)
 class Alone:
-    """A robot of one test: what it notes, its router, and the bridge to it."""
+    """A robot of one test with its notes, router and bridge."""
 
     bridged: Bridged
     router: str
@@ -83,13 +81,13 @@ def alone(folder: Path) -> Iterator[Alone]:
 
 
 def guard_of(bridge: subprocess.Popen[bytes]) -> int:
-    """The process of a bridge's guard."""
+    """Return the process of the guard of a bridge."""
     [child] = Path(f"/proc/{bridge.pid}/task/{bridge.pid}/children").read_text().split()
     return int(child)
 
 
 def ended(number: int) -> float | None:
-    """Now, if a process has ended, whether anybody has asked for its status or not."""
+    """Return the time if a process has ended, even if its parent has not read its status."""
     with suppress(FileNotFoundError):
         state = Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0]
         return time.monotonic() if state == "Z" else None
@@ -113,7 +111,7 @@ def test_robots_stop_with_their_bridge(
         with alone(folder) as robot, process(DRIVER, robot.bridged.endpoint, "tb", how):
             wait_for(time.monotonic(), lambda: begun(robot.bridged))
             guard = guard_of(robot.bridge)
-            time.sleep(0.1)  # until the bridge has the answer to its goal, for whose end the guard would stay
+            time.sleep(0.1)  # until the bridge has the answer to its goal; the guard waits for its end
             moment = time.monotonic()
             robot.bridge.send_signal(number)
             passed = wait_for(moment, lambda: over(robot.bridged))
@@ -125,7 +123,7 @@ def test_robots_stop_with_their_bridge(
 
 
 @pytest.mark.slow
-def test_the_next_bridge_cancels_what_one_has_left_behind(tmp_path: Path) -> None:
+def test_the_next_bridge_cancels_orphaned_goals(tmp_path: Path) -> None:
     with alone(tmp_path) as robot, process(DRIVER, robot.bridged.endpoint, "tb", "goal"):
         wait_for(time.monotonic(), lambda: has_goal(robot.bridged))
         os.kill(guard_of(robot.bridge), signal.SIGKILL)
@@ -137,7 +135,7 @@ def test_the_next_bridge_cancels_what_one_has_left_behind(tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_a_bridge_cancels_what_others_have_left_behind(tmp_path: Path) -> None:
+def test_a_bridge_cancels_orphaned_goals_of_other_clients(tmp_path: Path) -> None:
     send = ["ros", "action", "send", "/tb/navigate_to_pose", "{pose: {pose: {position: {x: 90.0}}}}"]
     with alone(tmp_path) as robot:
         command = [sys.executable, "-c", SEORO, *send, "--ros", robot.router]
@@ -150,15 +148,13 @@ def test_a_bridge_cancels_what_others_have_left_behind(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-async def test_a_guard_that_has_lost_its_connection_takes_nobody_for_gone(
-    tmp_path: Path, types: TypeStore
-) -> None:
+async def test_a_guard_without_a_connection_regards_no_sender_as_gone(tmp_path: Path, types: TypeStore) -> None:
     router = f"unixsock-stream/{tmp_path}/router"
     hub = AsyncExitStack()
     await hub.enter_async_context(open_session(listen=router))
     async with two_nodes(router, types) as (there, here), serving_action(there, "/spin", SPIN, wait_forever):
-        senders = Senders(here.graph)
-        sender = digest(there.node.session)
+        senders = GoalSenders(here.graph)
+        sender = session_digest(there.node.session)
         await here.graph.wait_for(lambda seen: seen.action_servers("/spin"), 5.0)
         await hub.aclose()
         with anyio.move_on_after(GONE_FOR + 0.5) as waiting:
@@ -169,13 +165,13 @@ async def test_a_guard_that_has_lost_its_connection_takes_nobody_for_gone(
                 await senders.wait_gone(sender, "/spin")
             assert waiting.cancelled_caught
             assert here.graph.action_servers("/spin")
-            senders.give_up(there.node.session, ["/spin"])
+            senders.disown(there.node.session, ["/spin"])
             with anyio.fail_after(1.0):
                 await senders.wait_gone(sender, "/spin")
 
 
 @pytest.mark.slow
-async def test_goals_of_those_who_are_there_are_left_alone(tmp_path: Path) -> None:
+async def test_goals_of_running_clients_are_not_canceled(tmp_path: Path) -> None:
     with alone(tmp_path) as robot:
         async with connect(robot.router) as system, system.node("else") as node, far_away(node):
             await anyio.sleep(1.5)
@@ -183,7 +179,9 @@ async def test_goals_of_those_who_are_there_are_left_alone(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-async def test_goals_of_others_are_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_goals_without_a_known_sender_are_not_canceled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("seoro.bridges.ros2.clients.goals.new_number", lambda _session: bytes(range(16)))
     monkeypatch.setattr("seoro.bridges.ros2.clients.goals.Goal.cancel", leave)
     with alone(tmp_path) as robot:
@@ -194,12 +192,12 @@ async def test_goals_of_others_are_left_alone(tmp_path: Path, monkeypatch: pytes
 
 
 def far_away(node: RosNode) -> AbstractAsyncContextManager[Goal]:
-    """A goal that is not reached."""
-    return pursuing(node, "/tb/navigate_to_pose", NAVIGATE, FAR, lambda _: None)
+    """Send a goal that the robot does not reach."""
+    return sending_goal(node, "/tb/navigate_to_pose", NAVIGATE, FAR, lambda _: None)
 
 
 async def wait_forever(_goal: object) -> GoalEnd:
-    """Carry a goal out that has no end."""
+    """Execute a goal endlessly."""
     await anyio.sleep_forever()
     raise AssertionError
 
@@ -209,7 +207,7 @@ async def leave(_goal: Goal) -> None:
 
 
 @pytest.mark.slow
-def test_a_guard_that_dies_is_started_again(tmp_path: Path) -> None:
+def test_a_dead_guard_is_restarted(tmp_path: Path) -> None:
     with alone(tmp_path) as robot:
         first = guard_of(robot.bridge)
         os.kill(first, signal.SIGKILL)
@@ -224,7 +222,9 @@ def test_a_guard_that_dies_is_started_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("last", [END, b""])
-async def test_signs_of_life_are_heeded(last: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_missing_heartbeats_stop_robots_until_they_resume(
+    last: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("seoro.bridges.ros2.robots.guard.SILENCE", 0.02)
     heard: list[str] = []
     ours, theirs = os.pipe()
@@ -232,25 +232,25 @@ async def test_signs_of_life_are_heeded(last: bytes, monkeypatch: pytest.MonkeyP
     def stop(robots: Collection[int], why: str) -> None:
         assert set(robots) == {0}
         heard.append(why)
-        os.write(theirs, SIGN)
+        os.write(theirs, HEARTBEAT)
 
-    def go_on(_robots: Collection[int]) -> None:
+    def resume(_robots: Collection[int]) -> None:
         heard.append("goes on")
         os.write(theirs, last)
         os.close(theirs)
 
     with anyio.fail_after(5.0):
-        assert await last_sign(ours, 1, stop, go_on) == (last or SIGN)
+        assert await watch_heartbeats(ours, 1, stop, resume) == (last or HEARTBEAT)
     os.close(ours)
-    assert heard == ["has given no sign of life for 0.02 s", "goes on"]
+    assert heard == ["has sent no heartbeat for 0.02 s", "goes on"]
 
 
-async def test_an_alarm_is_obeyed_for_its_robots_until_the_bridge_has_stopped_them() -> None:
+async def test_an_alarm_stops_its_robots_until_the_bridge_has_stopped_them() -> None:
     heard: list[tuple[str, set[int]]] = []
     names = ("first", "second", "third")
-    second, third = alarms_of(names, {"second"}), alarms_of(names, {"third"})
+    second, third = encode_alarms(names, {"second"}), encode_alarms(names, {"third"})
     ours, theirs = os.pipe()
-    signs = iter([second + second, second + third, third + SIGN + third, third, SIGN, END])
+    signs = iter([second + second, second + third, third + HEARTBEAT + third, third, HEARTBEAT, END])
 
     def write() -> None:
         os.write(theirs, next(signs))
@@ -258,7 +258,7 @@ async def test_an_alarm_is_obeyed_for_its_robots_until_the_bridge_has_stopped_th
     def stop(robots: Collection[int], why: str) -> None:
         heard.append((why, set(robots)))
 
-    def go_on(robots: Collection[int]) -> None:
+    def resume(robots: Collection[int]) -> None:
         heard.append(("over", set(robots)))
 
     async def write_all() -> None:
@@ -270,7 +270,7 @@ async def test_an_alarm_is_obeyed_for_its_robots_until_the_bridge_has_stopped_th
     with anyio.fail_after(5.0):
         async with anyio.create_task_group() as tasks:
             tasks.start_soon(write_all)
-            assert await last_sign(ours, len(names), stop, go_on) == END
+            assert await watch_heartbeats(ours, len(names), stop, resume) == END
             tasks.cancel_scope.cancel()
     os.close(ours)
     os.close(theirs)
@@ -285,17 +285,17 @@ async def until_read(pipe: int) -> None:
 
 def test_robots_beyond_the_number_of_alarms_share_one() -> None:
     names = [str(number) for number in range(ALARMS + 2)]
-    assert alarms_of(names, {"1", str(ALARMS + 1)}) == bytes([ALARM | 1])
-    assert alarms_of(names, ()) == b""
+    assert encode_alarms(names, {"1", str(ALARMS + 1)}) == bytes([ALARM | 1])
+    assert encode_alarms(names, ()) == b""
 
 
-async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_briefly_busy_event_loop_keeps_sending_heartbeats(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seoro.bridges.ros2.robots.guarded.PERIOD", 0.001)
     monkeypatch.setattr("seoro.bridges.ros2.robots.guarded.PATIENCE", 0.1)
     theirs, ours = os.pipe()
     os.set_blocking(theirs, False)
-    standstills = Standstills()
-    signs = Signs(ours, standstills, unanswered := Unanswered(), Alarm(), ["spot"])
+    state = GuardState()
+    heartbeats = Heartbeats(ours, state, ("spot",))
 
     def given() -> int:
         with suppress(BlockingIOError):
@@ -303,7 +303,7 @@ async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypa
         return 0
 
     async with anyio.create_task_group() as tasks:
-        tasks.start_soon(signs.keep_turning)
+        tasks.start_soon(heartbeats.watch_loop)
         await anyio.sleep(0.01)
         given()
         block(0.05)
@@ -316,15 +316,15 @@ async def test_a_loop_that_is_busy_for_a_moment_is_no_bridge_that_hangs(monkeypa
         assert given() > 0
         tasks.cancel_scope.cancel()
     given()
-    unanswered.begin()
-    unanswered.end()
-    assert PENDING + SIGN in os.read(theirs, 1 << 16)
-    signs.end()
+    state.add_unanswered()
+    state.remove_unanswered()
+    assert PENDING + HEARTBEAT in os.read(theirs, 1 << 16)
+    heartbeats.end()
     assert os.read(theirs, 1 << 16).endswith(END)
     os.close(theirs)
 
 
-async def test_a_goal_that_is_taken_after_its_bridge_was_killed_is_canceled(
+async def test_a_goal_accepted_after_the_death_of_its_bridge_is_canceled(
     router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("seoro.bridges.ros2.robots.guard.STOPPING", 0.01)
@@ -351,10 +351,10 @@ async def test_a_goal_that_is_taken_after_its_bridge_was_killed_is_canceled(
         tasks.start_soon(guarding)
         with anyio.fail_after(30.0):
             await ready.wait()
-            os.write(ours, SIGN + PENDING)
+            os.write(ours, HEARTBEAT + PENDING)
             os.close(ours)
-            await anyio.sleep(0.3)  # in which it would end
-            goal = {"goal_id": {"uuid": list(new_number("gone"))}}
+            await anyio.sleep(0.3)  # time in which the guard would end
+            goal = {"goal_id": {"uuid": list(new_goal_id("gone"))}}
             statuses.publish({"status_list": [{"goal_info": goal, "status": 2}]})
             await canceled.wait()
         tasks.cancel_scope.cancel()
@@ -362,5 +362,5 @@ async def test_a_goal_that_is_taken_after_its_bridge_was_killed_is_canceled(
 
 
 def block(duration: float) -> None:
-    """Hold up the event loop."""
+    """Block the event loop."""
     threading.Event().wait(duration)

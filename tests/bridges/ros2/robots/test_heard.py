@@ -1,4 +1,4 @@
-"""The hop behind a bridge: what it hears of its robots, as `seoro doctor` tells it."""
+"""Connection from a bridge to its robots, as `seoro doctor` reports it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import anyio
 
 from seoro.bridges.wire.lab import TopicState
 from seoro.doctor.findings import Health
-from seoro.doctor.lab import Places, look_at_lab
-from seoro.lab.examining import examine
+from seoro.doctor.lab import Places, check_lab
+from seoro.lab.probes import probe
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.routers import free_endpoint, process, router_process
 
@@ -20,10 +20,10 @@ DEADLINE = 30.0  # [s]
 
 
 async def heard(endpoint: str, name: str, is_so: Callable[[dict[str, TopicState]], bool]) -> dict[str, TopicState]:
-    """What a bridge hears of a robot, as soon as something is so."""
+    """Wait until the topics of a robot satisfy a condition, and return them."""
     with anyio.fail_after(DEADLINE):
         while True:
-            seen = await examine(endpoint, exchanges=1)
+            seen = await probe(endpoint, exchanges=1)
             robots = [robot for node in seen.nodes if node.state for robot in node.state.robots]
             topics = {topic.topic: topic for robot in robots if robot.name == name for topic in robot.topics}
             if topics and is_so(topics):
@@ -31,7 +31,7 @@ async def heard(endpoint: str, name: str, is_so: Callable[[dict[str, TopicState]
             await anyio.sleep(0.05)
 
 
-async def test_topics_that_are_heard_and_those_that_are_not_are_told(bridged: Bridged) -> None:
+async def test_topics_with_and_without_messages_are_reported(bridged: Bridged) -> None:
     topics = await heard(bridged.endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
     assert topics["/tb/odom"].seen is not None
     silent = [each for each in topics.values() if each.seen is None]
@@ -39,7 +39,7 @@ async def test_topics_that_are_heard_and_those_that_are_not_are_told(bridged: Br
     assert all(each.why for each in silent)
 
 
-async def test_a_robot_that_does_not_answer_is_told_from_its_bridge_on(tmp_path: Path) -> None:
+async def test_a_robot_without_answers_is_reported_with_its_bridge(tmp_path: Path) -> None:
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     with (
         router_process(router),
@@ -47,12 +47,12 @@ async def test_a_robot_that_does_not_answer_is_told_from_its_bridge_on(tmp_path:
         process("-c", BRIDGE, router, endpoint, "tb", "ghost"),
     ):
         await heard(endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
-        found = {each.what: each async for each in look_at_lab(Places((endpoint,)), None)}
+        found = {each.what: each async for each in check_lab(Places((endpoint,)), None)}
         assert found["ros2/tb"].health is not Health.FAILED
         ghost = found["ros2/ghost"]
         assert ghost.health is Health.FAILED
-        assert "nothing was ever heard of it: " in ghost.text
-        assert "/ghost/odom (nobody publishes it)" in ghost.text
+        assert "no messages received: " in ghost.text
+        assert "/ghost/odom (no publisher)" in ghost.text
         assert "`--ros`" in ghost.help
         os.kill(robot.pid, signal.SIGKILL)
-        await heard(endpoint, "tb", lambda topics: topics["/tb/odom"].why == "nobody publishes it")
+        await heard(endpoint, "tb", lambda topics: topics["/tb/odom"].why == "no publisher")

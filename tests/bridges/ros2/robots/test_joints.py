@@ -1,4 +1,4 @@
-"""Arms move from where their joints are as fast as the profile allows, and not at all while that is not known."""
+"""Durations of arm motions: from the joint positions and the speed limits; unknown positions are refused."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
-from seoro.bridges.ros2.action_server import GoalEnd, ServedGoal, Status, serving_action
+from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status, serving_action
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.wire.refusal import RequestRefused
 from tests.bridges.ros2.robots.test_types import DEADLINE, served
@@ -29,12 +29,12 @@ NAMES = ["a", "b"]
 async def test_arms_move_from_finite_positions_only(
     router: str, types: TypeStore, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("seoro.bridges.ros2.robots.joints.FOUND_WITHIN", 0.05)
+    monkeypatch.setattr("seoro.bridges.ros2.robots.joints.DISCOVERY_TIMEOUT", 0.05)
     (tmp_path / "cell.yaml").write_text(PROFILE)
     durations: list[float] = []
     moved = anyio.Event()
 
-    async def follow(goal: ServedGoal) -> GoalEnd:
+    async def follow(goal: GoalHandle) -> GoalEnd:
         durations.append(geometry.seconds(goal.goal.trajectory.points[-1].time_from_start))
         moved.set()
         return GoalEnd(Status.SUCCEEDED)
@@ -47,7 +47,7 @@ async def test_arms_move_from_finite_positions_only(
     ):
 
         async def move() -> str:
-            """Ask for the motion; why it is refused."""
+            """Request the motion, and return the reason of its refusal."""
             try:
                 await robot.handlers[wire.FOLLOW_JOINT_TRAJECTORY](MOTION)
             except RequestRefused as refused:
@@ -55,7 +55,7 @@ async def test_arms_move_from_finite_positions_only(
             return ""
 
         async def states() -> wire.JointStates | None:
-            """Where the joints are, if that is known."""
+            """Return the positions of the joints, if known."""
             with suppress(RequestRefused):
                 found = await robot.handlers[wire.GET_JOINT_STATES](wire.RobotName(robot="cell"))
                 assert isinstance(found, wire.JointStates)
@@ -65,7 +65,7 @@ async def test_arms_move_from_finite_positions_only(
         with anyio.fail_after(DEADLINE):
             await joints.wait_for_subscription()
             joints.publish({"name": NAMES, "position": [3.0, math.nan]})
-            while "no position of the joint 'b' on /joint_states" not in await move():
+            while "the position of the joint 'b' on /joint_states" not in await move():
                 assert not durations
             joints.publish({"name": NAMES, "position": [3.0, 3.0]})
             joints.publish({"name": NAMES, "velocity": [0.5, 0.5]})
@@ -77,5 +77,5 @@ async def test_arms_move_from_finite_positions_only(
             joints.publish({"name": NAMES, "position": [math.nan, math.inf]})
             while await states() is not None:
                 await anyio.sleep(0.01)
-            assert "no position of the joint 'a' on /joint_states" in await move()
+            assert "the position of the joint 'a' on /joint_states" in await move()
     assert durations == [pytest.approx(1.5 * 6.0 / 1.0)]

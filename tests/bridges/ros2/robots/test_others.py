@@ -8,13 +8,13 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.robots.profile import read_profile
-from seoro.bridges.ros2.robots.running import BridgedRobot, warn_of_others
+from seoro.bridges.ros2.robots.running import BridgedRobot, warn_if_shared
 from seoro.bridges.ros2.wire import RmwZenoh
 
 pytestmark = pytest.mark.anyio
 
 
-async def test_that_another_bridge_serves_a_robot_is_told(
+async def test_another_bridge_to_the_same_robot_is_reported(
     router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     profile = read_profile("turtlebot4").model_copy(update={"tf": "/tf"})  # as robots that share one tree have it
@@ -29,8 +29,8 @@ async def test_that_another_bridge_serves_a_robot_is_told(
     ):
         topics = ("/tf", f"/tb1/{statuses}")
         await system.graph.wait_for(lambda graph: all(graph.subscriptions(each) for each in topics), 10.0)
-        warn_of_others([BridgedRobot(each, profile, f"/{each}") for each in ("tb1", "tb2")], system)
+        warn_if_shared([BridgedRobot(each, profile, f"/{each}") for each in ("tb1", "tb2")], system)
     [told] = [record.getMessage() for record in caplog.records]
     assert told.startswith(
-        "another bridge serves a robot in the namespace /tb1, too: runs over either would command 'tb1'"
+        "another bridge serves a robot in the namespace /tb1, too: runs over both would command 'tb1'"
     )

@@ -1,4 +1,4 @@
-"""Robots of ROS 2 stop within half a second of whatever becomes of the run; measured where they are."""
+"""Time until ROS 2 robots stop after each kind of end of their run: at most 0.5 s, measured at the robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import anyio
 import pytest
 
-from seoro.lab.commanding import release_all, stop_all
+from seoro.lab.commands import emergency_stop_all, release_all
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.routers import free_endpoint, process, router_process
 
@@ -24,7 +24,7 @@ CANCELED = -5.0
 
 
 def wait_for(moment: float, when: Callable[[], float | None]) -> float:
-    """How long after a moment something was [s]; waits for it, two seconds at most."""
+    """Wait for an event (2 s at most), and return its time since `moment` [s]."""
     while (found := when()) is None:
         assert time.monotonic() < moment + 2.0, "the robot still drives"
         time.sleep(0.02)
@@ -44,7 +44,7 @@ def goal_ended(bridged: Bridged) -> float | None:
 
 
 def shortest(measured: Callable[[], float]) -> float:
-    """The shortest of a few times [s]: on a busy machine, any single one may be that of something else."""
+    """Return the shortest of some times [s], since a busy machine delays some."""
     times: list[float] = []
     while len(times) < ATTEMPTS and not (times and min(times) < DEADLINE):
         times.append(measured())
@@ -52,7 +52,7 @@ def shortest(measured: Callable[[], float]) -> float:
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_commands_of_velocity_end_with_the_run(bridged: Bridged, number: signal.Signals) -> None:
+def test_velocity_commands_end_with_the_run(bridged: Bridged, number: signal.Signals) -> None:
     def measured() -> float:
         began = bridged.begun()
         with process(DRIVER, began.endpoint, began.name, "velocity") as driver:
@@ -65,7 +65,7 @@ def test_commands_of_velocity_end_with_the_run(bridged: Bridged, number: signal.
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_goals_of_the_navigation_end_with_the_run(bridged: Bridged, number: signal.Signals) -> None:
+def test_navigation_goals_end_with_the_run(bridged: Bridged, number: signal.Signals) -> None:
     def measured() -> float:
         began = bridged.begun()
         with process(DRIVER, began.endpoint, began.name, "goal") as driver:
@@ -79,7 +79,7 @@ def test_goals_of_the_navigation_end_with_the_run(bridged: Bridged, number: sign
 
 @contextmanager
 def behind_a_router(folder: Path) -> Iterator[tuple[Bridged, subprocess.Popen[bytes]]]:
-    """A robot whose bridge and whose run are both connected to a router of seoro's."""
+    """Yield a robot whose bridge and run are connected to a router of seoro."""
     ros, ours = free_endpoint(), free_endpoint()
     bridge = BRIDGE.replace("listen=listen", "connect=listen")
     with (
@@ -100,17 +100,17 @@ def test_robots_stop_when_the_router_to_the_run_dies(tmp_path: Path) -> None:
         assert wait_for(moment, bridged.stopped) < DEADLINE
 
 
-def test_an_emergency_stop_is_zero_on_the_wire_in_time(bridged: Bridged) -> None:
+def test_an_emergency_stop_sends_zero_in_time(bridged: Bridged) -> None:
     def measured() -> float:
         began = bridged.begun()
         with process(DRIVER, began.endpoint, began.name, "velocity"):
             wait_for(time.monotonic(), lambda: drives(began))
             moment = time.monotonic()
-            (outcome,) = anyio.run(stop_all, [began.endpoint], "a test", "smoke")
+            (outcome,) = anyio.run(emergency_stop_all, [began.endpoint], "a test", "smoke")
             assert outcome.error == ""
             answered = time.monotonic()
             stopped = wait_for(moment, began.stopped) + moment
             anyio.run(release_all, [began.endpoint], "a test", "it is over")
-            return stopped - (answered - outcome.took)
+            return stopped - (answered - outcome.elapsed)
 
     assert shortest(measured) < EMERGENCY_DEADLINE

@@ -1,4 +1,4 @@
-"""A bridge that stood still, whose guard has stopped its robots, does not drive them on when it goes on."""
+"""Suspended bridges: after their guard has stopped the robots, resumed bridges do not drive them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.robots import running
+from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, GuardState, Standstills
 from seoro.bridges.ros2.robots.profile import read_profile
 from seoro.bridges.ros2.robots.running import BridgedRobot, BridgeOptions, bridging
-from seoro.bridges.ros2.robots.standstill import STOOD_STILL, Standstills
-from seoro.runtime.contracts import GoalStatus, Pose3D, Position3D
+from seoro.robotics.geometry import Pose3D, Position3D
+from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.robots.conftest import Bridged
 from tests.bridges.ros2.robots.test_ending import Commands
@@ -31,8 +33,9 @@ async def test_a_drive_ends_with_a_standstill(
     router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     standstills, commands, end = Standstills(), Commands(), Ends()
-    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda *_: nullcontext(standstills))
-    monkeypatch.setattr("seoro.bridges.ros2.robots.standstill.SILENCE", 0.05)
+    state = GuardState(standstills)
+    monkeypatch.setattr(running, "guarded", lambda _: nullcontext(state))
+    monkeypatch.setattr("seoro.bridges.ros2.robots.guard_state.SILENCE", 0.05)
     monkeypatch.setattr("seoro.bridges.ros2.robots.velocity.STOPPING", 0.2)
     endpoint = f"unixsock-stream/{tmp_path}/bridge"
     options = BridgeOptions([BridgedRobot("tb", read_profile("turtlebot4"), "/tb")], router, listen=endpoint)
@@ -41,7 +44,7 @@ async def test_a_drive_ends_with_a_standstill(
         async with bridging(options), connect_robots(endpoint, "a test") as node:
             await node.drive("tb", 0.2, 0.0, 60.0, end)
             await commands.wait()
-            standstills.note_sign()  # after which there is none for a while, and no guard that stops the robot
+            standstills.note_heartbeat()  # no other one follows, and no guard stops the robot
             report = await end.wait()
         tasks.cancel_scope.cancel()
     assert (report.status, report.message) == (GoalStatus.ABORTED, STOOD_STILL)
@@ -51,20 +54,20 @@ async def test_a_drive_ends_with_a_standstill(
 
 def test_each_standstill_is_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
-    monkeypatch.setattr("seoro.bridges.ros2.robots.standstill.time.monotonic", lambda: now)
+    monkeypatch.setattr("seoro.bridges.ros2.robots.guard_state.time.monotonic", lambda: now)
     standstills = Standstills()
     now = 5.0
-    assert standstills.number == 0  # nobody is on guard yet
-    standstills.note_sign()
+    assert standstills.number == 0  # before the first heartbeat of the guard
+    standstills.note_heartbeat()
     now = 5.2
-    standstills.note_sign()
+    standstills.note_heartbeat()
     now = 5.4
     assert standstills.number == 0
     now = 9.0
     assert (standstills.number, standstills.number) == (1, 1)
-    standstills.note_sign()
+    standstills.note_heartbeat()
     now = 9.4
-    standstills.note_sign()
+    standstills.note_heartbeat()
     assert standstills.number == 2
     standstills.note_end()
     now = 20.0
@@ -72,7 +75,7 @@ def test_each_standstill_is_counted_once(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 async def until(when: Callable[[], float | None]) -> None:
-    """Wait until something was, while the run goes on."""
+    """Wait for a condition while the run continues."""
     with anyio.fail_after(2.0):
         while when() is None:
             await anyio.sleep(0.02)
@@ -82,7 +85,7 @@ async def until(when: Callable[[], float | None]) -> None:
 @pytest.mark.parametrize(
     ("how", "begun", "over"), [("velocity", drives, Bridged.stopped), ("goal", has_goal, goal_ended)]
 )
-async def test_robots_stand_still_when_a_bridge_that_was_stopped_goes_on(
+async def test_robots_stand_still_when_a_suspended_bridge_resumes(
     how: str,
     begun: Callable[[Bridged], float | None],
     over: Callable[[Bridged], float | None],

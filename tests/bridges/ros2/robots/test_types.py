@@ -1,4 +1,4 @@
-"""Robots on whose topics somebody means something else: the bridge goes on, and says so."""
+"""Topics with conflicting types: the bridge continues, and reports them."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 import anyio
 import pytest
 
-from seoro.background import background
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.profile import read_profile
 from seoro.bridges.ros2.robots.robot import RosRobot
-from seoro.bridges.serving.happenings import HappeningLog
+from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.concurrency.background import background
 from tests.bridges.ros2.systems import two_nodes
 
 pytestmark = pytest.mark.anyio
@@ -32,13 +32,13 @@ FORWARD = wire.CmdVel(robot="tb", twist=wire.Twist(linear=wire.Vector3(x=0.1), a
 
 @asynccontextmanager
 async def served(
-    here: RosNode, profile: str = "turtlebot4", happenings: HappeningLog | None = None
+    here: RosNode, profile: str = "turtlebot4", events: EventLog | None = None
 ) -> AsyncIterator[RosRobot]:
-    """A robot as a bridge serves it."""
+    """Yield a robot that a bridge serves."""
     async with AsyncExitStack() as stack, background() as tasks:
-        happenings = happenings or HappeningLog()
+        events = events or EventLog()
         link = Link(here, stack, tasks)
-        robot = RosRobot("tb", read_profile(profile), link, Work(tasks, happenings), happenings)
+        robot = RosRobot("tb", read_profile(profile), link, Work(tasks, events), events)
         await robot.open()
         yield robot
 
@@ -51,14 +51,14 @@ async def until_said(caplog: pytest.LogCaptureFixture, text: str) -> None:
 
 @pytest.fixture
 def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is missing is not waited for as long."""
+    """Shorten the wait for missing endpoints."""
     for module in ("velocity", "localisation"):
-        monkeypatch.setattr(f"seoro.bridges.ros2.robots.{module}.FOUND_WITHIN", 0.05)
+        monkeypatch.setattr(f"seoro.bridges.ros2.robots.{module}.DISCOVERY_TIMEOUT", 0.05)
 
 
 @pytest.mark.usefixtures("_soon")
 @pytest.mark.parametrize("when", ["before the bridge", "after it"])
-async def test_a_base_is_driven_once_nobody_publishes_velocities_of_another_type(
+async def test_a_base_is_driven_once_no_velocity_topic_has_another_type(
     when: str, router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.WARNING)
@@ -86,7 +86,7 @@ async def test_a_base_is_driven_once_nobody_publishes_velocities_of_another_type
 
 
 @pytest.mark.usefixtures("_soon")
-async def test_a_base_that_comes_back_with_another_type_is_driven_by_that(router: str, types: TypeStore) -> None:
+async def test_a_base_that_returns_with_another_type_is_driven_by_that_type(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (there, here), served(here) as robot:
         for type_name in (TWIST, STAMPED, TWIST):
             async with there.subscribing("/cmd_vel", type_name, is_checked=False) as commands:
@@ -95,11 +95,11 @@ async def test_a_base_that_comes_back_with_another_type_is_driven_by_that(router
                     message = await commands.message()
                     assert (message if type_name == TWIST else message.twist).linear.x == 0.1
             await here.graph.wait_for(lambda graph: not graph.subscriptions("/cmd_vel"), DEADLINE)
-            with pytest.raises(RequestRefused, match="nobody on the robot subscribes to /cmd_vel"):
+            with pytest.raises(RequestRefused, match="no subscription to /cmd_vel on the robot"):
                 await robot.handlers[wire.CMD_VEL](FORWARD)
 
 
-async def test_the_charge_of_a_battery_is_forgotten_with_who_tells_of_it(router: str, types: TypeStore) -> None:
+async def test_the_charge_of_a_battery_is_dropped_with_its_publisher(router: str, types: TypeStore) -> None:
     async with two_nodes(router, types) as (there, here), served(here) as robot:
         with anyio.fail_after(DEADLINE):
             async with there.publishing("/battery_state", "sensor_msgs/msg/BatteryState") as battery:
@@ -109,10 +109,11 @@ async def test_the_charge_of_a_battery_is_forgotten_with_who_tells_of_it(router:
                     await anyio.sleep(0.01)
             while robot.health.battery is not None:
                 await anyio.sleep(0.01)
+        assert robot.health.battery is None
 
 
 async def until_taken(robot: RosRobot) -> None:
-    """Command a velocity until that is not refused any more."""
+    """Command a velocity until it is accepted."""
     while True:
         with suppress(RequestRefused):
             await robot.handlers[wire.CMD_VEL](FORWARD)
@@ -120,7 +121,7 @@ async def until_taken(robot: RosRobot) -> None:
 
 
 @pytest.mark.usefixtures("_soon")
-async def test_other_types_do_not_end_the_bridge(
+async def test_topics_of_another_type_do_not_end_the_bridge(
     router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.WARNING)
@@ -132,7 +133,7 @@ async def test_other_types_do_not_end_the_bridge(
         async with served(here) as robot:
             for topic in topics:
                 await until_said(caplog, topic)
-            request = wire.SetInitialPose(robot="tb", pose=wire.Pose())
+            request = wire.SetInitialPose(robot="tb", pose=wire.Pose3D())
             with pytest.raises(RequestRefused, match=f"/initialpose is of type {NUMBER}, not {POSE}"):
                 await robot.handlers[wire.SET_INITIAL_POSE](request)
             await others.aclose()
@@ -147,7 +148,7 @@ async def test_other_types_do_not_end_the_bridge(
         assert sum(topic in record.getMessage() for record in caplog.records) == 1
 
 
-async def test_a_service_of_another_type_is_no_fault_of_the_bridge(router: str, types: TypeStore) -> None:
+async def test_a_service_of_another_type_is_refused(router: str, types: TypeStore) -> None:
     async def respond(_request: object) -> dict[str, object]:
         return {}
 

@@ -1,4 +1,4 @@
-"""Simulators of the ROS world that say what cannot be, or serve other things than they should."""
+"""ROS simulators with invalid states, or with services of other types."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import AsyncSession, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.bridges.wire.keys import NAMESPACE
-from seoro.errors import BackendRefused, InvalidUse
+from seoro.errors import BackendRefused, UsageError
 
 UPRIGHT = {"w": 1.0}
 STEP = 0.01  # [s]
@@ -29,7 +29,7 @@ STEP = 0.01  # [s]
 
 @dataclass(frozen=True)
 class Mistaken:
-    """A simulator with two entities, `a` and `b`, of which the second is where it is said."""
+    """A simulator with entities `a` and `b`; `b` has a configurable pose."""
 
     orientation: dict[str, float]
     x: float = 0.0
@@ -44,7 +44,7 @@ WELL = Mistaken(UPRIGHT)
 
 @asynccontextmanager
 async def simulated(made: Mistaken, router: str, types: TypeStore, folder: Path) -> AsyncIterator[AsyncSession]:
-    """The simulator as a node; gives a session that is connected to it."""
+    """Yield a session to the simulator as a node."""
     steps = 0
 
     async def features(_: Any) -> dict[str, Any]:
@@ -113,12 +113,12 @@ async def place_of(session: AsyncSession, entity: str) -> wire.EntityState:
     [
         (
             replace(WELL, orientation={"w": 0.0}),
-            "the state of the entity 'b' cannot be used: the orientation is no",
+            "invalid state of the entity 'b': invalid orientation",
         ),
-        (replace(WELL, x=float("nan")), "the state of the entity 'b' .* no finite number"),
+        (replace(WELL, x=float("nan")), "invalid state of the entity 'b' .*; expected finite numbers"),
     ],
 )
-async def test_a_state_that_cannot_be_is_refused_with_its_entity(
+async def test_an_invalid_state_is_refused_with_its_entity(
     made: Mistaken, words: str, router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     async with simulated(made, router, types, tmp_path) as session:
@@ -127,13 +127,13 @@ async def test_a_state_that_cannot_be_is_refused_with_its_entity(
         assert await place_of(session, "a") == wire.EntityState()
 
 
-async def test_states_that_are_too_few_are_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
-    with pytest.raises(InvalidUse, match="`get_entities_states` names 2 entities and has 1 states"):
+async def test_missing_entity_states_are_refused(router: str, types: TypeStore, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="`get_entities_states` returns 2 entities and 1 states"):
         async with simulated(replace(WELL, states=1), router, types, tmp_path):
             pass
 
 
-async def test_a_service_of_another_type_is_no_fault_of_the_bridge(
+async def test_a_service_of_another_type_is_refused(
     router: str, types: TypeStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     made = replace(WELL, world="std_srvs/srv/Trigger")
@@ -143,10 +143,10 @@ async def test_a_service_of_another_type_is_no_fault_of_the_bridge(
     assert not caplog.records
 
 
-async def test_a_reset_that_is_refused_is_named(router: str, types: TypeStore, tmp_path: Path) -> None:
+async def test_a_refused_reset_is_reported(router: str, types: TypeStore, tmp_path: Path) -> None:
     async with simulated(replace(WELL, resets=False), router, types, tmp_path):
         with pytest.raises(
-            InvalidUse, match="'ros' cannot start over: `reset_simulation` was refused: not here"
+            UsageError, match="'ros' cannot restart: the simulator refuses `reset_simulation`: not here"
         ) as no:
             async with connect_simulator(
                 f"unixsock-stream/{tmp_path}/ros", SimulatorOptions(None, 3, ModelPath())
@@ -155,14 +155,14 @@ async def test_a_reset_that_is_refused_is_named(router: str, types: TypeStore, t
         assert "`--world` loads a world instead" in no.value.help
 
 
-async def test_a_simulator_that_played_plays_on_where_no_run_has_begun(
+async def test_a_playing_simulator_resumes_if_no_run_has_started(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     unmeasured, unused, used, paused = (
         replace(WELL, states_of_time=[state], states=states)
         for state, states in ((PLAYING, 1), (PLAYING, 2), (PLAYING, 2), (PAUSED, 2))
     )
-    with pytest.raises(InvalidUse, match="has 1 states"):
+    with pytest.raises(UsageError, match="and 1 states"):
         async with simulated(unmeasured, router, types, tmp_path):
             pass
     for made in (unused, paused, used):

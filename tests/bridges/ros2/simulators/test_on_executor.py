@@ -1,4 +1,4 @@
-"""A simulator of the ROS world for a run on an executor: an exposed one, driven from there."""
+"""An exposed simulator that a run on an executor drives."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FALLING = Path(__file__).with_name("falling.osc")
 WORKSHOP = Path(__file__).parents[4] / "examples/workshop/workshop.yaml"
 
 
-async def test_it_is_driven_from_the_executor_in_a_world_that_was_sent(
+async def test_an_executor_drives_the_simulator_in_an_uploaded_world(
     simulator: str, router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     async with exposed(simulator, router, types) as node:
@@ -31,7 +31,7 @@ async def test_it_is_driven_from_the_executor_in_a_world_that_was_sent(
                 verdict = await run.result()
                 missing = seoro.Simulator(name="ros", rate=math.inf, world="/opt/worlds/hall.sdf")
                 refused = await client.submit(NAME, FALLING, simulator=missing, ros=Ros(router), seed=1)
-                with pytest.raises(seoro.InvalidUse, match="worlds/hall"):
+                with pytest.raises(seoro.UsageError, match="worlds/hall"):
                     await refused.result()
         assert verdict.passed, verdict
         assert run.info.announcement == "seed 1, ros with world 'workshop'"

@@ -32,10 +32,10 @@ async def test_frames_of_a_robot_are_followed(router: str, types: TypeStore, nam
             there.publishing(f"{prefix}/tf_static", TYPE, STATIC) as static,
             there.publishing(f"{prefix}/tf", TYPE, MOVING) as moving,
         ):
-            static.publish(message("base_link", "laser", 0, 0.5))  # before anybody listens
+            static.publish(message("base_link", "laser", 0, 0.5))  # before the listener starts
             async with listen(here, namespace) as listener:
                 await listener.wait_for(lambda buffer: "laser" in buffer.frames)
-                with pytest.raises(UnknownFrame, match="no frame `odom`"):
+                with pytest.raises(UnknownFrame, match="unknown frame `odom`"):
                     listener.buffer.lookup("laser", "odom")
                 await moving.wait_for_subscription()
                 moving.publish(message("odom", "base_link", 3, 2.0))

@@ -1,4 +1,4 @@
-"""Made-up nodes and endpoints."""
+"""Invented nodes and endpoints."""
 
 from dataclasses import replace
 
@@ -45,5 +45,5 @@ def endpoints(draw: st.DrawFn) -> Endpoint:
 
 
 def without_times(qos: Qos) -> Qos:
-    """What the bridge tells of it."""
+    """Return the announcement of the bridge."""
     return replace(qos, deadline=None, lifespan=None, lease=None, liveliness=Liveliness.AUTOMATIC)

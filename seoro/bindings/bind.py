@@ -1,0 +1,74 @@
+"""Checking a scenario, and binding its declarations to Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import ModuleType
+
+from seoro.bindings.bound_functions import BoundFunctions
+from seoro.bindings.externals import bind_externals
+from seoro.bindings.implementations import bind_implementations, find_implementations, traits_of
+from seoro.lang.check.body_cache import BodyMessages
+from seoro.lang.check.checker import Checked, in_order
+from seoro.lang.check.plan_types import plan_type
+from seoro.lang.diagnostic import Bag
+from seoro.lang.frontend import check
+from seoro.lang.frozen import replaced
+from seoro.lang.loader import Sources
+from seoro.lang.plan import ValueType
+from seoro.lang.program import Program
+from seoro.lang.recorder import Recorder
+from seoro.lang.symbols import TypeSymbol
+from seoro.runtime.functions.fitting import Fitting
+
+
+def bind_sources(
+    sources: Sources,
+    *,
+    strict: bool,
+    is_own_only: bool,
+    given: Iterable[ModuleType],
+    recorder: Recorder | None,
+    known: BodyMessages | None = None,
+) -> tuple[Checked, BoundFunctions]:
+    """Check sources and bind their declarations; errors become diagnostics.
+
+    Args:
+        sources: Scenario file with all imports.
+        strict: Whether to report extensions to the standard, too.
+        is_own_only: Whether to import only seoro's own Python modules, and leave the rest unbound.
+        given: Modules of the calling program; they take precedence over libraries.
+        recorder: Recorder of the meanings of names and the types of values.
+        known: Messages from an earlier check of the same file.
+
+    Returns:
+        The checked file with its bound external methods, and the functions of its actions and modifiers.
+    """
+    bag = Bag()
+    found = find_implementations(sources, given, is_own_only, bag)
+    checked = check(sources, traits_of(found), strict, recorder, known)
+    functions = BoundFunctions()
+    if not sources.diagnostics:  # otherwise declarations are missing
+        fitting = Fitting(_Shapes(checked.program).of)
+        functions = bind_implementations(checked, found, fitting, bag)
+        bind_externals(checked, fitting, is_own_only, bag)
+    diagnostics = in_order(sources, (*checked.diagnostics, *bag.diagnostics))
+    return replaced(checked, diagnostics=diagnostics), functions
+
+
+class _Shapes:
+    """Fields of the structs of a program.
+
+    Args:
+        program: The program.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        structs = (symbol for symbol in program.types.values() if isinstance(symbol, TypeSymbol))
+        self._symbols = {symbol.plan_name: symbol for symbol in structs}
+
+    def of(self, name: str) -> Mapping[str, ValueType]:
+        """Return the types of the fields of a struct, by its name in the plan."""
+        fields = self._symbols[name].inventory.fields.values()
+        return {field.name: plan_type(field.type, self._program) for field in fields}

@@ -1,0 +1,89 @@
+"""Event log of a node, numbered and kept for clients that request it."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Result
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.concurrency.condition import Condition
+
+KEPT = 10_000  # last events; clients request them several times per second
+
+
+class EventLog:
+    """Log of the last events; for one event loop.
+
+    Args:
+        kept: Number of events to keep.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept: deque[wire.LoggedEvent] = deque(maxlen=kept)
+        self._number = 0
+        self._woken = 0
+        self._began = time.monotonic()
+        self._changes = Condition()
+
+    @property
+    def number(self) -> int:
+        """Number of the last event; 0 before the first."""
+        return self._number
+
+    @property
+    def now(self) -> float:
+        """Time since the start of the node [s]."""
+        return time.monotonic() - self._began
+
+    def add(
+        self,
+        *,
+        occurrence: wire.Occurrence | None = None,
+        contact: wire.Contact | None = None,
+        feedback: wire.NavigationFeedback | None = None,
+        warning: wire.GoalWarning | None = None,
+    ) -> None:
+        """Add an event, and wake waiting requests."""
+        self._number += 1
+        self._kept.append(
+            wire.LoggedEvent(
+                number=self._number, occurrence=occurrence, contact=contact, feedback=feedback, warning=warning
+            )
+        )
+        self._changes.notify_all()
+
+    def wake(self) -> None:
+        """End the wait of all requests without an event."""
+        self._woken += 1
+        self._changes.notify_all()
+
+    async def after(self, request: wire.AwaitEvents) -> wire.LoggedEvents:
+        """Return all events after a number; waits for one, up to the time limit of the request.
+
+        Raises:
+            RequestRefused: The number is above the last one, or later events were dropped.
+        """
+        self._check(request.since)
+        with anyio.move_on_after(min(max(request.wait, 0.0), wire.LONGEST_WAIT)):
+            woken = self._woken
+            await self._changes.wait_for(lambda: self._number > request.since or self._woken > woken)
+        missing = self._number - request.since
+        return wire.LoggedEvents(
+            number=self._number, events=tuple(self._kept)[len(self._kept) - missing :] if missing else ()
+        )
+
+    def _check(self, since: int) -> None:
+        if since > self._number:
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                f"unknown event {since}; the last event of this node is {self._number}: connect again",
+            )
+        if since < self._number - len(self._kept):
+            raise RequestRefused(
+                Result.INCORRECT_STATE,
+                f"event {since} was dropped; only the last {len(self._kept)} events are kept: connect again",
+            )

@@ -1,0 +1,139 @@
+"""Grants of time to a node, and simulation ahead of them.
+
+Many grants end at a deadline of the run, without a request to the node. After several such grants, the next one
+also announces a horizon: the time of the expected further grants. The node simulates up to it, and its answer
+serves these grants, too. Another request first rewinds the node to the time of the run. The simulation and the
+times of its reports are the same to the bit.
+"""
+
+from __future__ import annotations
+
+from seoro.bridges import wire
+from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
+from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress
+from seoro.bridges.sim.rules import TimeRules
+
+GRANT_TIMEOUT = 30.0  # [s]
+QUIET_GRANTS = 4  # grants in a row without other requests, after which the node simulates ahead
+MAX_HORIZON = 60.0  # [s] after the grant
+
+
+class Lookahead:
+    """Horizon of grants, which doubles each time that it was used up."""
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Start again, after another request."""
+        self._quiet = 0  # number of grants since the last request
+        self._ahead = 1  # horizon, in grants
+
+    def horizon(self, now: float, until: float) -> float | None:
+        """Return the time up to which grants are expected [s]; None if unknown.
+
+        Args:
+            now: The time of the run [s].
+            until: End of the present grant [s].
+        """
+        self._quiet += 1
+        grant = until - now
+        if self._quiet <= QUIET_GRANTS or grant <= 0.0:
+            return None
+        self._ahead *= 2
+        ahead = min(self._ahead * grant, MAX_HORIZON)
+        return until + ahead if ahead > grant else None
+
+    def ended(self, ahead: float) -> None:
+        """Start again if an event ended the simulation `ahead` [s] after the grant, not beyond it."""
+        if ahead <= 0.0:
+            self.reset()
+
+
+class AdvanceRequests(RecordingRequests):
+    """The clock of a node.
+
+    Args:
+        address: Address of the node.
+    """
+
+    def __init__(self, address: NodeAddress) -> None:
+        super().__init__(address)
+        self._lookahead = Lookahead()
+
+    @property
+    def time(self) -> float:
+        """The time of the run [s]."""
+        return self._time
+
+    def set_clock(self, features: wire.SimulatorFeatures) -> None:
+        """Set the time of the run from the features of the node.
+
+        Raises:
+            ProtocolViolation: The step or the time is invalid.
+        """
+        self._rules = TimeRules(self.name, features, self._given.__contains__)
+        self._steps_per_second = max(1, round(1.0 / features.step))
+        self._rewinds = wire.REWIND.name in features.features
+        self._time = features.time
+        self._ahead: wire.Advanced | None = None  # answer ahead of the run, for the next grants
+        self._back: float | None = None  # time of the run while the node may be ahead [s]
+
+    async def advance(self, until: float) -> float:
+        """Grant time; reporters are called before the answer's time is reached.
+
+        Raises:
+            ProtocolViolation: The answer breaks a rule.
+            BackendLost: The node is lost.
+        """
+        advanced, may_be_ahead = self._ahead, True
+        if advanced is None:
+            horizon = self._horizon(until)
+            advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
+        reached = max(self._time, self._end_of(until))
+        if may_be_ahead and reached < advanced.time:
+            if self._back is not None:  # else another request has rewound the node meanwhile
+                self._ahead, self._back = advanced, reached
+            self._time = reached
+            return reached
+        self._ahead = self._back = None
+        self._time = advanced.time
+        await self._report(advanced)
+        return advanced.time
+
+    def _horizon(self, until: float) -> float | None:
+        """Return the time up to which the node simulates ahead; None for not at all."""
+        may_go_ahead = self._rewinds and not self.is_recording
+        return self._lookahead.horizon(self._time, until) if may_go_ahead else None
+
+    def _end_of(self, until: float) -> float:
+        """Return the end of a grant without events [s]."""
+        return wire.steps_until(until, self._steps_per_second) / self._steps_per_second
+
+    async def _advance(self, until: float, horizon: float | None) -> wire.Advanced:
+        if self.is_recording:  # the clock grants the rest afterwards
+            until = min(until, self._time + RECORDED_GRANT)
+        self._back = None if horizon is None else self._end_of(until)
+        request = wire.Advance(until=until, horizon=horizon)
+        advanced = await super().ask(wire.ADVANCE, request, GRANT_TIMEOUT)
+        self._rules.check(self._time, self._end_of(until if horizon is None else horizon), advanced)
+        if horizon is not None:
+            self._lookahead.ended(advanced.time - until)
+        return advanced
+
+    async def ask(
+        self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
+    ) -> wire.A:
+        """See `Requests.ask`. The node is rewound to the time of the run first."""
+        self._lookahead.reset()
+        if self._back is not None:
+            # Requests arrive in order, also after a pending grant, so concurrent requests need not wait for this.
+            rewind = wire.Rewind(time=self._back)
+            self._ahead = self._back = None
+            await super().ask(wire.REWIND, rewind)
+        return await super().ask(verb, request, timeout)
+
+    async def _report(self, advanced: wire.Advanced) -> None:
+        for event in (*advanced.contacts, *advanced.departures, *advanced.feedback, *advanced.occurrences):
+            self.report_event(event)
+        await self.write_film(advanced.film, advanced.film_error)

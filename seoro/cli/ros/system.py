@@ -1,0 +1,85 @@
+"""Connection of a command to a ROS 2 system, and lookup of its entities."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import AsyncIterator, Iterable, Sequence
+from contextlib import asynccontextmanager
+
+from seoro.bridges.ros2.clients.presence import full_name
+from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.wire import Endpoint, RmwZenoh, named_dialect
+from seoro.errors import UsageError
+from seoro.lang.diagnostics import near
+
+NAME = "seoro_ros"  # node name of commands
+
+
+@asynccontextmanager
+async def connected(options: argparse.Namespace) -> AsyncIterator[RosNode]:
+    """Connect to the system of the options as a node.
+
+    Raises:
+        UsageError, BackendError: The system is unreachable, or empty.
+    """
+    types = TypeStore.bundled(options.distribution, options.interfaces)
+    dialect = named_dialect(None if options.dialect == "auto" else options.dialect, options.domain)
+    system = connect(options.ros, types=types, dialect=dialect, domain=options.domain)
+    async with system as participant, participant.node(NAME) as node:
+        yield node
+
+
+def lists_nodes(node: RosNode) -> bool:
+    """Return whether the system announces its nodes; bridges for DDS do not."""
+    return isinstance(node.graph.dialect, RmwZenoh)
+
+
+def find_node(node: RosNode, name: str) -> str:
+    """Return the full name of another node.
+
+    Raises:
+        UsageError: The node is unknown.
+    """
+    full = full_name(name)
+    known = [each for each in node.graph.nodes() if each != node.node.full_name]
+    if lists_nodes(node) and full not in known:
+        raise UsageError(f"unknown node {full}", help=near(full, known) or f"nodes: {', '.join(known) or 'none'}")
+    return full
+
+
+def without_own(node: RosNode, endpoints: Iterable[Endpoint]) -> tuple[Endpoint, ...]:
+    """Return the endpoints of other nodes."""
+    return tuple(each for each in endpoints if each.session != node.node.session)
+
+
+def resolve_type(what: str, name: str, given: str | None, found: Sequence[str], known: Iterable[str]) -> str:
+    """Return the type of a topic, service or action.
+
+    Args:
+        what: `topic`, `service` or `action`.
+        name: Full name.
+        given: Type on the command line, if any.
+        found: Types in the system.
+        known: Names of all topics, services or actions in the system.
+
+    Raises:
+        UsageError: No type is given, and the name is unknown or has several types.
+    """
+    if given is not None:
+        return given
+    match list(found):
+        case [one]:
+            return one
+        case []:
+            names = list(known)
+            namesakes = [each for each in names if each.endswith(f"/{name.rpartition('/')[2]}")]
+            raise UsageError(
+                f"unknown {what} {name}",
+                help=near(name, names)
+                or f"{what}s: {', '.join(sorted(namesakes or names)) or 'none'}; give `--type` to wait for it",
+            )
+        case more:
+            raise UsageError(
+                f"the {what} {name} has several types: {', '.join(more)}", help="choose one with `--type`"
+            )

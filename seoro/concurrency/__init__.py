@@ -1,0 +1,1 @@
+"""Background tasks, conditions and a steady clock, for asyncio and anyio. May import nothing else of seoro."""

@@ -1,0 +1,164 @@
+"""Opening of the backends of a run (simulator, robots, ROS 2 system), and its clock."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from seoro.bridges.addresses import ROS_ROUTER
+from seoro.embed.options import ROS_SIMULATOR, ClockName, Options, Ros, Simulator
+from seoro.errors import UsageError
+from seoro.lang.frozen import Value
+from seoro.lang.plan import ActorType, Plan
+from seoro.runtime.contracts.backends import Backend
+from seoro.runtime.execution.assignment import Placement
+from seoro.runtime.kernel.clock import Clock, RealClock, SimulatorClock, VirtualClock
+from seoro.runtime.trace.reader import ReadClock, Readers
+
+if TYPE_CHECKING:
+    from seoro.bridges.ros2.backend import RosBackend, RosOptions
+    from seoro.bridges.sim.node import SimulatorNode
+    from seoro.lab.selectors import Selector
+    from seoro.lab.teardown import Teardown
+
+
+class OpenBackends(Value):
+    """Backends of a run.
+
+    Args:
+        simulator: Simulator, if any.
+        backends: All backends.
+        placements: Explicit assignments of actors to robots.
+        teardown: Teardown of its robots after the run.
+    """
+
+    simulator: SimulatorNode | None = None
+    backends: tuple[Backend, ...] = ()
+    placements: Mapping[str, Placement] = field(default_factory=dict)
+    teardown: Teardown | None = None
+
+
+@asynccontextmanager
+async def open_backends(
+    options: Options, seed: int, plan: Plan, selectors: Mapping[str, Selector]
+) -> AsyncIterator[OpenBackends]:
+    """Open the backends of a run, except ROS 2 systems, while the block lasts.
+
+    Args:
+        options: Options of the run.
+        seed: Random seed of the run.
+        plan: Plan of the run.
+        selectors: Selectors of robots, by actors.
+    """
+    if options.lab is not None:
+        from seoro.bridges.models import ModelPath  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
+        from seoro.lab.opening import LabRequest, open_lab  # noqa: PLC0415 - the same
+        from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+        from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
+
+        lab = read_lab(options.lab.file)
+        from seoro.embed.resets import resets_of  # noqa: PLC0415 - as above
+
+        wanted = LabRequest(
+            seed,
+            ModelPath(options.lab.model_path, options.locate),
+            resets_of(options),
+            _purpose(plan),
+            actor_names(plan),
+            selectors,
+        )
+        async with retry_until_free(options.leasing, partial(open_lab, lab, wanted)) as opened:
+            yield OpenBackends(opened.simulator, opened.backends, opened.placements, opened.teardown)
+    elif options.simulator is not None:
+        async with _open(options.simulator, seed, options, _purpose(plan)) as node:
+            yield OpenBackends(node, (node,))
+    else:
+        yield OpenBackends()
+
+
+def _purpose(plan: Plan) -> str:
+    """Describe the purpose of a lease, for other clients that want the robots."""
+    from seoro.embed.whoami import whoami  # noqa: PLC0415 - for runs with robots or simulators
+
+    return f"the scenario {plan.entry} of {whoami()}"
+
+
+@asynccontextmanager
+async def _open(simulator: Simulator, seed: int, settings: Options, purpose: str) -> AsyncIterator[SimulatorNode]:
+    # Zenoh and the message models are loaded only for runs with a simulator.
+    from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
+    from seoro.bridges.models import ModelPath  # noqa: PLC0415
+    from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415
+
+    snapshot = read_snapshot(simulator.snapshot) if simulator.snapshot is not None else None
+    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path, settings.locate), snapshot)
+    if simulator.endpoint is not None:
+        from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
+
+        opening = partial(connect_simulator, simulator.endpoint, options, None, purpose)
+        async with retry_until_free(settings.leasing, opening) as node:
+            yield node
+        return
+    name = simulator.name or (snapshot.engine if snapshot is not None else None)
+    assert name is not None, "checked before"
+    if name == ROS_SIMULATOR:
+        system = _ros_options(settings.ros or Ros(ROS_ROUTER))
+        from seoro.bridges.ros2.simulators.opening import open_simulator  # noqa: PLC0415 - an extra
+
+        async with open_simulator(system, options) as node:
+            yield node
+        return
+    async with start_simulator(name, options) as node:
+        yield node
+
+
+@asynccontextmanager
+async def open_ros(options: Options) -> AsyncIterator[tuple[RosBackend, ...]]:
+    """Connect to the ROS 2 system of a run, if any, while the block lasts."""
+    if options.ros is None:
+        yield ()
+        return
+    settings = _ros_options(options.ros)
+    from seoro.bridges.ros2.backend import open_backend  # noqa: PLC0415 - an extra
+
+    async with open_backend(settings) as system:
+        yield (system,)
+
+
+def _ros_options(ros: Ros) -> RosOptions:
+    """Convert the options of a ROS 2 system.
+
+    Raises:
+        UsageError: The extra `ros2` is not installed.
+    """
+    try:
+        from seoro.bridges.ros2.backend import RosOptions  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"ROS 2 support is not installed: module '{error.name}' not found",
+            help="pip install 'seoro[ros2]'",
+        ) from error
+    return RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)
+
+
+def make_clock(name: ClockName, node: SimulatorNode | None, rate: float, readers: Readers) -> Clock:
+    """Make the clock of a run.
+
+    Args:
+        name: Name of the clock.
+        node: Simulator that provides the clock, if any.
+        rate: Rate of the simulator, in simulated seconds per second.
+        readers: Readers of the trace; virtual and simulated time wait for them.
+    """
+    if node is not None:
+        return ReadClock(SimulatorClock(node, rate), readers)
+    return ReadClock(VirtualClock(), readers) if name == "virtual" else RealClock()
+
+
+def actor_names(plan: Plan) -> frozenset[str]:
+    """Return the names of the actors of the entry scenario."""
+    fields = plan.scenarios[plan.entry].structure.fields
+    return frozenset(name for name, each in fields.items() if isinstance(each.type, ActorType))

@@ -1,0 +1,153 @@
+"""State of a run that is not over."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import time
+from functools import partial
+from typing import Final
+
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import RunInfo
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.concurrency.condition import Condition
+from seoro.executor.process.frames import Frame
+from seoro.executor.process.pool import Worker
+from seoro.executor.runs.emissions import Emissions
+from seoro.executor.runs.tail import Pace, Watches
+
+STOP_TIMEOUT: Final = 30.0  # [s] for the clean-up of a stopped run
+
+
+class ActiveRun:
+    """A run that is not over.
+
+    Args:
+        info: Public state of the run.
+        submission: Its submission.
+        pace: Common pace of records for clients.
+
+    Attributes:
+        killed: Reason of a kill; empty without one.
+        size: Size of its trace so far [bytes].
+        output: Size of its other files at the last measurement [bytes].
+        stop_reason: Reason of the stop request, or None.
+        is_aborted: Whether it ends as an error, because it has exceeded a limit.
+        is_left: Whether it is left for the next start of the executor.
+        is_trace_known: Whether the file of the trace contains the sent lines only.
+    """
+
+    def __init__(self, info: RunInfo, submission: wire.Submission, pace: Pace) -> None:
+        self.info = info
+        self.submission = submission
+        self.killed = ""
+        self.size = 0
+        self._trace = hashlib.sha256()  # hash so far
+        self.is_trace_known = True
+        self.changes = Condition()
+        self.watches = Watches(pace)
+        self.emissions = Emissions()
+        self._worker: Worker | None = None
+        self.output = 0
+        self.stop_reason: str | None = None
+        self.is_aborted = False
+        self._noted = time.monotonic()
+        self._killing: asyncio.TimerHandle | None = None
+        self.is_left = False
+
+    @property
+    def may_wait(self) -> bool:
+        """Whether it waits for busy robots."""
+        return self.submission.manifest.options.leasing.wait is not None
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether it was asked to stop."""
+        return self.stop_reason is not None
+
+    def set(self, **changed: object) -> None:
+        """Change fields of `info`."""
+        self.info = self.info.model_copy(update=changed)
+        self.watches.end_all()
+        self.changes.notify_all()
+
+    def grow(self, lines: bytes) -> None:
+        """Append lines to the trace."""
+        start = self.size
+        self.size += len(lines)
+        self._trace.update(lines)
+        self.watches.grow(start, lines)
+        self.changes.notify_all()
+
+    @property
+    def trace(self) -> str:
+        """SHA-256 of its trace so far; empty if unknown."""
+        return self._trace.hexdigest() if self.is_trace_known else ""
+
+    def attach(self, worker: Worker) -> None:
+        """Set the process of the run."""
+        self._worker = worker
+        if self.stop_reason is not None:
+            self._stop(worker, self.stop_reason)
+
+    def stop(self, reason: str) -> None:
+        """Stop the run with clean-up; a process that does not end is killed."""
+        if self.stop_reason is None:
+            self.stop_reason = reason
+            if self._worker is not None:
+                self._stop(self._worker, reason)
+            self.changes.notify_all()
+
+    async def emit(self, request: wire.EmitEvent) -> wire.Emitted:
+        """Emit an event in the run.
+
+        Raises:
+            RequestRefused: The run has not started, or rejects the event.
+        """
+        if self._worker is None:
+            raise RequestRefused(wire.NOT_EMITTED, "the run has not started: cannot emit events yet")
+        return await self.emissions.emit(request, partial(self._worker.send, Frame.EMIT))
+
+    def abort(self, reason: str) -> None:
+        """End the run as an error, unless it was stopped; a process that does not end is killed."""
+        if self.stop_reason is None:
+            self.is_aborted = True
+            self.stop(reason)
+
+    def halt(self, reason: str) -> None:
+        """Stop the run without further motion of its robots."""
+        self.stop(reason)
+        self.halt_process(reason)
+
+    def halt_process(self, reason: str) -> None:
+        """Halt the process, if there is one; from any thread. `halt` has to follow."""
+        if (worker := self._worker) is not None:
+            worker.send(Frame.HALT, reason.encode())
+
+    @property
+    def has_process(self) -> bool:
+        """Whether the run has a process."""
+        return self._worker is not None
+
+    def _stop(self, worker: Worker, reason: str) -> None:
+        worker.send(Frame.ABORT if self.is_aborted else Frame.STOP, reason.encode())
+        self._killing = asyncio.get_running_loop().call_later(STOP_TIMEOUT, worker.kill)
+
+    def release(self) -> None:
+        """Clear the process of the run, which has ended."""
+        self._worker = None
+        self.emissions.end()
+        self.changes.notify_all()
+        if self._killing is not None:
+            self._killing.cancel()
+
+    def note_client(self) -> None:
+        """Record a request of the client without which the run is stopped."""
+        self._noted = time.monotonic()
+
+    @property
+    def patience(self) -> float | None:
+        """Time until the run is stopped without a request of its client [s]; None for no limit."""
+        allowed = self.submission.stop_if_lost
+        return None if allowed is None or self.is_stopped else self._noted + allowed - time.monotonic()

@@ -1,0 +1,392 @@
+"""Queue of runs that are not over: starts them when a slot is free, and follows them to their end."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import shutil
+import sqlite3
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import Final, TypeAlias
+
+import anyio
+import anyio.to_thread
+from anyio.abc import TaskGroup
+
+from seoro.bridges.executor import messages as wire
+from seoro.bridges.executor.messages import RunInfo, State
+from seoro.bridges.wire import decode, encode
+from seoro.concurrency.background import background
+from seoro.concurrency.condition import Condition
+from seoro.embed.run_end import Ended, InvalidEnd, unpack_end
+from seoro.executor.job import make_job
+from seoro.executor.limits import MEBIBYTE, Limits, Policy
+from seoro.executor.process import frames
+from seoro.executor.process.frames import Frame
+from seoro.executor.process.pool import Pool, Worker
+from seoro.executor.runs.active_run import STOP_TIMEOUT, ActiveRun
+from seoro.executor.runs.enforcement import KEPT_OF_CULPRIT, Reserve, append_trace, hold_to_time, hold_to_usage
+from seoro.executor.runs.fair_queue import FairQueue
+from seoro.executor.runs.run_slots import RunSlots
+from seoro.executor.runs.tail import Pace
+from seoro.executor.runs.usage import TraceFile, cut
+from seoro.executor.storage.run_folder import RunFolder
+from seoro.executor.storage.store import Finished, Store
+
+KEEP_PAUSE: Final = 5.0  # [s] between attempts to store the end of a run
+HAS_ROBOTS: Final = "holds its robots, and waits for a free run slot"
+_KILLED: Final = f"the run did not end within {STOP_TIMEOUT:g} s after it was stopped, and was killed"
+
+NoteEnd: TypeAlias = Callable[[RunInfo, str], Awaitable[object]]
+"""Called with the state of a finished run and the role of its client."""
+
+log = logging.getLogger(__name__)
+
+
+class Queue:
+    """Runs of an executor that are not over.
+
+    Args:
+        store: Storage of runs.
+        pool: Pool of processes.
+        tasks: Task group in which runs are followed.
+        jobs: Number of active runs at a time.
+        policy: Limits of clients.
+        note_end: Called before the end of a run is stored.
+        can_sandbox: Whether runs can be sandboxed.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        pool: Pool,
+        tasks: TaskGroup,
+        jobs: int,
+        policy: Policy,
+        note_end: NoteEnd,
+        *,
+        can_sandbox: bool = False,
+    ) -> None:
+        self._store = store
+        self._pool = pool
+        self._tasks = tasks
+        self._policy = policy
+        self._note_end = note_end
+        self._can_sandbox = can_sandbox
+        self._live: dict[str, ActiveRun] = {}
+        self._waiting = FairQueue()
+        self._pace = Pace()
+        self._ends: dict[str, Finished] = {}
+        self._changes = Condition()
+        self.reserve = Reserve(store.blobs, self._live.values, self._limits)
+        self._slots = RunSlots(jobs, policy, self._changes)
+        self._is_closing = False
+        self._held_back = ""
+
+    def get(self, run: str) -> ActiveRun | None:
+        """Return a run that is not over, or whose end is not stored yet; else None."""
+        return self._live.get(run)
+
+    @property
+    def running(self) -> int:
+        """Number of active runs."""
+        return self._slots.taken
+
+    @property
+    def waiting(self) -> int:
+        """Number of runs that wait for a slot or for robots."""
+        return len(self._waiting) + len(self._slots.lent)
+
+    def waiting_of(self, submitter: str) -> int:
+        """Return the number of waiting runs of a client."""
+        waiting = (*(self._live[run] for run in self._waiting), *self._slots.lent)
+        return sum(live.info.by == submitter for live in waiting)
+
+    def with_place(self, info: RunInfo) -> RunInfo:
+        """Return the current state of a run, with its place in the queue."""
+        live = self._live.get(info.run)
+        info = info if live is None else live.info
+        if info.run not in self._waiting:
+            return info
+        return info.model_copy(update={"place": self._waiting.places[info.run]})
+
+    def forget(self, run: str) -> None:
+        """Remove a finished run whose end is not stored yet."""
+        self._live.pop(run, None)
+        self._ends.pop(run, None)
+
+    def add(self, info: RunInfo, submission: wire.Submission) -> None:
+        """Add a run to the queue."""
+        self._live[info.run] = ActiveRun(info, submission, self._pace)
+        self._waiting.add(info.run, info.priority, info.by)
+        self._changes.notify_all()
+
+    async def work(self) -> None:
+        """Start runs when slots are free; runs as long as the executor."""
+        while True:
+            run = self._waiting.take(await self._changes.wait_for(self._next))
+            self._slots.acquire(self._live[run])
+            self._tasks.start_soon(self._execute, self._live[run])
+
+    def _next(self) -> str | None:
+        """Return the run to start now, or None."""
+        if self._is_closing or self._held_back:
+            return None
+        return self._waiting.first(lambda run: self._slots.is_free_for(self._live[run]))
+
+    def _limits(self, live: ActiveRun) -> Limits:
+        return self._policy.of(live.submission.role)
+
+    async def stop(self, run: str, reason: str) -> None:
+        """Stop a run; a waiting run is over at once."""
+        live = self._live[run]
+        if run in self._waiting:
+            self._waiting.discard(run)
+            await self._finish(live, State.CANCELLED, reason, b"")
+        else:
+            live.stop(reason)
+
+    def hold_back(self, reason: str) -> None:
+        """Start no runs for a reason, which clients of waiting runs see; an empty one allows starts again."""
+        before, self._held_back = self._held_back, reason
+        for run in self._waiting.places:
+            live = self._live[run]
+            if live.info.waits in ("", before):
+                live.set(waits=reason)
+        self._changes.notify_all()
+
+    def halt_running(self, reason: str) -> None:
+        """Request all active runs to stop without further motion of robots."""
+        for live in self._active:
+            live.halt(reason)
+
+    def halt_processes(self, reason: str) -> tuple[str, ...]:
+        """Halt the processes of all active runs, and start no others; returns the runs. From any thread.
+
+        Then the event loop calls `hold_back` and `halt_running`.
+        """
+        self._held_back = reason
+        live = dict(self._live)
+        for each in live.values():
+            each.halt_process(reason)
+        return tuple(run for run in live if run not in self._waiting)
+
+    @property
+    def _active(self) -> list[ActiveRun]:
+        return [live for run, live in self._live.items() if run not in self._waiting]
+
+    async def stop_lonely(self) -> None:
+        """Stop runs that lost their client, if submitted so; runs as long as the executor."""
+        while True:
+            for run, live in list(self._live.items()):
+                if run in self._live and live.patience is not None and live.patience <= 0.0:
+                    await self.stop(run, f"lost its client for {live.submission.stop_if_lost:g} s")
+            left = [live.patience for live in self._live.values() if live.patience is not None]
+            with anyio.move_on_after(max(min(left), 0.0) if left else None):
+                await self._changes.wait()
+
+    async def retry_ends(self) -> None:
+        """Store ends of runs that could not be stored at once; runs as long as the executor."""
+        while True:
+            await self._changes.wait_for(lambda: self._ends)
+            await asyncio.sleep(KEEP_PAUSE)
+            await self._retry_ends()
+
+    async def _retry_ends(self) -> None:
+        for run, finished in list(self._ends.items()):
+            if await self._store_end(run, finished):
+                self._ends.pop(run, None)
+
+    async def close(self, reason: str) -> int:
+        """Stop all active runs, and wait for their clean-up.
+
+        Waiting runs, also for robots, are left for the next start.
+
+        Returns:
+            Number of stopped runs.
+        """
+        self._is_closing = True
+        for live in self._slots.lent:
+            live.is_left = not live.is_stopped
+        running = self._active
+        for live in running:
+            live.stop(reason)
+        for live in running:
+            await live.changes.wait_for(lambda live=live: _has_ended(live))  # type: ignore[misc]
+        await self._retry_ends()
+        return len(running)
+
+    async def _execute(self, live: ActiveRun) -> None:
+        """Execute a run to its end."""
+        try:
+            await self._store.start(live.info.run)
+            live.set(state=State.RUNNING, started=time.time())
+            worker = await self._pool.acquire()
+            try:
+                await self._execute_in(live, worker)
+            except BaseException:
+                worker.kill()
+                raise
+            finally:
+                live.release()
+                worker.close()
+                await worker.wait()
+        except OSError as error:  # a full disk
+            await self._finish(live, State.ERROR, _storage_error(error), b"")
+        except Exception as error:
+            log.exception("fault in the run %s", live.info.run)
+            await self._finish(live, State.ERROR, f"fault in the executor: {type(error).__name__}: {error}", b"")
+        finally:
+            self._slots.release(live)
+
+    async def _execute_in(self, live: ActiveRun, worker: Worker) -> None:
+        """Execute a run in a process; its end is reported before the process ends."""
+        folder, limits = self._store.folder(live.info.run), self._limits(live)
+        job = make_job(live.submission.manifest, folder, limits, can_sandbox=self._can_sandbox)
+        worker.send(Frame.JOB, encode(job))
+        live.attach(worker)
+        async with background() as duties:
+            duties.start_soon(hold_to_time, live, limits)
+            duties.start_soon(hold_to_usage, live, worker, limits, folder)
+            end = await self._follow(live, worker, duties)
+        code = 0 if end else await worker.wait()
+        if not end:
+            worker.kill()  # programs that it has started, too
+        if is_culprit := self.reserve.release(live.info.run):
+            live.is_trace_known = False
+        await asyncio.to_thread(_tidy, folder, limits, is_culprit=is_culprit)
+        await asyncio.to_thread(folder.sync)
+        if live.is_left and code == frames.NOT_BEGUN:
+            return
+        state, reason = _outcome(end, code, live)
+        await self._finish(live, state, reason if end else live.killed or reason, end)
+
+    async def _follow(self, live: ActiveRun, worker: Worker, duties: TaskGroup) -> bytes:
+        """Store the trace that the process of a run sends; returns the packed end, or nothing.
+
+        Raises:
+            OSError: The trace could not be written; the run was stopped, and has cleaned up.
+        """
+        end, failed = b"", None
+        limit = self._limits(live).trace
+        assert limit is not None, "set by the default limits"
+        with self._store.folder(live.info.run).trace.open("ab", buffering=0) as file:
+            if os.fstat(file.fileno()).st_size:
+                live.is_trace_known = False
+            trace = TraceFile(file, limit * MEBIBYTE, self.reserve.of(live))
+            async for kind, data in worker.frames():
+                match kind:
+                    case Frame.TRACE if failed is None:
+                        try:
+                            append_trace(live, trace, self.reserve, data)
+                        except OSError as error:
+                            failed = error
+                            live.is_trace_known = False
+                            live.stop(_storage_error(error))
+                    case Frame.BEGIN:
+                        live.set(announcement=data.decode())
+                        await self._store.announce(live.info.run, live.info.announcement)
+                    case Frame.WAITS:
+                        await self._lend_slot(live, data.decode())
+                    case Frame.READY:
+                        duties.start_soon(self._resume, live, worker)
+                    case Frame.EMITTED:
+                        live.emissions.conclude(decode(wire.Emitted, data))
+                    case Frame.END:
+                        end = data
+                    case Frame.TRACE | Frame.DRY_RUN_RESULT:  # not stored
+                        pass
+                    case Frame.JOB | Frame.STOP | Frame.GO | Frame.HALT | Frame.ABORT | Frame.EMIT:
+                        pass  # sent by the executor
+        if failed is not None:
+            raise failed
+        return end
+
+    async def _lend_slot(self, live: ActiveRun, for_whom: str) -> None:
+        """Release the slot of a run that waits for robots."""
+        if self._slots.lend(live):
+            with suppress(sqlite3.Error):  # full disk: the run is lost if the executor dies now
+                await self._store.wait(live.info.run)
+        live.set(state=State.QUEUED, started=None, waits=for_whom)
+
+    async def _resume(self, live: ActiveRun, worker: Worker) -> None:
+        """Start a run that holds its robots, once it has a slot."""
+        if not self._slots.is_free_again_for(live):
+            live.set(waits=HAS_ROBOTS)
+        await self._slots.acquire_again(live)
+        try:
+            await self._store.start(live.info.run)
+        except sqlite3.Error as error:  # full disk: the stored state would be that of a run that has not begun
+            live.stop(f"the executor cannot store the run: {error}")
+            return
+        live.set(state=State.RUNNING, started=time.time(), waits="")
+        worker.send(Frame.GO)
+
+    async def _finish(self, live: ActiveRun, state: State, reason: str, end: bytes) -> None:
+        finished = Finished(state, reason, end, time.time(), live.trace)
+        outcome = {"state": state, "reason": reason, "trace": live.trace}
+        await self._note_end(live.info.model_copy(update=outcome), live.submission.role)
+        if not await self._store_end(live.info.run, finished):
+            log.warning("cannot store the end of the run %s yet", live.info.run)
+            self._ends[live.info.run] = finished
+        live.set(**outcome, ended=finished.ended)
+        self._changes.notify_all()
+
+    async def _store_end(self, run: str, finished: Finished) -> bool:
+        """Store the end of a run; without it, the next start would mark the run as lost."""
+        try:
+            await self._store.finish(run, finished)
+        except sqlite3.Error:  # a full disk
+            return False
+        self._live.pop(run, None)
+        return True
+
+
+def _has_ended(live: ActiveRun) -> bool:
+    return live.info.state.is_final or (live.is_left and not live.has_process)
+
+
+def _storage_error(error: OSError) -> str:
+    return f"the executor cannot store the run: {error.strerror or error}"
+
+
+def _tidy(folder: RunFolder, limits: Limits, *, is_culprit: bool) -> None:
+    """Remove temporary files of a run, and cut files that are too large."""
+    shutil.rmtree(folder.home, ignore_errors=True)
+    if is_culprit:
+        cut(folder.trace, KEPT_OF_CULPRIT)
+    if limits.log is not None:
+        cut(folder.log, limits.log * MEBIBYTE)
+    with suppress(OSError):
+        if folder.log.lstat().st_size == 0:
+            folder.log.unlink()
+
+
+def _outcome(end: bytes, code: int | None, live: ActiveRun) -> tuple[State, str]:
+    """Return the final state and reason of a run whose process has ended."""
+    if not end:
+        match code:
+            case frames.NOT_BEGUN if live.stop_reason is not None:
+                return State.ERROR if live.is_aborted else State.CANCELLED, live.stop_reason
+            case None:
+                how = "ended"
+            case _ if code < 0:
+                how = f"was killed by signal {-code}"
+            case _:
+                how = f"ended with status {code}"
+        if live.is_aborted:
+            return State.ERROR, f"{live.stop_reason}; {_KILLED}"
+        return State.ERROR, _KILLED if live.is_stopped else f"its process {how} before the run was over"
+    try:
+        found = unpack_end(end)
+    except InvalidEnd as error:
+        return State.ERROR, str(error)
+    if isinstance(found, Ended):
+        return State(found.verdict.status.value), found.verdict.reason
+    if found.backend:
+        return State.ERROR, found.backend
+    reason = found.misuse.message if found.misuse is not None else found.diagnostics[0].message
+    return State.INVALID, reason

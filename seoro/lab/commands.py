@@ -1,0 +1,431 @@
+"""Manual commands to a lab: leases, stops and the emergency stop.
+
+An emergency stop is sent twice. It is published on one key, which reaches all connected nodes even during long
+work. It is also sent as a request to each live node and executor, which acknowledge it. Each endpoint is served
+as soon as it is connected, independently of the others.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import anyio
+
+from seoro.bridges import wire
+from seoro.bridges.executor.asking import Executor
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, publishing
+from seoro.bridges.sim.requests import ask
+from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
+from seoro.lab.status import (
+    Connection,
+    Member,
+    connect_endpoint,
+    connect_members,
+    members_at,
+    no_connection,
+    read_states,
+    refresh,
+)
+from seoro.security.keys.roles import MOVING
+
+if TYPE_CHECKING:
+    from seoro.security.keys.folder import Keys
+
+CONNECTIONS = 3  # to an endpoint, to send an emergency stop
+STAGGER = 0.1  # [s] between the starts of connections
+STOP_TIMEOUT = 2.0  # [s] time limit for a node to acknowledge a stop
+RELEASE_TIMEOUT = 5.0  # [s] time limit to release an incomplete lease
+Place = tuple[str, str | None]
+"""Name of a robot or a lease, and the endpoint of its node, if known."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of a request to a node or an executor.
+
+    Attributes:
+        endpoint: Endpoint of the request.
+        display_name: Name of the node or executor in messages.
+        done: Completed action, as text.
+        error: Reason of the failure; empty on success.
+        elapsed: Time from the start of the emergency stop to the answer [s]; infinite for other requests.
+        is_reached: Whether a node or an executor was reached.
+        stopped: Robots or runs stopped by an emergency stop.
+        is_elsewhere: Whether a node has none of the named robots.
+    """
+
+    endpoint: str
+    display_name: str
+    done: str = ""
+    error: str = ""
+    elapsed: float = math.inf
+    is_reached: bool = True
+    stopped: tuple[str, ...] = ()
+    is_elsewhere: bool = False
+
+
+async def emergency_stop_all(
+    endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
+) -> list[Outcome]:
+    """Stop all robots and runs until the stop is released.
+
+    Args:
+        endpoints: Endpoints of nodes, executors or routers.
+        by: Person who stops; `reason` is shown to others.
+        keys: Folder of keys, as in `connect_members`.
+    """
+    request = wire.EmergencyStop(by=by, reason=reason)
+    return await _stop_everywhere(dict.fromkeys(endpoints, request), keys)
+
+
+async def emergency_stop_robots(
+    places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
+) -> list[Outcome]:
+    """Stop some robots until the stop is released; other robots of their nodes continue.
+
+    The stop goes to all endpoints, without a search for the robots first.
+
+    Args:
+        places: The robots.
+        endpoints: Endpoints of nodes.
+        by: Person who stops; `reason` is shown to others.
+        keys: Folder of keys, as in `connect_members`.
+    """
+    requests: dict[str, wire.EmergencyStop] = {}
+    for endpoint in endpoints:
+        robots = tuple(dict.fromkeys(name for name, at in places if at in (None, endpoint)))
+        if robots:
+            requests[endpoint] = wire.EmergencyStop(by=by, reason=reason, robots=robots)
+    outcomes = await _stop_everywhere(requests, keys)
+    missing = [place for place in places if not any(_is_stopped(each, place) for each in outcomes)]
+    found = [each for each in outcomes if not each.is_elsewhere]
+    if not missing:
+        return found
+    states = [member.state for member in await read_states(endpoints, keys)]
+    known = sorted({robot.name for state in states if state is not None for robot in state.robots})
+    error = f"unknown robot (robots of the reached nodes: {', '.join(known) or 'none'})"
+    is_reached = any(each.is_reached for each in outcomes)
+    return [*found, *(Outcome("", name, error=error, is_reached=is_reached) for name, _ in missing)]
+
+
+def _is_stopped(outcome: Outcome, place: Place) -> bool:
+    name, endpoint = place
+    return name in outcome.stopped and endpoint in (None, outcome.endpoint)
+
+
+async def _stop_everywhere(requests: Mapping[str, wire.EmergencyStop], keys: Path | None) -> list[Outcome]:
+    """Send stops to endpoints concurrently, so that none waits for an unreachable one."""
+    began = time.monotonic()
+    found: dict[str, list[Outcome]] = {endpoint: [] for endpoint in requests}
+
+    async def stop(endpoint: str) -> None:
+        found[endpoint] = await _stop_staggered(endpoint, requests[endpoint], keys, began)
+        if _has_errors(found[endpoint]):
+            # On a busy machine, connections may fail, and goals may end a little later.
+            found[endpoint] = await _stop_at(endpoint, requests[endpoint], keys, began)
+
+    async with anyio.create_task_group() as tasks:
+        for endpoint in found:
+            tasks.start_soon(stop, endpoint)
+    return [each for outcomes in found.values() for each in outcomes]
+
+
+def _has_errors(outcomes: Sequence[Outcome]) -> bool:
+    return any(each.error and not each.is_elsewhere for each in outcomes)
+
+
+async def _stop_staggered(
+    endpoint: str, request: wire.EmergencyStop, folder: Path | None, began: float
+) -> list[Outcome]:
+    """Send a stop over several connections, started one after another; the first success counts.
+
+    At an endpoint that is flooded with requests, one of some dozen connections takes a second.
+
+    Returns:
+        Outcomes of the first successful connection, else of the last one.
+    """
+    found: list[Outcome] = []
+
+    async def attempt(after: float, over: anyio.CancelScope) -> None:
+        nonlocal found
+        await anyio.sleep(after)
+        outcomes = await _stop_at(endpoint, request, folder, began)
+        if not found or _has_errors(found):
+            found = outcomes
+        if not _has_errors(outcomes):
+            over.cancel()
+
+    async with anyio.create_task_group() as tasks:
+        for number in range(CONNECTIONS):
+            tasks.start_soon(attempt, number * STAGGER, tasks.cancel_scope)
+    return found
+
+
+async def _stop_at(endpoint: str, request: wire.EmergencyStop, folder: Path | None, began: float) -> list[Outcome]:
+    key, payload = wire.emergency_key(wire.NAMESPACE), wire.encode(request)
+    try:
+        async with AsyncExitStack() as stack:
+            session, keys = await stack.enter_async_context(connect_endpoint(endpoint, folder))
+            own = keys if is_secured(endpoint) else None
+            if own is None or own.identity.role in MOVING:  # for others, the request is refused
+                publisher = await stack.enter_async_context(publishing(session, key, is_urgent=True))
+                publisher.put(payload, _signature(own, key, payload))
+            members = await members_at(endpoint, session, keys)
+            if request.robots:  # executors have no robots
+                members = [each for each in members if not each.member.is_executor]
+            return await _request_all(members, wire.EMERGENCY_STOP, request, began)
+    except (SessionError, UsageError) as error:
+        return [await _request(no_connection(endpoint, str(error)), wire.EMERGENCY_STOP, request)]
+
+
+def _signature(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
+    if keys is None:
+        return None
+    from seoro.security.signing.commands import sign_emergency_stop  # noqa: PLC0415 - only where there are keys
+
+    return sign_emergency_stop(keys, key, payload)
+
+
+async def release_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None) -> list[Outcome]:
+    """Release all emergency stops at some endpoints."""
+    async with connect_members(endpoints, keys) as reached:
+        return await _request_all(reached, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason), math.inf)
+
+
+async def _request_all(
+    reached: Sequence[Connection], verb: wire.Verb[wire.Q, wire.A], request: wire.Q, began: float
+) -> list[Outcome]:
+    outcomes: dict[int, Outcome] = {}
+
+    async def send(index: int, each: Connection) -> None:
+        outcomes[index] = await _request(each, verb, request, began)
+
+    async with anyio.create_task_group() as tasks:
+        for index, each in enumerate(reached):
+            tasks.start_soon(send, index, each)
+    return [outcomes[index] for index in sorted(outcomes)]
+
+
+async def _request(
+    each: Connection, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, began: float = math.inf
+) -> Outcome:
+    member, session = each.member, each.session
+    outcome = Outcome(member.endpoint, member.display_name)
+    if session is None or not member.node:
+        return replace(outcome, error=member.problem, is_reached=False)
+    try:
+        if member.is_executor:
+            secured = is_secured(member.endpoint)
+            executor = Executor(session, member.node, minor=0, keys=each.keys, is_secured=secured)
+            with anyio.fail_after(STOP_TIMEOUT):
+                answer = await executor.ask(verb, request)
+        else:
+            answer = await ask(each.address(session), verb, request, STOP_TIMEOUT)
+    except TimeoutError:
+        return replace(outcome, error=f"no answer within {STOP_TIMEOUT:g} s")
+    except BackendRefused as error:
+        is_elsewhere = isinstance(request, wire.EmergencyStop) and error.code == wire.Result.NOT_FOUND
+        return replace(outcome, error=str(error), is_elsewhere=is_elsewhere)
+    except (BackendError, UsageError, SessionError) as error:
+        return replace(outcome, error=str(error))
+    outcome = replace(outcome, elapsed=time.monotonic() - began)
+    if not isinstance(answer, wire.StopAcknowledgement):
+        done = {wire.LEASE_ROBOTS.name: "leased", wire.STOP_ROBOT.name: "stopped"}.get(verb.name, "released")
+        return replace(outcome, done=done)
+    what = "runs" if member.is_executor else "robots"
+    done = f"stopped {', '.join(answer.stopped)}" if answer.stopped else f"stopped; it has no {what}"
+    if answer.unsettled:
+        doubt = f"{done}; goals of {', '.join(answer.unsettled)} have not ended, and may continue"
+        return replace(outcome, error=doubt, stopped=answer.stopped)
+    return replace(outcome, done=done, stopped=answer.stopped)
+
+
+# ---------------------------------------------------------------- robots by name
+
+
+async def lease(
+    places: Sequence[Place],
+    endpoints: Sequence[str],
+    name: str,
+    purpose: str,
+    duration: float,
+    keys: Path | None = None,
+) -> list[Outcome]:
+    """Lease robots to a person: all of them, or none.
+
+    Args:
+        places: The robots.
+        endpoints: Endpoints of nodes.
+        name: Unique id of the lease.
+        purpose: Purpose, shown to others.
+        duration: Duration [s].
+        keys: Folder of keys, as in `connect_members`.
+
+    Returns:
+        Outcomes of all nodes, or the failures if there are some.
+    """
+    async with _connect_nodes(places, endpoints, keys) as nodes:
+        outcomes: dict[Member, Outcome] = {}
+        begun: list[Member] = []
+        unconfirmed: set[Member] = set()
+        is_complete = False
+        try:
+            for node, (_, robots) in nodes.items():
+                begun.append(node.member)
+                request = wire.LeaseRobots(lease=name, robots=tuple(robots), purpose=purpose, duration=duration)
+                outcomes[node.member] = await _request(node, wire.LEASE_ROBOTS, request)
+            is_complete = not any(each.error for each in outcomes.values())
+        finally:
+            if not is_complete:
+                unconfirmed = await _release_everywhere(begun, name, keys)
+        for member in unconfirmed:
+            error = outcomes[member].error or "it no longer answers"
+            doubt = f"{error}; if it still holds robots, release them by `seoro lab release {name}`"
+            outcomes[member] = replace(outcomes[member], error=doubt)
+        return [each for each in outcomes.values() if is_complete or each.error]
+
+
+async def _release_everywhere(members: Sequence[Member], name: str, keys: Path | None) -> set[Member]:
+    """Release a lease at all nodes that may have granted it; returns the nodes that did not confirm.
+
+    New sessions are opened, since the others may be broken or closed.
+    """
+    unconfirmed = set(members)
+
+    async def release(node: Connection, session: AsyncSession) -> None:
+        with suppress(BackendLost, UsageError):
+            with suppress(BackendRefused):  # the lease is missing
+                request = wire.ReleaseLease(lease=name)
+                await ask(node.address(session), wire.RELEASE_LEASE, request, STOP_TIMEOUT)
+            unconfirmed.remove(node.member)
+
+    with anyio.move_on_after(RELEASE_TIMEOUT, shield=True):
+        async with (
+            connect_members([each.endpoint for each in members], keys) as reached,
+            anyio.create_task_group() as tasks,
+        ):
+            for each in reached:
+                if each.member in members and each.session is not None:
+                    tasks.start_soon(release, each, each.session)
+    return unconfirmed
+
+
+async def release_lease(endpoints: Sequence[str], place: Place, keys: Path | None = None) -> Outcome:
+    """Release a lease by its id or by a leased robot.
+
+    Raises:
+        UsageError: The lease is unknown.
+    """
+    name, _ = place
+    async with connect_members(endpoints, keys) as reached:
+        members = await refresh(reached)
+        for each, member in zip(reached, members, strict=True):
+            for robot in () if member.state is None else member.state.robots:
+                if robot.lease is not None and name in (robot.name, robot.lease.lease):
+                    request = wire.ReleaseLease(lease=robot.lease.lease)
+                    for other in reached:  # a lease may include robots of several nodes
+                        if other.session is not None and not other.member.is_executor and other is not each:
+                            await _request(other, wire.RELEASE_LEASE, request)
+                    return await _request(each, wire.RELEASE_LEASE, request)
+    raise UsageError(f"unknown lease or leased robot '{name}'", help="`seoro lab status` lists leases")
+
+
+async def release_robots(
+    places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
+) -> list[Outcome]:
+    """Release the emergency stops of some robots.
+
+    Raises:
+        UsageError: A robot is unknown or has no stop of its own; then none is released.
+    """
+    async with _connect_nodes(places, endpoints, keys) as nodes:
+        for member, robots in nodes.values():
+            _check_stopped(member, robots)
+        return [
+            await _request(node, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason, robots=tuple(robots)))
+            for node, (_, robots) in nodes.items()
+        ]
+
+
+def _check_stopped(member: Member, names: Sequence[str]) -> None:
+    """Check that the emergency stops of robots of a node can be released.
+
+    Raises:
+        UsageError: A robot is not stopped, or its whole node is.
+    """
+    state = member.state
+    if state is not None and state.stopped is not None:
+        raise UsageError(
+            f"all of {member.display_name} is stopped", help="release it by `seoro lab release --all`"
+        )
+    robots = () if state is None else state.robots
+    stopped = sorted(robot.name for robot in robots if robot.stopped is not None)
+    for name in names:
+        if name not in stopped:
+            raise UsageError(
+                f"no emergency stop of '{name}'", help=f"stopped robots there: {', '.join(stopped) or 'none'}"
+            )
+
+
+async def stop_robots(
+    places: Sequence[Place], endpoints: Sequence[str], keys: Path | None = None
+) -> list[Outcome]:
+    """Stop robots once; later commands move them again."""
+    async with _connect_nodes(places, endpoints, keys) as nodes:
+        return [
+            await _request(node, wire.STOP_ROBOT, wire.StopRobot(robot=robot))
+            for node, (_, robots) in nodes.items()
+            for robot in robots
+        ]
+
+
+@asynccontextmanager
+async def _connect_nodes(
+    places: Sequence[Place], endpoints: Sequence[str], keys: Path | None
+) -> AsyncIterator[dict[Connection, tuple[Member, list[str]]]]:
+    """Connect to the nodes of robots while the block lasts; yields their states and the robots of each.
+
+    Raises:
+        UsageError: A robot is unknown, or several have its name.
+    """
+    async with connect_members(endpoints, keys) as reached:
+        members = await refresh(reached)
+        states = dict(zip(reached, members, strict=True))
+        nodes: dict[Connection, tuple[Member, list[str]]] = {}
+        for place in places:
+            node = _find_node(place, reached, members)
+            nodes.setdefault(node, (states[node], []))[1].append(place[0])
+        yield nodes
+
+
+def _find_node(place: Place, reached: Sequence[Connection], members: Sequence[Member]) -> Connection:
+    """Return the connection to the node of a robot.
+
+    Raises:
+        UsageError: The robot is unknown, or several have its name.
+    """
+    name, endpoint = place
+    found: list[Connection] = []
+    known: list[str] = []
+    for each, member in zip(reached, members, strict=True):
+        names = [] if member.state is None else [robot.name for robot in member.state.robots]
+        known += names
+        if name in names and endpoint in (None, member.endpoint):
+            found.append(each)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        where = ", ".join(each.member.display_name for each in found)
+        raise UsageError(f"several robots have the name '{name}': at {where}", help="use its name in the lab file")
+    raise UsageError(
+        f"unknown robot '{name}'",
+        help=f"robots: {', '.join(sorted(known))}"
+        if known
+        else "name a lab file with `--lab`, or the endpoint of a node with `--connect`",
+    )

@@ -1,0 +1,198 @@
+"""State of a lab: its live nodes and executors, and the states of their robots."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import anyio
+from anyio.abc import TaskStatus
+
+from seoro.bridges import wire
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
+from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.concurrency.background import background
+from seoro.errors import BackendError, UsageError
+from seoro.lab.reading import Lab
+from seoro.security.network.endpoint_keys import ASKING, keys_for, security_of
+from seoro.security.network.peers import node_signer
+
+if TYPE_CHECKING:
+    from seoro.security.keys.folder import Keys
+
+TOKEN_TIMEOUT = 1.0  # [s] time limit of a hub to list live nodes
+ANSWER_TIMEOUT = 2.0  # [s]
+
+
+@dataclass(frozen=True)
+class Member:
+    """A node or an executor of a lab, or an endpoint without one.
+
+    Attributes:
+        endpoint: Endpoint of the node.
+        node: Name; empty if no node was found.
+        is_executor: Whether it is an executor.
+        state: State of a node that was queried.
+        problem: Problem of the member, as text; empty without one.
+    """
+
+    endpoint: str
+    node: str = ""
+    is_executor: bool = False
+    state: wire.LabState | None = None
+    problem: str = ""
+
+    @property
+    def display_name(self) -> str:
+        """Name in messages."""
+        if not self.node:
+            return self.endpoint
+        return f"{'the executor' if self.is_executor else 'the node'} '{self.node}'"
+
+
+@dataclass(frozen=True)
+class ListedRobot:
+    """A robot in a lab file.
+
+    Attributes:
+        remote_name: Name at its node.
+        node: Name of its node; None for the only one at the endpoint.
+    """
+
+    name: str
+    type: str
+    endpoint: str
+    remote_name: str
+    node: str | None
+
+    def is_served_by(self, member: Member) -> bool:
+        """Whether a node serves the robot."""
+        return member.endpoint == self.endpoint and self.node in (None, member.node)
+
+
+def listed_robots(lab: Lab) -> list[ListedRobot]:
+    """Return the robots of a lab file at running nodes."""
+    found = []
+    for name, robot in lab.robots.items():
+        endpoint, node = lab.address(robot.where)
+        if endpoint is not None:
+            found.append(ListedRobot(name, robot.type or "", endpoint, lab.remote_name(name), node))
+    return found
+
+
+@dataclass(frozen=True)
+class Connection:
+    """Connection to a member: its session (None if it is unreachable), and the keys of the session."""
+
+    member: Member
+    session: AsyncSession | None
+    keys: Keys | None = None
+
+    @property
+    def own_keys(self) -> Keys | None:
+        """Keys that sign requests to the node; None for nodes without keys."""
+        return self.keys if is_secured(self.member.endpoint) else None
+
+    def address(self, session: AsyncSession) -> NodeAddress:
+        """Return the address of a node."""
+        signer = node_signer(session, self.member.node, self.own_keys)
+        return NodeAddress(session, wire.NAMESPACE, self.member.node, "lab's", signer=signer)
+
+
+@asynccontextmanager
+async def connect_endpoint(
+    endpoint: str, folder: Path | None = None
+) -> AsyncIterator[tuple[AsyncSession, Keys | None]]:
+    """Connect to an endpoint while the block lasts; yields the session and its keys.
+
+    Raises:
+        SessionError: The endpoint is unreachable.
+        UsageError: The keys are missing, or not valid there.
+    """
+    keys = keys_for(endpoint, ASKING, folder)
+    async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
+        yield session, keys
+
+
+def no_connection(endpoint: str, problem: str) -> Connection:
+    """Return the connection of an unreachable endpoint."""
+    return Connection(Member(endpoint, problem=problem), None)
+
+
+@asynccontextmanager
+async def connect_members(endpoints: Iterable[str], folder: Path | None = None) -> AsyncIterator[list[Connection]]:
+    """Connect to all live nodes and executors at endpoints while the block lasts.
+
+    The endpoints are tried concurrently, since unreachable ones take time; their order stays.
+
+    Args:
+        endpoints: Zenoh endpoints of nodes, executors, or their routers.
+        folder: Folder of keys; None for `SEORO_KEYS`, else `~/.config/seoro/keys`.
+    """
+    async with background() as tasks:
+        found: dict[str, list[Connection]] = {endpoint: [] for endpoint in endpoints}
+        over = anyio.Event()
+
+        async def reach(endpoint: str) -> None:
+            found[endpoint] = await tasks.start(_reach, endpoint, folder, over)
+
+        try:
+            async with anyio.create_task_group() as connecting:
+                for endpoint in found:
+                    connecting.start_soon(reach, endpoint)
+            yield [each for members in found.values() for each in members]
+        finally:
+            over.set()
+
+
+async def _reach(
+    endpoint: str, folder: Path | None, over: anyio.Event, *, task_status: TaskStatus[list[Connection]]
+) -> None:
+    try:
+        async with connect_endpoint(endpoint, folder) as (session, keys):
+            task_status.started(await members_at(endpoint, session, keys))
+            await over.wait()
+    except (SessionError, UsageError) as error:
+        task_status.started([no_connection(endpoint, str(error))])
+
+
+async def members_at(endpoint: str, session: AsyncSession, keys: Keys | None) -> list[Connection]:
+    """Return the live nodes and executors at an endpoint, by the session and keys of `connect_endpoint`."""
+    nodes = await session.list_tokens(wire.node_tokens(wire.NAMESPACE), TOKEN_TIMEOUT)
+    executors = await session.list_tokens(wire.executor_tokens(wire.NAMESPACE), TOKEN_TIMEOUT)
+    members = [Member(endpoint, name) for name in sorted({wire.token_node(token)[0] for token in nodes})]
+    names = sorted({wire.token_node(token)[0] for token in executors})
+    members += [Member(endpoint, name, is_executor=True) for name in names]
+    if not members:
+        members = [Member(endpoint, problem=f"no node or executor at {endpoint}")]
+    return [Connection(member, session, keys) for member in members]
+
+
+async def read_states(endpoints: Iterable[str], folder: Path | None = None) -> list[Member]:
+    """Return the live members at endpoints with their states; see `connect_members` for the arguments."""
+    async with connect_members(endpoints, folder) as reached:
+        return await refresh(reached)
+
+
+async def refresh(reached: list[Connection]) -> list[Member]:
+    """Return connected members with their present states."""
+    seen: list[Member] = [each.member for each in reached]
+
+    async def query(index: int, each: Connection) -> None:
+        assert each.session is not None
+        address = each.address(each.session)
+        try:
+            state = await ask(address, wire.GET_LAB_STATE, wire.Empty(), ANSWER_TIMEOUT)
+            await address.prove()
+            seen[index] = replace(each.member, state=state)
+        except (BackendError, UsageError) as error:
+            seen[index] = replace(each.member, problem=str(error))
+
+    async with anyio.create_task_group() as tasks:
+        for index, each in enumerate(reached):
+            if each.session is not None and each.member.node and not each.member.is_executor:
+                tasks.start_soon(query, index, each)
+    return seen

@@ -1,0 +1,174 @@
+"""Collection of scenario files as modules of pytest, and of their scenarios as test functions.
+
+Since items are functions, fixtures, marks and other plugins work as for Python tests. Each function runs one
+scenario with one combination of parameters.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.cli.output import error_text
+from seoro.embed import Scenario, check_file
+from seoro.embed.directives import INVALID, Directives, FileDirectives, directives_of_file, top_scenarios
+from seoro.embed.options import OptionFields
+from seoro.errors import InvalidScenario, UsageError
+from seoro.lang.lower.entry import find_entry
+from seoro.lang.symbols import TypeSymbol
+from seoro.pytest_plugin.marks import read_marks
+from seoro.pytest_plugin.runner import Case, run_case
+
+MAX_VALUE = 40  # characters of a value in a test name
+CHECK = "check"  # name of the test of an invalid file
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Combination of the varied values of a scenario.
+
+    Args:
+        name: Suffix of the test name, in brackets; empty if nothing is varied.
+        overrides: Values of parameters.
+        parameters: Parameter file.
+        seed: Seed; None for that of the command line.
+        simulator: Name of the simulator; None for that of the command line or the fixture.
+    """
+
+    name: str = ""
+    overrides: dict[str, str] = field(default_factory=dict)
+    parameters: Path | None = None
+    seed: int | None = None
+    simulator: str | None = None
+
+
+class OscFile(pytest.Module):
+    """Scenario file as a module of pytest, so that fixtures may have its scope."""
+
+    obj = None
+
+    def collect(self) -> Iterator[OscItem]:
+        """Yield an item per scenario and variant; a single failing one for an invalid file."""
+        scenario = check_file(_shown(self.path))
+        symbols = top_scenarios(scenario.checked)
+        try:
+            found = directives_of_file(scenario.checked)
+            marks = {each: read_marks(each.marks) for each in (found.common, *found.scenarios.values())}
+            tests = [] if scenario.checked.errors else list(self._tests(scenario, symbols, found))
+        except (InvalidScenario, UsageError) as error:
+            yield self._check(Directives(), error)
+            return
+        if scenario.checked.errors:
+            yield self._check(found.common, InvalidScenario(scenario.checked.errors), marks[found.common])
+        for name, line, case in tests:
+            run = _function(case, marks[case.directives])
+            yield OscItem.from_parent(self, name=name, callobj=run, line=line)
+
+    def _tests(
+        self, scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives
+    ) -> Iterator[tuple[str, int, Case]]:
+        """Yield name, line and case of each test; a simulator on the command line replaces those of directives."""
+        given = self.config.getoption("osc_sim") or self.config.getoption("osc_connect")
+        for symbol in _chosen(scenario, symbols, found):
+            directives = found.scenarios.get(symbol.span.line, found.common)
+            varied = directives if given is None else replace(directives, simulators=())
+            bare = symbol.plan_name.replace("::", ".")  # pytest has another meaning for the colons
+            for variant in _variants(varied):
+                name = f"{bare}[{variant.name}]" if variant.name else bare
+                yield name, symbol.span.line, _case(scenario, symbol, directives, variant)
+
+    def _check(
+        self,
+        directives: Directives,
+        error: InvalidScenario | UsageError,
+        marks: Sequence[pytest.MarkDecorator] = (),
+    ) -> OscItem:
+        """Make the item of an invalid file; it passes if the error is expected."""
+
+        def check() -> None:
+            if directives.expect != INVALID or directives.reason not in str(error):
+                pytest.fail(error_text(error), pytrace=False)
+
+        check.pytestmark = list(marks)  # type: ignore[attr-defined]
+        return OscItem.from_parent(self, name=CHECK, callobj=check, line=1)
+
+
+class OscItem(pytest.Function):
+    """Scenario as a test.
+
+    Args:
+        line: Line of its declaration, from 1.
+    """
+
+    def __init__(self, *, line: int, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self._line = line
+        # pytest 9.2 compares the parts of node ids with those parsed from its cache. A new id whose name has
+        # brackets has other parts until it is parsed, too. Otherwise `--lf` and `--sw` would not find it.
+        node_id = getattr(self, "_id", None)
+        if node_id is not None:
+            self._id = type(node_id).parse(str(node_id))
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Return the location and the name of the test for reports."""
+        return self.path, self._line - 1, self.name
+
+
+def _shown(path: Path) -> str:
+    """Return the name of a file in messages, relative to the working directory if below it."""
+    folder = Path.cwd()
+    return os.fspath(path.relative_to(folder) if path.is_relative_to(folder) else path)
+
+
+def _chosen(scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirectives) -> Sequence[TypeSymbol]:
+    """Return the scenarios that are tests: those with directives, else the entry, else all."""
+    chosen = [symbol for symbol in symbols if symbol.span.line in found.scenarios]
+    if chosen or not symbols:
+        return chosen
+    try:
+        return [find_entry(scenario.checked, None)]
+    except InvalidScenario:
+        return symbols
+
+
+def _case(scenario: Scenario, symbol: TypeSymbol, directives: Directives, variant: Variant) -> Case:
+    options = OptionFields(name=symbol.plan_name, overrides=variant.overrides, parameters=variant.parameters)
+    if variant.seed is not None:
+        options["seed"] = variant.seed
+    return Case(scenario, directives, options, variant.simulator)
+
+
+def _variants(directives: Directives) -> Iterator[Variant]:
+    """Yield all combinations, with unique names that `-k` can select."""
+    choices = [[(axis.name, value) for value in axis.values] for axis in directives.axes]
+    seen: Counter[str] = Counter()
+    for simulator, file, seed, values in product(
+        directives.simulators or [None], directives.files or [None], directives.seeds or [None], product(*choices)
+    ):
+        parts = [
+            *([simulator] if simulator else []),
+            *([file.stem] if file else []),
+            *(f"{name}:{value[:MAX_VALUE]}" for name, value in values),
+            *([f"seed:{seed}"] if seed is not None else []),
+        ]
+        name = "-".join(parts)
+        again = f"-{seen[name]}" if seen[name] else ""
+        seen[name] += 1
+        yield Variant(name + again, dict(values), file, seed, simulator)
+
+
+def _function(case: Case, marks: Sequence[pytest.MarkDecorator]) -> Callable[..., None]:
+    """Make the test function; its parameters are fixtures."""
+
+    def run(request: pytest.FixtureRequest, osc_options: OptionFields, tmp_path: Path) -> None:
+        run_case(case, request.node, osc_options, tmp_path)
+
+    run.pytestmark = list(marks)  # type: ignore[attr-defined]
+    return run

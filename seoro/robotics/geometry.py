@@ -1,0 +1,59 @@
+"""Positions, poses and velocities. Units are SI, angles radians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from seoro.robotics.record import Record
+
+
+@dataclass(frozen=True)
+class Position3D(Record):
+    """Position [m]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True)
+class Orientation3D(Record):
+    """Roll, pitch, yaw [rad], yaw first (ISO 8855)."""
+
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True)
+class Pose3D(Record):
+    """Position and orientation."""
+
+    position: Position3D = Position3D()
+    orientation: Orientation3D = Orientation3D()
+
+
+@dataclass(frozen=True)
+class TranslationalVelocity3D(Record):
+    """Velocity [m/s]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True)
+class OrientationRate3D(Record):
+    """Rates of roll, pitch, yaw [rad/s]."""
+
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True)
+class Velocity6D(Record):
+    """Translational and angular velocity."""
+
+    translational: TranslationalVelocity3D = TranslationalVelocity3D()
+    angular: OrientationRate3D = OrientationRate3D()

@@ -1,0 +1,85 @@
+"""Buckets of coverage items (7.5.5, 7.5.7): their number, and the bucket of a value.
+
+A boundary belongs to the bucket above it, and the last bucket is closed (7.5 is silent). `[10..130]` in
+slices of 10 thus has twelve buckets, and 130 is in the last.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from typing import assert_never
+
+from seoro.lang.plan import Buckets, Distinct, EachValue, Edges, Levels, Slices
+from seoro.runtime.values.values import Value, plain
+
+_LEVELS = ("low", "medium", "high")
+
+
+def number_of(buckets: Buckets) -> int | None:
+    """Return the number of buckets; None if unbounded."""
+    match buckets:
+        case EachValue(values):
+            return len(values)
+        case Edges(edges):
+            return len(edges) - 1
+        case Levels():
+            return len(_LEVELS) + 2
+        case Slices() | Distinct():
+            return None
+        case _:
+            assert_never(buckets)
+
+
+def bucket_of(buckets: Buckets, value: Value) -> str | None:
+    """Return the name of the bucket of a value; None outside all buckets."""
+    match buckets:
+        case EachValue(values):
+            return next((label(each) for each in values if each == value), None)
+        case Edges(edges):
+            return _between(edges, _number(value))
+        case Levels(low, high):
+            return _level(low, high, _number(value))
+        case Slices(width):
+            return _slice(width, _number(value))
+        case Distinct():
+            return label(value)
+        case _:
+            assert_never(buckets)
+
+
+def label(value: Value) -> str:
+    """Return the bucket name of a value."""
+    shown = plain(value)
+    return str(shown).lower() if isinstance(shown, bool) else str(shown)
+
+
+def _between(edges: tuple[float, ...], value: float) -> str | None:
+    if not edges[0] <= value <= edges[-1]:
+        return None
+    first = bisect_left(edges, value)
+    is_point = edges[first : first + 2] == (value, value)
+    number = first if is_point else min(bisect_right(edges, value), len(edges) - 1) - 1
+    return f"{edges[number]:.12g}..{edges[number + 1]:.12g}"
+
+
+def _level(low: float, high: float, value: float) -> str | None:
+    if not low <= value <= high:
+        return None
+    if value in (low, high):
+        return "min" if value == low else "max"
+    share = value / high if low == 0 else (value / 2 - low / 2) / (high / 2 - low / 2)  # halves avoid overflow
+    return _LEVELS[min(int(share * len(_LEVELS)), len(_LEVELS) - 1)]
+
+
+def _slice(width: float, value: float) -> str | None:
+    quotient = float(f"{value / width:.12g}")  # 0.3 / 0.1 is 3
+    if math.isinf(quotient):
+        return None
+    low = math.floor(quotient) * width
+    return f"{low:.12g}..{low + width:.12g}"
+
+
+def _number(value: Value) -> float:
+    assert isinstance(value, int | float), "checked: only numbers have boundaries"
+    return value

@@ -1,0 +1,118 @@
+"""Declared and predefined events: the channels of instances, structs and actors (7.3.10, 7.6.2.5).
+
+Emissions with equal arguments in one instant are one occurrence. A derived event (`event e is ...`) has no channel
+of its own for its source: it occurs in the context of each use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+from weakref import ReferenceType, WeakKeyDictionary, ref
+
+from seoro.lang.plan import OwnEvent, Phase
+from seoro.runtime.events.occurrence import APPLICATION
+from seoro.runtime.instances.instances import Composed, Instance, event_name, phase_name
+from seoro.runtime.kernel.channel import Channel, Occurrence
+from seoro.runtime.kernel.past import CausalPast
+from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.values.values import Actor, Struct, Value, plain
+
+
+class Event(Channel):
+    """The channel of one event of one holder.
+
+    Args:
+        scheduler: Scheduler of the run.
+        path: Its name in the trace.
+        holder: Object that has the event.
+        name: Its name within the holder; of a labelled member, `label.end`.
+    """
+
+    __slots__ = ("derived", "holder", "short_name")
+
+    def __init__(self, scheduler: Scheduler, path: str, holder: ReferenceType[object], name: str) -> None:
+        super().__init__(scheduler, path)
+        self.holder = holder
+        self.short_name = name
+        self.derived = -1  # last instant in which its source has occurred
+
+
+class Emitted(Protocol):
+    """Callback for each occurrence."""
+
+    def __call__(
+        self, event: Event, arguments: Mapping[str, Value], *, is_derived: bool = False, origin: str = ""
+    ) -> None:
+        """Record an occurrence.
+
+        Args:
+            event: The event.
+            arguments: Its arguments.
+            is_derived: Whether its specification occurred, without an `emit`.
+            origin: Emitter other than the scenario.
+        """
+        ...
+
+
+class Events:
+    """The channels of a run.
+
+    Args:
+        scheduler: Scheduler of the run.
+        emitted: Called once per occurrence.
+    """
+
+    def __init__(self, scheduler: Scheduler, emitted: Emitted) -> None:
+        self._scheduler = scheduler
+        self._emitted = emitted
+        self._of_objects: WeakKeyDictionary[Struct | Actor, dict[str, Event]] = WeakKeyDictionary()
+
+    def phase(self, instance: Instance | Composed, label: str | None, phase: Phase) -> Event:
+        """Return the channel of a predefined event of a labelled member, or of the instance itself."""
+        return self._of_instance(instance, phase_name(label, phase))
+
+    def declared(self, holder: Instance | Struct | Actor, name: str) -> Event:
+        """Return the channel of a declared event."""
+        if isinstance(holder, Instance):
+            return self._of_instance(holder, name)
+        channels = self._of_objects.setdefault(holder, {})
+        if name not in channels:
+            shown = holder.name if isinstance(holder, Actor) else holder.type.name
+            channels[name] = Event(self._scheduler, f"{shown}.{name}", ref(holder), name)
+        return channels[name]
+
+    def own(self, instance: Instance, reference: OwnEvent) -> Event:
+        """Return the channel of an event referenced within its scenario or action."""
+        return self._of_instance(instance, event_name(reference))
+
+    def _of_instance(self, instance: Instance | Composed, name: str) -> Event:
+        channel = instance.channels.get(name)
+        if channel is None:
+            channel = instance.channels[name] = Event(
+                self._scheduler, f"{instance.path}.{name}", ref(instance), name
+            )
+        assert isinstance(channel, Event)
+        return channel
+
+    def emit(self, event: Event, arguments: Mapping[str, Value], past: CausalPast) -> None:
+        """Emit an event; it is delivered after this delta cycle, and is in the past of the emitter."""
+        if event.send(arguments, past, _key(arguments)) is not None:
+            self._emitted(event, arguments)
+
+    def emit_outside(self, event: Event, arguments: Mapping[str, Value]) -> None:
+        """Emit an event of the application; it is in no past."""
+        if event.send(arguments, CausalPast(), _key(arguments)) is not None:
+            self._emitted(event, arguments, origin=APPLICATION)
+
+    def derive(self, event: Event) -> Occurrence:
+        """Return an occurrence of a derived event for one use; recorded once per instant."""
+        if event.derived != self._scheduler.instant:
+            event.derived = self._scheduler.instant
+            self._emitted(event, {}, is_derived=True)
+        return Occurrence({})
+
+
+def _key(arguments: Mapping[str, Value]) -> str:
+    """Return a key that distinguishes occurrences with different arguments."""
+    return repr([(name, plain(value)) for name, value in arguments.items()]) if arguments else ""

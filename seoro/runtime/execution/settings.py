@@ -1,0 +1,59 @@
+"""`Settings`: the settings of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seoro.files.path_mapping import Locate, unchanged_path
+from seoro.lang.frozen import Value
+from seoro.runtime.contracts.backends import Backend
+from seoro.runtime.events.occurrence import Occurrence
+from seoro.runtime.execution.assignment import Placement
+from seoro.runtime.functions.actions import BoundAction
+from seoro.runtime.kernel.clock import Clock
+from seoro.runtime.kernel.delta import StepOrder
+
+if TYPE_CHECKING:
+    from seoro.runtime.contracts.observers import Observer
+    from seoro.runtime.functions.modifiers import BoundModifier
+
+
+class Settings(Value):
+    """Settings of a run.
+
+    Args:
+        seed: Seed of all random numbers.
+        clock: The run's clock.
+        backends: Backends of actors; the caller opens them, and closes them after the run.
+        placements: Homes of actors chosen by the user, by actor name.
+        observers: Observers of the trace.
+        actions: Actions implemented in Python, by qualified name.
+        modifiers: Modifiers implemented in Python, by qualified name.
+        output_directory: Output folder of the run, available to library methods.
+        locate: Maps absolute paths of files.
+        overrides: Parameters set by the user, by path, as expressions of the language; recorded in the trace.
+        grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
+        version: Version of seoro, recorded in the trace.
+        external: Names of the events that the application may emit.
+        recorded: Emissions of an earlier run, to be repeated at their times; None to wait for the application.
+        step_order: Order of steps in a delta cycle, as for `Scheduler`; tests check that it has no effect.
+    """
+
+    seed: int
+    clock: Clock
+    backends: Sequence[Backend] = ()
+    placements: Mapping[str, Placement] = field(default_factory=dict)
+    observers: Sequence[Observer] = ()
+    actions: Mapping[str, BoundAction] = field(default_factory=dict)
+    modifiers: Mapping[str, BoundModifier] = field(default_factory=dict)
+    output_directory: Path | None = None
+    locate: Locate = unchanged_path
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    grace: float = 5.0
+    version: str = ""
+    external: Sequence[str] = ()
+    recorded: Sequence[Occurrence] | None = None
+    step_order: StepOrder | None = None

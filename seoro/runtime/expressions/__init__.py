@@ -1,0 +1,1 @@
+"""Evaluation of the plan's expressions. It imports values, functions, and `choose` to construct structs."""

@@ -1,0 +1,1 @@
+"""Checks of invocations against the constraints of their declarations, without a run."""

@@ -1,0 +1,154 @@
+"""Instances: running scenarios and actions, compositions with `it`, and the latest invocation of each label."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from functools import cached_property
+
+from seoro.lang import plan as plan_
+from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.lang.plan import (
+    Action,
+    Modifier,
+    OwnEvent,
+    Phase,
+    PhaseEvent,
+    Scenario,
+    behavior_type,
+    modifier_type,
+)
+from seoro.runtime.instances.times import Window
+from seoro.runtime.kernel.cancel_scope import CancelScope
+from seoro.runtime.kernel.channel import Channel
+from seoro.runtime.values.fields import Fields
+from seoro.runtime.values.values import Actor, HasFields, Value
+
+
+def event_name(event: OwnEvent) -> str:
+    """Return the name of an event within its scenario or action: `go`, `end`, or `label.end`."""
+    if isinstance(event, PhaseEvent):
+        return phase_name(event.label, event.phase)
+    return event.name
+
+
+def phase_name(label: str | None, phase: Phase) -> str:
+    """Return the name of a predefined event of a labelled member, or of the instance itself."""
+    return f"{label}.{phase.value}" if label else phase.value
+
+
+@lazy_dataclass
+class Latest:
+    """Latest invocation under a label.
+
+    Args:
+        instance: The instance; None before the first invocation.
+        on_change: Called between delta cycles with the next one.
+    """
+
+    instance: Instance | None = None
+    on_change: dict[Callable[[Instance], None], None] = field(default_factory=dict)
+
+    def set(self, instance: Instance) -> None:
+        """Set a new instance."""
+        self.instance = instance
+        for act in tuple(self.on_change):
+            act(instance)
+
+
+@lazy_dataclass
+class _WithPhases:
+    """Base of instances with `start` and `end` events.
+
+    Args:
+        path: Its position, as text.
+        fields: Values of its parameters.
+    """
+
+    path: str
+    fields: Fields
+    windows: Mapping[str, Window] = field(default_factory=dict, kw_only=True)  # of its timing parameters
+
+    @cached_property
+    def channels(self) -> dict[str, Channel]:
+        """Channels of its events that were used so far, by name; those of labels as `label.end`."""
+        return {}
+
+    def event_path(self, event: OwnEvent) -> str:
+        """Return the full name of one of its events."""
+        return f"{self.path}.{event_name(event)}"
+
+
+@lazy_dataclass
+class Composed(_WithPhases):
+    """A running composition with a `with:` block; its fields are its parameters."""
+
+    types: tuple[str, ...] = ()
+
+    def has_channel(self, phase: Phase) -> bool:
+        """Whether one of its events has ever had a subscriber."""
+        return phase.value in self.channels
+
+
+@lazy_dataclass
+class Instance(_WithPhases):
+    """A running scenario or action, or a modifier of one.
+
+    Args:
+        path, fields: See the base class.
+        declaration: Declaration of the scenario, action or modifier.
+        bindings: Bindings in its scope besides its fields: `actor`, and `it` in a modifier.
+        around: For a modifier, the surrounding scenario with the global parameters; otherwise None.
+    """
+
+    declaration: Scenario | Action | Modifier
+    bindings: Mapping[str, Value | HasFields]
+    around: HasFields | None = None
+    scope: CancelScope | None = None  # set when it starts
+
+    @property
+    def actor(self) -> Actor | None:
+        """Actor of the invocation, or None."""
+        actor = self.bindings.get("actor")
+        assert actor is None or isinstance(actor, Actor), "not a modifier"
+        return actor
+
+    @cached_property
+    def types(self) -> tuple[str, ...]:
+        """Names of its type and the inherited ones as in `plan.Methods`, nearest first."""
+        return types_of(self.declaration)
+
+    @property
+    def reacts(self) -> bool:
+        """Whether it has reactions of its own; nearly no action has."""
+        declared = self.declaration
+        return bool(declared.on or declared.samples)
+
+    @cached_property
+    def events(self) -> dict[str, plan_.Event]:
+        """Declarations of its events by name."""
+        return {event.name: event for event in self.declaration.events}
+
+    @cached_property
+    def running(self) -> dict[str, CancelScope]:
+        """Scopes of running behaviors by label."""
+        return {}
+
+    @cached_property
+    def _latest(self) -> dict[str, Latest]:
+        return {}
+
+    def latest(self, label: str) -> Latest:
+        """Return the latest invocation under a label."""
+        return self._latest.setdefault(label, Latest())
+
+    def invoked(self, label: str) -> Instance | None:
+        """Return the latest instance under a label; None before the first one."""
+        return self.latest(label).instance
+
+
+def types_of(declared: Scenario | Action | Modifier) -> tuple[str, ...]:
+    """Return the type names of a declaration as in `plan.Methods`, including inherited ones, nearest first."""
+    if isinstance(declared, Modifier):
+        return (modifier_type(declared.name),)
+    return (behavior_type(declared.name), *map(behavior_type, declared.bases))

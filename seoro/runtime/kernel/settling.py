@@ -1,0 +1,76 @@
+"""`Settling`: actions at the end of an instant, when no step is left.
+
+Contract: choices act first, then deadlines, then the rest. After each the instant continues, and settles again. Of
+nested scopes, the inner ones act first: their effects may spare the outer ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from seoro.runtime.kernel.delta import Effects
+from seoro.runtime.kernel.timers import Deadline
+
+
+class Settling:
+    """Actions that wait for the end of the present instant."""
+
+    def __init__(self) -> None:
+        self._choices: list[Deadline] = []
+        self._deadlines: list[Deadline] = []
+        self._rest: list[Callable[[], None]] = []
+
+    @property
+    def is_waited_for(self) -> bool:
+        """Whether any action may be waiting."""
+        return bool(self._choices or self._deadlines or self._rest)
+
+    def choose(self, choice: Deadline) -> None:
+        """Add a choice."""
+        self._choices.append(choice)
+
+    def reach(self, deadline: Deadline) -> None:
+        """Add a reached deadline."""
+        self._deadlines.append(deadline)
+
+    def follow(self, act: Callable[[], None]) -> None:
+        """Add a function to call after choices and deadlines."""
+        self._rest.append(act)
+
+    def act(self, cancellations: Effects, *, with_deadlines: bool) -> bool:
+        """Perform the next actions.
+
+        Args:
+            cancellations: Cancellations of the delta cycle; choices and deadlines are added to them.
+            with_deadlines: Whether deadlines may act.
+
+        Returns:
+            Whether there were any.
+        """
+        made: list[Deadline] = []
+        if self._choices:
+            made, self._choices = _split(self._choices)
+        if not made and self._deadlines and with_deadlines:
+            made, self._deadlines = _split(self._deadlines)
+        if made:
+            for each in made:
+                each.over = True
+                cancellations.append((each.scope.task.path, each.act))
+            return True
+        if not self._rest:
+            return False
+        acts, self._rest = self._rest, []
+        for act in acts:
+            act()
+        return True
+
+
+def _split(deadlines: Sequence[Deadline]) -> tuple[list[Deadline], list[Deadline]]:
+    """Split the active deadlines into those without a nested one, and the rest."""
+    deadlines = [deadline for deadline in deadlines if not deadline.over]
+    if len(deadlines) < 2:
+        return deadlines, []
+    around = {scope for deadline in deadlines for scope in deadline.scope.around}
+    return [each for each in deadlines if each.scope not in around], [
+        each for each in deadlines if each.scope in around
+    ]

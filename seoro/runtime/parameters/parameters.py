@@ -1,0 +1,205 @@
+"""Parameters of new scenario and action instances (7.3.6.1.1, 7.3.11)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field, replace
+from typing import NamedTuple, Protocol
+
+from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.lang.plan import (
+    Constraint,
+    ConstraintMember,
+    Plan,
+    Structure,
+)
+from seoro.runtime.choose.plain import fill, is_plain
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.instances.applied import Applied
+from seoro.runtime.instances.instances import types_of
+from seoro.runtime.instances.times import ANY_TIME, DURATION, Times, Window
+from seoro.runtime.parameters.modifiers import fill_modifier, is_plain_modifier
+from seoro.runtime.values.environment import Calls, Environment, Seed
+from seoro.runtime.values.fields import Fields
+from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.values import Actor, HasFields, Value
+
+
+@lazy_dataclass
+class Parameters:
+    """Parameters of an instance while they get their values.
+
+    Args:
+        types: Names of its type and the inherited ones as in `plan.Methods`, nearest first.
+        fields: The values.
+    """
+
+    types: tuple[str, ...]
+    fields: Fields = field(default_factory=Fields)
+    windows: Mapping[str, Window] = field(default_factory=dict)
+
+
+class Invocation(NamedTuple):
+    """Data of an invocation for its instance.
+
+    Args:
+        given: Values of parameters.
+        actor: Actor of the invocation.
+        constraints: Constraints on the instance.
+        around: Environment of the invocation, or None.
+        seed: Seed of random values.
+        run: The run, for external methods.
+        applied: Modifiers of the instance, with or without values.
+        times: Its timing parameters.
+    """
+
+    given: Mapping[str, Value]
+    actor: Actor | None
+    constraints: tuple[ConstraintMember, ...]
+    around: Environment | None
+    seed: Seed
+    run: MethodContext | None
+    applied: tuple[Applied, ...] = ()
+    times: Times | None = None
+
+
+class Made(Protocol):
+    """An instance while its parameters get their values."""
+
+    @property
+    def fields(self) -> Fields:
+        """Its values."""
+        ...
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """Names of its type and the inherited ones as in `plan.Methods`, nearest first."""
+        ...
+
+    windows: Mapping[str, Window]  # of its constrained times
+
+
+def entry_parameters(
+    plan: Plan,
+    seed: int,
+    run: MethodContext | None = None,
+    made: Made | None = None,
+    applied: tuple[Applied, ...] = (),
+) -> dict[str, Value]:
+    """Choose the values of global parameters and of the parameters of the entry scenario.
+
+    Args:
+        plan: The plan.
+        seed: Seed of random values.
+        run: The run, for external methods.
+        made: Existing instance that gets the values, or None.
+        applied: Its modifiers, which get values too.
+
+    Raises:
+        EvaluationError: A value cannot be computed, or no values meet all constraints.
+    """
+    scenario = plan.scenarios[plan.entry]
+    times = Times(scenario.span, {})
+    invocation = Invocation({}, None, (), None, Seed(seed), run, applied, times)
+    roots = (plan.globals, scenario.structure)
+    return _choose(plan, roots, made or Parameters(types_of(scenario)), invocation, plan.overrides)
+
+
+def choose_parameters(
+    plan: Plan, structure: Structure, made: Made, invocation: Invocation, shared: Mapping[str, Value]
+) -> None:
+    """Choose the values of an invoked instance and of its modifiers.
+
+    Args:
+        plan: The plan.
+        structure: Its structure.
+        made: The instance.
+        invocation: Data of the invocation.
+        shared: Values of global parameters.
+
+    Raises:
+        EvaluationError: A value cannot be computed, or no values meet all constraints.
+    """
+    made.fields.update(shared)
+    _choose(plan, (structure,), made, invocation, ())
+
+
+def take_given(fields: Fields, given: Mapping[str, Value], shared: Mapping[str, Value]) -> None:
+    """Set the parameters where all are given and times are unconstrained; equals `choose_parameters` then.
+
+    Args:
+        fields: Fields of the instance.
+        given: Values of its parameters.
+        shared: Values of global parameters.
+    """
+    fields.update(shared)
+    fields.update(given)
+    fields.setdefault(DURATION, ANY_TIME)
+
+
+def choose_times(plan: Plan, made: Made, invocation: Invocation) -> None:
+    """Choose the times of a composition and the values of its modifiers.
+
+    Args:
+        plan: The plan.
+        made: Instance of the composition.
+        invocation: Its timing parameters and modifiers.
+
+    Raises:
+        EvaluationError: A value cannot be computed, or no values meet all constraints.
+    """
+    _choose(plan, (), made, invocation, ())
+
+
+def _choose(
+    plan: Plan,
+    roots: tuple[Structure, ...],
+    made: Made,
+    invocation: Invocation,
+    overrides: tuple[Constraint, ...],
+) -> dict[str, Value]:
+    given, fields = invocation.given, made.fields
+    is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
+    if is_free and all(map(is_plain_modifier, invocation.applied)):
+        fields.update(given)
+        if invocation.times is not None:
+            values, made.windows = invocation.times.plain()
+            for name, value in values.items():
+                fields.setdefault(name, value)
+        for root in roots:
+            if not root.fields.keys() <= fields.keys():
+                fill(fields, root, plan.structures, _scope(plan, made, invocation), evaluate)
+        for applied in invocation.applied:
+            fill_modifier(applied, plan.structures)
+        return fields
+    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - rarely needed
+
+    around = invocation.around
+    calls = Calls()
+    environment = replace(_scope(plan, made, invocation), calls=calls)
+    if around is not None:
+        around = replace(around, bindings={**around.bindings, "it": made}, calls=calls)
+    made.windows = choose(
+        Request(
+            holder=made,
+            roots=roots,
+            given=given,
+            environment=environment,
+            evaluate=evaluate,
+            constraints=invocation.constraints,
+            around=around,
+            overrides=overrides,
+            attached=tuple(applied.attached(calls) for applied in invocation.applied),
+            times=invocation.times,
+        )
+    )
+    return fields
+
+
+def _scope(plan: Plan, made: Made, invocation: Invocation) -> Environment:
+    """Return the environment of an instance's own constraints."""
+    bindings: dict[str, Value | HasFields] = {}
+    if invocation.actor is not None:
+        bindings["actor"] = invocation.actor
+    return Environment(made, plan, bindings, seed=invocation.seed, run=invocation.run)

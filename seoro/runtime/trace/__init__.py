@@ -1,0 +1,1 @@
+"""Traces: records, their writers and readers, and JUnit reports."""

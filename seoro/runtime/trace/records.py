@@ -1,0 +1,145 @@
+"""The trace of a run: records, sent to observers as they are made."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from seoro.lang.source import Span
+from seoro.runtime.trace.exact import Exact
+from seoro.runtime.values.values import Value, plain
+
+if TYPE_CHECKING:
+    from seoro.runtime.contracts.observers import Observer
+
+OFFSET: Final = "+00:00"  # UTC
+LOGS_KEPT: Final = 20  # number of last logs in the verdict
+
+
+class RecordedEvent(Protocol):
+    """An event as seen by trace records."""
+
+    @property
+    def name(self) -> str:
+        """Name in the trace."""
+        ...
+
+    @property
+    def short_name(self) -> str:
+        """Name within the holder."""
+        ...
+
+    @property
+    def holder(self) -> Callable[[], object]:
+        """Weak reference to the holder."""
+        ...
+
+
+class Trace:
+    """Numbers and stamps records. Each is a copy of its data, and does not change afterwards.
+
+    Args:
+        observers: Receivers of the records.
+        now: Returns the time on the run's clock [s].
+        failed: Called when an observer raises; that observer is then removed.
+    """
+
+    def __init__(
+        self, observers: Sequence[Observer], now: Callable[[], float], failed: Callable[[Exception], None]
+    ) -> None:
+        self._observers = list(observers)
+        self._now = now
+        self._failed = failed
+        self._numbers = count()
+        self._second = -1  # of the last record, since the epoch
+        self._second_text = ""
+        self._logs: deque[tuple[float, str, str]] = deque(maxlen=LOGS_KEPT)
+        self.exact = Exact()
+        self.is_observed = bool(observers)  # whether any observer is left
+
+    @property
+    def last_logs(self) -> tuple[str, ...]:
+        """The last logs, formatted: time, level unless it is `info`, message."""
+        return tuple(
+            f"{time:9.3f} s  " + ("" if level == "info" else f"{level}: ") + message
+            for time, level, message in self._logs
+        )
+
+    def _wall(self) -> str:
+        """Return the machine's time in the format of `datetime`, several times faster."""
+        seconds, rest = divmod(time.time_ns(), 1_000_000_000)
+        if seconds != self._second:
+            self._second = seconds
+            self._second_text = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(seconds))
+        return f"{self._second_text}.{rest // 1000:06}{OFFSET}"
+
+    def record(self, kind: str, **fields: Any) -> None:
+        """Add a record."""
+        if not self._observers:
+            return
+        record = {
+            "seq": next(self._numbers),
+            "t": self._now(),
+            "wall": self._wall(),
+            "kind": kind,
+            **fields,
+        }
+        for observer in tuple(self._observers):
+            try:
+                observer.record(record)
+            except Exception as error:
+                self._observers.remove(observer)
+                self.is_observed = bool(self._observers)
+                self._failed(error)
+
+    def log(self, message: str, level: str, source: Span) -> None:
+        """Record a log message.
+
+        Args:
+            message: The message.
+            level: `debug`, `info`, `warning` or `error`.
+            source: Its origin in the scenario.
+        """
+        self._logs.append((self._now(), level, message))
+        if self._observers:
+            self.record("log", level=level, message=message, source=str(source))
+
+    def event(self, path: str, arguments: Mapping[str, Value], **fields: Any) -> None:
+        """Record an event."""
+        if self._observers:
+            shown = {name: plain(value) for name, value in arguments.items()}
+            self.record("event", name=path, arguments=shown, **fields)
+
+    def occurrence(
+        self, event: RecordedEvent, arguments: Mapping[str, Value], *, is_derived: bool = False, origin: str = ""
+    ) -> None:
+        """Record an event of an instance.
+
+        Args:
+            event: The event.
+            arguments: Its arguments.
+            is_derived: Whether its specification occurred, without an `emit`.
+            origin: Emitter other than the scenario.
+        """
+        holder = event.holder()
+        if self._observers and holder is not None:
+            fields: dict[str, Any] = {"of": self.exact.number(holder), "event": event.short_name}
+            if is_derived:
+                fields["derived"] = True
+            if arguments:
+                fields["exact"] = self.exact.fields(arguments)
+            if origin:
+                fields["origin"] = origin
+            self.event(event.name, arguments, **fields)
+
+
+def write_error_text(error: Exception) -> str:
+    """Describe the failure of an observer."""
+    match error:
+        case OSError(filename=str() as name, strerror=str() as why):
+            return f"cannot write the trace to {name}: {why}"
+        case _:
+            return f"cannot write the trace: {type(error).__name__}: {error}"

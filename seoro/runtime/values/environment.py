@@ -1,0 +1,176 @@
+"""Environments of expressions, and the error of expressions without a value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from typing import TypeAlias
+
+from seoro.lang import frozen
+from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.lang.plan import Expression, Plan
+from seoro.lang.source import Span
+from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.values import HasFields, Value
+
+
+class EvaluationError(Exception):
+    """An expression has no value, such as a division of integers by zero."""
+
+    def __init__(self, message: str, span: Span) -> None:
+        super().__init__(message)
+        self.span = span
+
+
+class NotInvoked(EvaluationError):
+    """A label in the expression has not been invoked yet."""
+
+
+class NoSolution(EvaluationError):
+    """No values meet all constraints.
+
+    Args:
+        message: Description of the conflict.
+        code: `E0442` for a conflict, `E0443` if no value was found.
+        places: Involved places in the text, each with a note; at least one.
+        help: Possible fix.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        code: str,
+        places: tuple[tuple[Span, str], ...],
+        help: str = "",  # noqa: A002
+    ) -> None:
+        super().__init__(message, places[0][0])
+        self.code = code
+        self.places = places
+        self.help = help
+
+
+class Calls(frozen.Value):
+    """Results of external methods while values are chosen.
+
+    Expressions are then evaluated repeatedly. Each call is made once per place and arguments, so that random
+    results stay the same.
+
+    Args:
+        results: Results by place and arguments.
+        place: Nested calls being evaluated, each with the instance of its scope.
+    """
+
+    results: dict[Hashable, Value] = field(default_factory=dict)
+    place: tuple[object, ...] = ()
+
+    def within(self, span: Span, instance: object) -> Calls:
+        """Return the calls within a nested call."""
+        return Calls(self.results, (*self.place, span, instance))
+
+
+@lazy_dataclass
+class Reads:
+    """Fields that an expression has read while it was evaluated.
+
+    Args:
+        fields: Their holders, by identity of the holder and name of the field.
+        is_external: Whether an external method was called, which may read anything.
+    """
+
+    fields: dict[tuple[int, str], HasFields] = field(default_factory=dict)
+    is_external: bool = False
+
+
+class Seed:
+    """Seed for random draws, the same on any machine; computed on demand, since mostly nothing is drawn.
+
+    Args:
+        base: Seed of the run, or a surrounding seed.
+        purpose: Purpose of the seed; without one, it equals the base.
+    """
+
+    __slots__ = ("_base", "_purpose")
+
+    def __init__(self, base: int | Seed, purpose: str | None = None) -> None:
+        self._base = base
+        self._purpose = purpose
+
+    @property
+    def value(self) -> int:
+        """The seed as an integer."""
+        base = self._base if isinstance(self._base, int) else self._base.value
+        if self._purpose is None:
+            return base
+        return int.from_bytes(sha256(f"{base}/{self._purpose}".encode()).digest()[:8], "big")
+
+
+class Deferred(frozen.Frozen):
+    """Binding whose value may not exist yet.
+
+    Args:
+        expression: The bound expression.
+        environment: Its environment.
+    """
+
+    expression: Expression
+    environment: Environment
+
+
+_NO_SEED = Seed(0)
+
+
+@dataclass(eq=False, slots=True)
+class Environment:
+    """Environment of an expression; never changed, but not frozen, since each behavior creates several.
+
+    Args:
+        instance: Instance whose fields are visible.
+        plan: The plan, with the methods and the structures of all types.
+        bindings: `actor`, names of `as` clauses, parameters of a method, and `it` of lists.
+        path: Path of a constructed value; names actors.
+        scenario: Surrounding scenario, whose fields include global parameters; None if it is the instance.
+        depth: Depth of nested method calls.
+        seed: Seed for constructed values.
+        run: The run, for external methods that need it.
+        calls: Results of external methods while values are chosen; otherwise None.
+        reads: Collects the fields that are read; None to collect nothing.
+    """
+
+    instance: HasFields
+    plan: Plan
+    bindings: Mapping[str, Value | HasFields] = field(default_factory=dict)
+    path: str = ""
+    scenario: HasFields | None = None
+    depth: int = 0
+    seed: Seed = _NO_SEED
+    run: MethodContext | None = None
+    calls: Calls | None = None
+    reads: Reads | None = None
+
+    @property
+    def outermost(self) -> HasFields:
+        """Surrounding scenario."""
+        return self.scenario or self.instance
+
+    def bind(self, **bindings: Value | HasFields) -> Environment:
+        """Return an environment with further bindings."""
+        return replace(self, bindings={**self.bindings, **bindings})
+
+    def reading(self, reads: Reads) -> Environment:
+        """Return an environment that collects reads; copied by hand, since conditions are evaluated often."""
+        return Environment(
+            self.instance,
+            self.plan,
+            self.bindings,
+            self.path,
+            self.scenario,
+            self.depth,
+            self.seed,
+            self.run,
+            self.calls,
+            reads,
+        )
+
+
+Evaluate: TypeAlias = Callable[[Expression, Environment], Value]

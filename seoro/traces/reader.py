@@ -1,0 +1,131 @@
+"""Reader of traces (JSON Lines), also of killed runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import IO, Any, Final, TypeAlias
+
+MAX_LINE: Final = 64 * 1024 * 1024  # [bytes], longer than any valid record
+LATEST: Final = 1e12  # [s], longer than any run, and small enough for computations
+
+Record: TypeAlias = dict[str, Any]
+
+# Required fields of each kind of record, apart from `seq`, `t` and `kind`.
+_FIELDS: Final[dict[str, dict[str, type]]] = {
+    "run.start": {"scenario": str, "file": str},
+    "behavior.start": {"id": int, "type": str, "name": str, "path": str, "source": str},
+    "behavior.end": {"id": int, "status": str},
+    "event": {"name": str},
+    "variable": {"path": str},
+    "log": {"message": str, "level": str},
+    "cover": {"item": str},
+    "record": {"item": str},
+    "run.end": {"status": str, "reason": str},
+}
+
+
+@dataclass(frozen=True)
+class InvalidRecord:
+    """Line that is not a valid record.
+
+    Args:
+        line: Line number, from 1.
+        reason: Reason.
+        is_cut: Whether it is an incomplete last line, of a killed or active run.
+    """
+
+    line: int
+    reason: str
+    is_cut: bool
+
+    def __str__(self) -> str:
+        return f"line {self.line}: {self.reason}"
+
+
+def read_trace(file: IO[bytes]) -> Iterator[Record | InvalidRecord]:
+    """Yield the records of a trace in order, with an `InvalidRecord` for each invalid line."""
+    number = 0
+    while line := file.readline(MAX_LINE):
+        number += 1
+        has_end = line.endswith(b"\n")
+        while not has_end and len(line) == MAX_LINE and (rest := file.readline(MAX_LINE)):
+            has_end = rest.endswith(b"\n")
+        if not line.strip():
+            continue
+        found = _record(line)
+        if isinstance(found, str):
+            yield InvalidRecord(number, found, is_cut=not has_end)
+        else:
+            yield found
+
+
+def _record(line: bytes) -> Record | str:
+    """Parse a line; return the record, or a reason why it is invalid."""
+    if len(line) == MAX_LINE:
+        return f"longer than {MAX_LINE:,} bytes"
+    try:
+        found = json.loads(line)
+    except (ValueError, RecursionError):
+        return "invalid JSON"
+    if not isinstance(found, dict):
+        return "not a JSON object"
+    if b"\\ud" in line.lower():
+        found = _without_surrogates(found)
+    time, kind = found.get("t"), found.get("kind")
+    if not (isinstance(time, int | float) and isinstance(kind, str)):
+        return "not a record: missing `t` or `kind`"
+    if not abs(time) <= LATEST:
+        return f"time is not between 0 s and {LATEST:g} s"
+    if not isinstance(found.get("arguments"), dict | None):
+        return f"not a record: `arguments` of `{kind}` has the wrong type"
+    for name, type_ in _FIELDS.get(kind, {}).items():
+        if not isinstance(found.get(name), type_):
+            return f"not a record: `{name}` of `{kind}` is missing or has the wrong type"
+    return dict(found)
+
+
+def _without_surrogates(record: Record) -> Record:
+    """Replace lone surrogates, which JSON allows and UTF-8 does not, by `?`."""
+    text = json.dumps(record, ensure_ascii=False).encode("utf-8", "replace")
+    cleaned: Record = json.loads(text)
+    return cleaned
+
+
+class Paths:
+    """Paths of records; the end of a behavior has the path of its start."""
+
+    def __init__(self) -> None:
+        self._open: dict[int, str] = {}
+
+    def of(self, record: Record) -> str:
+        """Return the path of a record, or an empty text. Call it for all records, in order."""
+        match record["kind"]:
+            case "behavior.start":
+                self._open[record["id"]] = record["path"]
+                return str(record["path"])
+            case "behavior.end":
+                return self._open.pop(record["id"], "")
+            case "event":
+                return str(record["name"])
+            case "variable":
+                return str(record["path"])
+            case "cover" | "record":
+                return str(record["item"])
+            case _:
+                return ""
+
+
+def valid_records(found: Iterable[Record | InvalidRecord], problems: list[InvalidRecord]) -> Iterator[Record]:
+    """Yield the valid records; add the first hundred invalid ones to `problems`."""
+    for item in found:
+        if not isinstance(item, InvalidRecord):
+            yield item
+        elif len(problems) < 100:
+            problems.append(item)
+
+
+def shown(value: object) -> str:
+    """Format a value of a record: texts as they are, other values as JSON."""
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

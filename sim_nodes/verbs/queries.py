@@ -1,0 +1,161 @@
+"""Verbs that query entities, worlds, poses, robots, models, frames and maps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seoro.bridges import wire
+from seoro.bridges.wire import Category, Empty, Result
+from seoro.bridges.wire.refusal import RequestRefused, name_list
+from sim_nodes.entities import EntityInfo
+from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
+from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
+from sim_nodes.simulator import Simulator
+from sim_nodes.spawnables import find_spawnables
+from sim_nodes.verbs.filters import check_categories, check_tags, check_tags_filter, filter_entities, has_tags
+from sim_nodes.worlds.listing import find_worlds
+from sim_nodes.worlds.schema import MAX_DESCRIPTION
+
+OCCUPIED = 100  # occupied cell of nav_msgs/OccupancyGrid
+
+
+def get_entities_states(simulator: Simulator, request: wire.EntityFilter) -> wire.EntityStates:
+    found = filter_entities(simulator.simulation.entities, request)
+    return wire.EntityStates(names=tuple(found), states=tuple(map(entity_state, found.values())))
+
+
+def get_entity_info(simulator: Simulator, request: wire.EntityName) -> wire.EntityInfo:
+    info = simulator.simulation.entities.info(request.name)
+    return wire.EntityInfo(category=info.category, description=info.description, tags=info.tags)
+
+
+def set_entity_info(simulator: Simulator, request: wire.SetEntityInfo) -> None:
+    info = request.info
+    check_categories([info.category])
+    check_tags(info.tags)
+    if len(info.description) > MAX_DESCRIPTION:
+        raise RequestRefused(
+            Result.OPERATION_FAILED,
+            f"the description has {len(info.description)} characters; expected at most {MAX_DESCRIPTION}",
+        )
+    simulator.simulation.entities.set_info(
+        request.name, EntityInfo(Category(info.category), info.description, info.tags)
+    )
+
+
+def get_entity_bounds(simulator: Simulator, request: wire.EntityName) -> wire.EntityBounds:
+    box = simulator.simulation.entities.bounds(request.name)
+    if box is None:
+        return wire.EntityBounds(bounds=None)
+    return wire.EntityBounds(bounds=bounds_of(box.lower.tolist(), box.upper.tolist()))
+
+
+def get_named_poses(simulator: Simulator, request: wire.TagsFilter) -> wire.NamedPoses:
+    check_tags_filter(request)
+    return wire.NamedPoses(
+        poses=tuple(
+            wire.NamedPose(name=pose.name, description=pose.description, tags=pose.tags, pose=pose_of(pose.place))
+            for pose in simulator.simulation.world.poses
+            if has_tags(pose.tags, request)
+        )
+    )
+
+
+def get_named_pose_bounds(simulator: Simulator, request: wire.PoseName) -> wire.NamedPoseBounds:
+    poses = {pose.name: pose for pose in simulator.simulation.world.poses}
+    if request.name not in poses:
+        raise RequestRefused(
+            Result.NOT_FOUND, f"unknown pose {request.name!r} of the world; poses: {name_list(poses)}"
+        )
+    room = poses[request.name].room
+    return wire.NamedPoseBounds(bounds=None if room is None else bounds_of(*room))
+
+
+def get_current_world(simulator: Simulator, _: Empty) -> wire.CurrentWorld:
+    world = simulator.simulation.world
+    return wire.CurrentWorld(
+        name=world.name, source=simulator.source, description=world.description, tags=world.tags
+    )
+
+
+def get_available_worlds(_: Simulator, request: wire.GetAvailableWorlds) -> wire.AvailableWorlds:
+    check_tags_filter(request.tags)
+    found, message = find_worlds(request.sources)
+    worlds = tuple(
+        wire.WorldInfo(source=world.source, description=world.description, tags=world.tags)
+        for world in found
+        if has_tags(world.tags, request.tags)
+    )
+    return wire.AvailableWorlds(names=tuple(world.source for world in worlds), worlds=worlds, message=message)
+
+
+def get_simulation_state(simulator: Simulator, _: Empty) -> wire.CurrentState:
+    return wire.CurrentState(state=simulator.state, time=simulator.time)
+
+
+def get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
+    poses = {name: simulator.simulation.pose(name) for name in simulator.simulation.frames.names}
+    return wire.Transforms(
+        transforms=tuple(
+            wire.Transform(frame=name, pose=None if pose is None else flat_pose(pose))
+            for name, pose in poses.items()
+        )
+    )
+
+
+def get_map(simulator: Simulator, _: Empty) -> wire.OccupancyGrid:
+    known = simulator.simulation.known
+    grid = known.grid
+    occupied = np.where(known.distance <= grid.resolution / 2.0, OCCUPIED, 0).astype(np.uint8)
+    return wire.OccupancyGrid(
+        resolution=grid.resolution,
+        x=grid.x,
+        y=grid.y,
+        columns=grid.columns,
+        rows=grid.rows,
+        cells=occupied.T.tobytes(),
+    )
+
+
+def get_robot_description(simulator: Simulator, request: wire.RobotName) -> wire.RobotDescription:
+    robot = simulator.simulation.robot(request.robot)
+    declaration = robot.declaration
+    mobile, arm = declaration.mobile, declaration.arm
+    return wire.RobotDescription(
+        urdf=declaration.urdf,
+        base_link=declaration.base_link,
+        sensors=tuple(robot.sensors),
+        lidar=None if mobile is None else _lidar(mobile),
+        arm=None if arm is None else _arm(arm),
+        max_speed=0.0 if mobile is None else mobile.drive.max_speed,
+        max_turn_rate=0.0 if mobile is None else mobile.drive.max_turn_rate,
+        has_battery=mobile is not None and mobile.battery is not None,
+    )
+
+
+def _lidar(mobile: MobileDeclaration) -> wire.LidarDescription:
+    lidar = mobile.lidar
+    return wire.LidarDescription(
+        link=lidar.link, yaw=lidar.yaw, range_min=lidar.min_range, range_max=lidar.max_range, rate=lidar.rate
+    )
+
+
+def _arm(arm: ArmDeclaration) -> wire.ArmDescription:
+    return wire.ArmDescription(
+        joints=tuple(joint.name for joint in arm.joints), fingers=arm.gripper.joints, stroke=arm.gripper.stroke
+    )
+
+
+def get_spawnables(simulator: Simulator, request: wire.GetSpawnables) -> wire.Spawnables:
+    found, message = find_spawnables(simulator.models, simulator.simulation.world, request.sources)
+    return wire.Spawnables(
+        spawnables=tuple(
+            wire.Spawnable(
+                uri=each.uri,
+                description=each.description,
+                bounds=bounds_of(each.bounds.lower.tolist(), each.bounds.upper.tolist()),
+            )
+            for each in found
+        ),
+        message=message,
+    )

@@ -1,0 +1,1 @@
+"""A check of the prose of the project: `python -m tests.tools.prose [PATH ...]`."""

@@ -1,0 +1,41 @@
+"""Reference pages, generated from the code.
+
+A page of `docs/reference` contains `<!-- generated: NAME -->` where `GENERATORS[NAME]` inserts Markdown when the
+site is built. Nothing generated is committed, so help texts and schemas have one source.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from tests.tools.reference.codes import codes
+from tests.tools.reference.commands import commands
+from tests.tools.reference.libraries import libraries
+from tests.tools.reference.schemas import lab_file, profile_file, robot_file, world_file
+from tests.tools.reference.verbs import executor_verbs, node_verbs
+
+GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
+    "codes": codes,
+    "commands": commands,
+    "executor verbs": executor_verbs,
+    "lab file": lab_file,
+    "libraries": libraries,
+    "node verbs": node_verbs,
+    "profile file": profile_file,
+    "robot file": robot_file,
+    "world file": world_file,
+}
+"""Functions that return Markdown, by the name in the placeholder."""
+
+PLACEHOLDER: Final = re.compile(r"^<!-- generated: ([a-z ]+) -->$", re.MULTILINE)
+
+
+def insert(page: str) -> str:
+    """Replace the placeholders of a page.
+
+    Raises:
+        KeyError: A placeholder has an unknown name.
+    """
+    return PLACEHOLDER.sub(lambda found: GENERATORS[found[1]]().rstrip("\n"), page)
