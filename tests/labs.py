@@ -70,7 +70,7 @@ class RunningCommand:
 
 @contextmanager
 def command(errors: Path, endpoint: str, *arguments: str) -> Iterator[RunningCommand]:
-    """A command of seoro that goes on until Ctrl-C, once it has said that it is ready."""
+    """A command of seoro that runs until Ctrl-C, once it has printed that it is ready."""
     with (
         errors.open("wb") as log,
         subprocess.Popen(

@@ -82,7 +82,7 @@ class Relay:
             tasks.start_soon(self._pass_on, request, back)
 
     async def _pass_on(self, request: Request, back: AsyncSession) -> None:
-        answers = await say(back, self.forge(Sent(request.key, request.payload, request.attachment)))
+        answers = await forward(back, self.forge(Sent(request.key, request.payload, request.attachment)))
         with request._query:
             for answer in self.change(request.key.rpartition("/")[2], answers):
                 if answer.is_ok:
@@ -91,15 +91,17 @@ class Relay:
                     request._query.reply_err(answer.payload)
 
 
-async def say(back: AsyncSession, sent: Sent) -> list[Answer]:
+async def forward(back: AsyncSession, sent: Sent) -> list[Answer]:
     """Return all replies to a request."""
     answers: Mailbox[Answer | None] = Mailbox(Bound(1 << 14))
 
     def take(reply: zenoh.Reply) -> None:
         if reply.ok is not None:
             attachment = reply.ok.attachment
-            said = Answer(True, reply.ok.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
-            answers.put(said, 1)
+            answer = Answer(
+                True, reply.ok.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes()
+            )
+            answers.put(answer, 1)
         elif reply.err is not None:
             answers.put(Answer(False, reply.err.payload.to_bytes()), 1)
 

@@ -54,9 +54,9 @@ def process(
     with subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, stderr=stderr, env=own) as running:
         try:
             assert running.stdout is not None
-            said = running.stdout.readline().decode().removesuffix("\n")
-            assert said
-            assert says in (None, said)
+            line = running.stdout.readline().decode().removesuffix("\n")
+            assert line
+            assert says in (None, line)
             yield running
         finally:
             running.kill()

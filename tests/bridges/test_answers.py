@@ -71,7 +71,7 @@ async def reached(lab: KeyedLab, folder: Path) -> AsyncIterator[tuple[Relay, Exe
         yield relay, Executor(session, NAME, messages.MINOR, anna, is_secured=True)
 
 
-async def told(executor: Executor) -> list[bytes]:
+async def reported(executor: Executor) -> list[bytes]:
     """Return the parts of the executor's reply."""
     request = AskRecords(run=RUN, in_parts=True)
     return [each.lines async for each in executor.ask_in_parts(RECORDS, NewRecords, request)]
@@ -102,14 +102,14 @@ async def test_parts_of_an_answer_must_arrive_once_in_order_and_completely(
 ) -> None:
     """A client repeats the request after a lost part."""
     async with reached(lab, tmp_path) as (relay, executor):
-        assert await told(executor) == [b"0\n", b"1\n", b"2\n", b""]
+        assert await reported(executor) == [b"0\n", b"1\n", b"2\n", b""]
         relay.change = at(*numbers)
         with pytest.raises(error, match=words):
-            await told(executor)
+            await reported(executor)
 
 
 async def test_a_changed_part_of_an_answer_is_refused(lab: KeyedLab, tmp_path: Path) -> None:
     async with reached(lab, tmp_path) as (relay, executor):
         relay.replace(b"1\n", b"2\n", RECORDS.name)
         with pytest.raises(ExecutorLost, match="to `records` is not authentic: invalid signature"):
-            await told(executor)
+            await reported(executor)

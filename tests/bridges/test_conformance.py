@@ -105,9 +105,9 @@ def stuttering(node: SimulatorNode) -> None:
 
     class Twice(dict[str, Reporter]):
         def __setitem__(self, key: str, report: Reporter) -> None:
-            def twice(told: Report) -> None:
-                report(told)
-                report(told)
+            def twice(answered: Report) -> None:
+                report(answered)
+                report(answered)
 
             super().__setitem__(key, twice)
 
@@ -119,8 +119,8 @@ def late(node: SimulatorNode) -> None:
 
     class Late(dict[str, Reporter]):
         def __setitem__(self, key: str, report: Reporter) -> None:
-            def later(told: Report) -> None:
-                asyncio.get_running_loop().call_later(0.05, report, told)
+            def later(answered: Report) -> None:
+                asyncio.get_running_loop().call_later(0.05, report, answered)
 
             super().__setitem__(key, later)
 

@@ -70,9 +70,9 @@ def repetitive(node: SimulatorNode) -> None:
     async def spoiled(
         robot: str, positions: Sequence[float], names: Sequence[str], options: MotionOptions, report: Reporter
     ) -> str:
-        def twice(told: Report) -> None:
-            report(told)
-            report(told)
+        def twice(answered: Report) -> None:
+            report(answered)
+            report(answered)
 
         return await move(robot, positions, names, options, twice)
 

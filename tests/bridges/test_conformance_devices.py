@@ -90,8 +90,8 @@ def tough(node: SimulatorNode) -> None:
     """Report effects of faults without any."""
 
     async def spoiled(robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
-        def confirm(told: Report) -> None:
-            report(replace(told, message="it is silent"))
+        def confirm(answered: Report) -> None:
+            report(replace(answered, message="it is silent"))
 
         return await node.watch_sample(robot, "lidar", confirm)
 
@@ -103,8 +103,8 @@ def wordless(node: SimulatorNode) -> None:
     inject = node.inject_fault
 
     async def spoiled(robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
-        def quietly(told: Report) -> None:
-            report(replace(told, message=""))
+        def quietly(answered: Report) -> None:
+            report(replace(answered, message=""))
 
         return await inject(robot, device, fault, limit, quietly)
 

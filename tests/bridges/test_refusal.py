@@ -34,8 +34,8 @@ def test_long_name_lists_show_the_first_names_and_count_the_rest() -> None:
 
 @pytest.mark.parametrize("identifier", ["", "i" * (MAX_ID + 1)])
 def test_empty_and_too_long_ids_are_refused(identifier: str) -> None:
-    said = f"the id has {len(identifier)} characters; expected 1 to {MAX_ID}"
-    with pytest.raises(RequestRefused, match=said) as refused:
+    message = f"the id has {len(identifier)} characters; expected 1 to {MAX_ID}"
+    with pytest.raises(RequestRefused, match=message) as refused:
         check_id(identifier)
     assert refused.value.code == Result.OPERATION_FAILED
 

@@ -116,8 +116,8 @@ async def test_a_name_is_usable_by_its_owner_only(
         for pretended, tokens in ((name, {"1"}), ("unheard-of", {"0"})):
             seen = watcher.list_tokens(token_of(NAMESPACE, pretended, "x").replace("/x", "/*"), 1.0)
             assert {token.rpartition("/")[2] for token in seen} == tokens
-        for pretended, said in ((name, b"moved"), ("unheard-of", b"forged")):
-            assert await asked(router, lab, "ada", command_of(NAMESPACE, pretended, "challenge")) == said
+        for pretended, reply in ((name, b"moved"), ("unheard-of", b"forged")):
+            assert await asked(router, lab, "ada", command_of(NAMESPACE, pretended, "challenge")) == reply
     finally:
         for each in (owner, watcher, other):
             each.close()

@@ -183,10 +183,10 @@ def test_token_lists_are_complete_after_other_subscriptions(waits_for: int) -> N
         for _ in range(60):
             session = Session(connect=endpoint)
             try:
-                told: queue.SimpleQueue[str] = queue.SimpleQueue()
-                stop = session.watch_tokens(TOKENS, lambda token, _, told=told: told.put(token))  # type: ignore[misc]
+                reported: queue.SimpleQueue[str] = queue.SimpleQueue()
+                stop = session.watch_tokens(TOKENS, lambda token, _, reported=reported: reported.put(token))  # type: ignore[misc]
                 for _ in range(waits_for):
-                    told.get(timeout=10)
+                    reported.get(timeout=10)
                 stop()
                 assert session.list_tokens(TOKENS, 10.0) == tokens
             finally:

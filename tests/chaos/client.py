@@ -12,7 +12,7 @@ import sys
 import seoro
 
 
-def say(**known: object) -> None:
+def print_record(**known: object) -> None:
     """Print a line for the round."""
     sys.stdout.write(json.dumps(known) + "\n")
     sys.stdout.flush()
@@ -26,13 +26,13 @@ async def main(endpoint: str, executor: str, scenario: str, lab: str = "", wait:
     try:
         async with seoro.Client(endpoint) as client:
             run = await client.submit(executor, scenario, **options)  # type: ignore[arg-type]
-            say(submitted=run.id)
+            print_record(submitted=run.id)
             verdict = await run.result()
-            say(verdict=verdict.status.value, reason=verdict.reason)
+            print_record(verdict=verdict.status.value, reason=verdict.reason)
     except seoro.UsageError as error:
-        say(invalid=str(error))
+        print_record(invalid=str(error))
     except seoro.SeoroError as error:
-        say(error=str(error))
+        print_record(error=str(error))
 
 
 if __name__ == "__main__":

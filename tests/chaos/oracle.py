@@ -15,7 +15,7 @@ ENDED = ("passed", "failed", "error", "cancelled")  # final states of runs whose
 
 
 @dataclass(frozen=True)
-class Told:
+class Received:
     """Reports that a client received.
 
     Args:
@@ -59,14 +59,14 @@ class Found:
     """Everything that was found after a round, when all parts had time to recover.
 
     Args:
-        told: Reports that clients received.
+        received: Reports that clients received.
         runs: Runs of the round on all executors.
         held: Held robots, with their holders.
         left: Processes and files that are left and belong to no part.
         unreachable: Parts that do not answer although they run and are reached.
     """
 
-    told: Sequence[Told] = ()
+    received: Sequence[Received] = ()
     runs: Sequence[FoundRun] = ()
     held: Mapping[str, str] = field(default_factory=dict)
     left: Sequence[str] = ()
@@ -91,29 +91,29 @@ def _lost_or_doubled(found: Found) -> Iterator[str]:
     yield from (f"run {run} is there {count} times" for run, count in by_id.items() if count > 1)
     by_file = Counter(run.file for run in found.runs)
     yield from (f"{file} was run {count} times" for file, count in by_file.items() if count > 1)
-    for told in found.told:
-        if told.run and told.run not in by_id:
-            yield f"run {told.run} was acknowledged, and is lost"
+    for received in found.received:
+        if received.run and received.run not in by_id:
+            yield f"run {received.run} was acknowledged, and is lost"
     for run in found.runs:
         if run.state in ("queued", "running"):
             yield f"run {run.run} has no end: {run.state} ({run.reason})"
 
 
 def _wrong_verdicts(found: Found) -> Iterator[str]:
-    expected = {_file(told.submission): told.submission.expected for told in found.told}
+    expected = {_file(received.submission): received.submission.expected for received in found.received}
     for run in found.runs:
         if run.state in VERDICTS and run.state != expected.get(run.file, run.state):
             yield f"run {run.run} ({run.file}) {run.state}, and the scenario is right: {run.reason}"
         if run.state == "invalid":
             yield f"run {run.run} ({run.file}) is invalid, and the scenario is not: {run.reason}"
     states = {run.run: run.state for run in found.runs}
-    for told in found.told:
-        if told.verdict in VERDICTS and told.verdict != told.submission.expected:
-            yield f"a client received `{told.verdict}` for {_file(told.submission)}: {told.reason}"
-        if told.verdict and states.get(told.run, told.verdict) != told.verdict:
-            yield f"a client received `{told.verdict}` for run {told.run}, which is {states[told.run]}"
-        if told.invalid and told.run:
-            yield f"a client received {_file(told.submission)} as invalid: {told.invalid}"
+    for received in found.received:
+        if received.verdict in VERDICTS and received.verdict != received.submission.expected:
+            yield f"a client received `{received.verdict}` for {_file(received.submission)}: {received.reason}"
+        if received.verdict and states.get(received.run, received.verdict) != received.verdict:
+            yield f"a client received `{received.verdict}` for run {received.run}, which is {states[received.run]}"
+        if received.invalid and received.run:
+            yield f"a client received {_file(received.submission)} as invalid: {received.invalid}"
 
 
 def _torn_traces(found: Found) -> Iterator[str]:
@@ -130,7 +130,7 @@ def _torn_traces(found: Found) -> Iterator[str]:
 def _held_twice(found: Found) -> Iterator[str]:
     """Runs that passed have driven; no two of them drove one robot at the same time."""
     drives: dict[str, list[tuple[str, str, str]]] = {}
-    robots = {_file(told.submission): told.submission.robot for told in found.told}
+    robots = {_file(received.submission): received.submission.robot for received in found.received}
     for run in found.runs:
         robot = robots.get(run.file, "")
         if robot and run.state == "passed" and run.records:

@@ -17,7 +17,7 @@ import anyio
 
 import seoro
 from seoro.client.lab import LabControl
-from tests.chaos.oracle import Found, FoundRun, Told
+from tests.chaos.oracle import Found, FoundRun, Received
 from tests.chaos.plan import LENGTH, Fault, Round, Submission
 from tests.chaos.stage import Stage, until
 
@@ -70,10 +70,10 @@ class Client:
         if self._process is not None:
             self._process.kill()
 
-    def told(self) -> Told:
+    def received(self) -> Received:
         """Return the reports of the client; kill it if it still waits."""
         if self._process is None:
-            return Told(self.submission)
+            return Received(self.submission)
         try:
             out, _ = self._process.communicate(timeout=RECOVERY)
         except subprocess.TimeoutExpired:
@@ -83,7 +83,7 @@ class Client:
         for line in out.splitlines():
             with suppress(ValueError):
                 known |= json.loads(line)
-        return Told(
+        return Received(
             self.submission,
             known.get("submitted", ""),
             known.get("verdict", ""),
@@ -111,8 +111,8 @@ def play(drawn: Round, stage: Stage, folder: Path) -> Found:
         step()
     time.sleep(max(0.0, began + LENGTH - time.monotonic()))
     stage.heal()
-    told = [client.told() for client in clients]
-    return anyio.run(_look, stage, folder, told)
+    received = [client.received() for client in clients]
+    return anyio.run(_look, stage, folder, received)
 
 
 def _steps(fault: Fault, stage: Stage, clients: list[Client]) -> list[tuple[float, Callable[[], object]]]:
@@ -154,7 +154,7 @@ def _kill(pids: list[int]) -> None:
 # ---------------------------------------------------------------- what is found
 
 
-async def _look(stage: Stage, folder: Path, told: list[Told]) -> Found:
+async def _look(stage: Stage, folder: Path, received: list[Received]) -> Found:
     """Wait until the lab has recovered, and look at it."""
     endpoint = stage.links["clients"].endpoint
     runs: list[FoundRun] = []
@@ -177,7 +177,7 @@ async def _look(stage: Stage, folder: Path, told: list[Told]) -> Found:
     if not await anyio.to_thread.run_sync(until, lambda: not stage.strangers(), RECOVERY):
         left = stage.strangers()
     left += [str(path) for path in (stage.folder / "tmp").iterdir() if path.name.startswith("seoro-")]
-    return Found(told, runs, held, left, unreachable)
+    return Found(received, runs, held, left, unreachable)
 
 
 async def _runs(client: seoro.Client, folder: Path) -> list[FoundRun]:

@@ -33,7 +33,7 @@ class Part:
         environment: Its environment.
         log: File for its stderr.
         process: The process; None while it is down.
-        is_ready: Whether it has said that it is ready.
+        is_ready: Whether it has printed that it is ready.
     """
 
     name: str

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tests.chaos.oracle import Found, FoundRun, Told, violations
+from tests.chaos.oracle import Found, FoundRun, Received, violations
 from tests.chaos.plan import Submission, draw
 
 DRIVE = Submission(0, "drive", "lab-a", "turtlebot4", 0.0, 1.0, waits=True)
@@ -18,8 +18,8 @@ def trace(begin: int = 0, end: int = 9) -> list[dict[str, Any]]:
 
 
 RUN = FoundRun("aa", "lab-a", "client_0.osc", "passed", "", trace())
-TOLD = Told(DRIVE, "aa", "passed")
-GOOD = Found((TOLD,), (RUN,))
+RECEIVED = Received(DRIVE, "aa", "passed")
+GOOD = Found((RECEIVED,), (RUN,))
 
 
 def test_a_round_without_a_fault_has_no_violation() -> None:
@@ -29,11 +29,11 @@ def test_a_round_without_a_fault_has_no_violation() -> None:
 @pytest.mark.parametrize(
     "found",
     [
-        Found((Told(DRIVE, "aa", reason="the executor is gone"),), (replace(RUN, state="lost", records=[]),)),
-        Found((Told(DRIVE, "aa"),), (replace(RUN, state="error", reason="the simulator is gone"),)),
-        Found((Told(DRIVE),), (RUN,)),  # the acknowledgement was lost
-        Found((Told(DRIVE, reason="no executor answers"),), ()),
-        Found((Told(FAIL, "bb", "failed"),), (replace(RUN, run="bb", file="client_1.osc", state="failed"),)),
+        Found((Received(DRIVE, "aa", reason="the executor is gone"),), (replace(RUN, state="lost", records=[]),)),
+        Found((Received(DRIVE, "aa"),), (replace(RUN, state="error", reason="the simulator is gone"),)),
+        Found((Received(DRIVE),), (RUN,)),  # the acknowledgement was lost
+        Found((Received(DRIVE, reason="no executor answers"),), ()),
+        Found((Received(FAIL, "bb", "failed"),), (replace(RUN, run="bb", file="client_1.osc", state="failed"),)),
     ],
 )
 def test_expected_effects_of_faults_are_not_violations(found: Found) -> None:
@@ -49,14 +49,14 @@ def test_expected_effects_of_faults_are_not_violations(found: Found) -> None:
         (replace(GOOD, runs=(replace(RUN, state="queued"),)), "has no end: queued"),
         (replace(GOOD, runs=(replace(RUN, state="failed"),)), "failed, and the scenario is right"),
         (replace(GOOD, runs=(replace(RUN, state="invalid"),)), "is invalid, and the scenario is not"),
-        (replace(GOOD, told=(replace(TOLD, verdict="failed"),)), "received `failed` for client_0.osc"),
-        (replace(GOOD, told=(replace(TOLD, invalid="no bridge"),)), "received client_0.osc as invalid"),
+        (replace(GOOD, received=(replace(RECEIVED, verdict="failed"),)), "received `failed` for client_0.osc"),
+        (replace(GOOD, received=(replace(RECEIVED, invalid="no bridge"),)), "received client_0.osc as invalid"),
         (replace(GOOD, runs=(replace(RUN, records=trace()[1:]),)), "has gaps or doubles"),
         (replace(GOOD, runs=(replace(RUN, records=trace()[:1]),)), "has no end"),
         (replace(GOOD, held={"turtlebot4": "a run"}), "turtlebot4 is still held"),
         (replace(GOOD, left=("7: python",)), "left behind: 7: python"),
         (replace(GOOD, unreachable=("lab-b",)), "lab-b does not answer"),
-        (Found((Told(FAIL, "bb", "passed"),), ()), "received `passed` for client_1.osc"),
+        (Found((Received(FAIL, "bb", "passed"),), ()), "received `passed` for client_1.osc"),
     ],
 )
 def test_a_broken_guarantee_is_a_violation(found: Found, violation: str) -> None:
@@ -69,7 +69,7 @@ def test_two_runs_that_drive_one_robot_at_the_same_time_are_a_violation() -> Non
         replace(RUN, records=trace(0, 4)),
         FoundRun("bb", "lab-b", "client_2.osc", "passed", "", trace(3, 6)),
     )
-    found = Found((TOLD, Told(other, "bb", "passed")), runs)
+    found = Found((RECEIVED, Received(other, "bb", "passed")), runs)
     assert "turtlebot4 was driven by the runs aa and bb at the same time" in violations(found)
     assert violations(replace(found, runs=(runs[0], replace(runs[1], records=trace(4, 6))))) == []
 

@@ -102,7 +102,7 @@ async def main(endpoint: str) -> None:
     ):
         for name, kind, handler in SERVICES:
             tasks.start_soon(serve, node, name, kind, handler)
-        tasks.start_soon(tell, commands)
+        tasks.start_soon(print_commands, commands)
         await system.graph.wait_for(lambda graph: len(graph.services(hidden=True)) == len(SERVICES))
         sys.stdout.write("ready\n")
         sys.stdout.flush()
@@ -120,7 +120,7 @@ async def serve(node: RosNode, name: str, kind: str, handler: Any) -> None:
         await anyio.sleep_forever()
 
 
-async def tell(commands: Subscription) -> None:
+async def print_commands(commands: Subscription) -> None:
     async for received in commands:
         sys.stdout.write(f"{commands.decode(received).linear.x}\n")
         sys.stdout.flush()

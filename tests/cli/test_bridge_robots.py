@@ -54,12 +54,12 @@ def test_an_unreachable_router_is_reported(capsys: pytest.CaptureFixture[str]) -
 def test_the_dialect_option_reaches_the_connection(
     monkeypatch: pytest.MonkeyPatch, arguments: list[str], dialect: Ros2Dds | None
 ) -> None:
-    said: list[object] = []
+    dialects: list[object] = []
 
     def connect(endpoint: str, *, dialect: object, **_: object) -> object:
-        said.append(dialect)
+        dialects.append(dialect)
         raise UsageError("not in this test")
 
     monkeypatch.setattr("seoro.bridges.ros2.robots.running.connect", connect)
     assert main(["bridge", "ros2", "--robot", "turtlebot4", *arguments]) == Exit.INVALID
-    assert said == [dialect]
+    assert dialects == [dialect]

@@ -113,8 +113,8 @@ def test_constraints_of_the_entry_that_clash_are_found(tmp_path: Path, capsys: p
     file = tmp_path / "clash.osc"
     file.write_text(CONFLICT)
     assert main(["check", str(file)]) == 2
-    said = capsys.readouterr().err
-    assert "E0442" in said and "keep(a > 5)" in said and "keep(a < 3)" in said
+    errors = capsys.readouterr().err
+    assert "E0442" in errors and "keep(a > 5)" in errors and "keep(a < 3)" in errors
 
 
 @pytest.mark.parametrize(

@@ -448,9 +448,9 @@ def test_the_result_names_the_missing_event(write: Write, capsys: pytest.Capture
     out, err = capsys.readouterr()
     [activity] = json.loads(out)["explanation"]["activities"]
     assert (activity["kind"], activity["event"], activity["source"]) == ("waits", "go", "test.osc:5:9")
-    said = "waiting since 0.000 s: `wait @go` (test.osc:5:9)"
-    assert said in err
-    assert said in (Xml.parse("test.xml").findtext(".//failure") or "")
+    text = "waiting since 0.000 s: `wait @go` (test.osc:5:9)"
+    assert text in err
+    assert text in (Xml.parse("test.xml").findtext(".//failure") or "")
 
 
 def test_a_reader_that_has_stopped_cannot_keep_the_run_from_being_interrupted(write: Write) -> None:

@@ -69,11 +69,11 @@ def test_an_admin_publishes_revocations_to_an_executor(
         assert "may not send `revoke` (required role: admin)" in capsys.readouterr().err
         assert main(["keys", "publish", "--keys", str(lab.keys("ada")), *revoked]) == 0
         assert f"sent the revocation list to {NAME}" in capsys.readouterr().out
-        said = "nothing answers"
-        while "nothing answers" in said:  # the executor opens its endpoint anew
+        errors = "nothing answers"
+        while "nothing answers" in errors:  # the executor opens its endpoint anew
             assert main([*on, str(lab.keys("anna"))]) == 2
-            said = capsys.readouterr().err
-        assert "clients with revoked keys see no executors" in said
+            errors = capsys.readouterr().err
+        assert "clients with revoked keys see no executors" in errors
         log = str(tmp_path / "state" / "audit.jsonl")
         assert main(["keys", "audit", log, "--keys", str(lab.keys("vera"))]) == 0
         assert f"lines, signed by {NAME}" in capsys.readouterr().out

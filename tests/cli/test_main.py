@@ -102,7 +102,7 @@ def test_a_closed_pipe_is_not_an_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("error", "status", "said"),
+    ("error", "status", "message"),
     [
         (BrokenPipeError(), 3, ""),
         (BackendError("unexpected reply \x1b[2J"), 3, "error: unexpected reply \ufffd[2J\n"),
@@ -111,7 +111,7 @@ def test_a_closed_pipe_is_not_an_error(tmp_path: Path) -> None:
     ],
 )
 def test_errors_in_task_groups_are_reported_like_others(
-    error: Exception, status: int, said: str, monkeypatch: pytest.MonkeyPatch
+    error: Exception, status: int, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def run(_options: object) -> int:
         raise ExceptionGroup("in tasks", [ExceptionGroup("within", [error])])
@@ -121,7 +121,7 @@ def test_errors_in_task_groups_are_reported_like_others(
     monkeypatch.setattr(sys, "stderr", printed)
     monkeypatch.setattr("seoro.cli.check_command.run", run)
     assert main(["check", "hello.osc"]) == status
-    assert printed.getvalue() == said
+    assert printed.getvalue() == message
 
 
 def test_an_option_before_the_command_is_rejected_with_its_place(capsys: pytest.CaptureFixture[str]) -> None:

@@ -410,7 +410,7 @@ def start(*arguments: str) -> subprocess.Popen[str]:
 def wait_for_line(running: subprocess.Popen[str], text: str) -> None:
     assert running.stdout is not None
     while text not in (line := running.stdout.readline()):
-        assert line, f"{text!r} was not said"
+        assert line, f"{text!r} was not printed"
 
 
 def only_run(state: str, capsys: pytest.CaptureFixture[str]) -> str:

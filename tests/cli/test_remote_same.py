@@ -65,7 +65,7 @@ def _here(lab: RunningExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 def without_times(text: str) -> str:
-    """A text without what the machine's clock has said."""
+    """A text without times of the machine's clock."""
     return re.sub(r'[\d.]+ s real|"(wall|wall_duration|clean_up)": ?[^,}]+|(time|timestamp)="[^"]*"', "?", text)
 
 

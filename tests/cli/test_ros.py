@@ -30,7 +30,7 @@ class Robot:
     endpoint: str
     process: subprocess.Popen[bytes]
 
-    def said(self) -> str:
+    def parameter(self) -> str:
         assert self.process.stdout is not None
         return self.process.stdout.readline().decode().strip()
 
@@ -157,7 +157,7 @@ def test_info_shows_quality_of_service_and_definitions(ros: Ros) -> None:
 def test_messages_are_published(ros: Ros, robot: Robot) -> None:
     status, out, _ = ros("topic", "pub", "/cmd_vel", "{linear: {x: 0.25}}", "-n", "2", "--rate", "50")
     assert (status, out) == (0, "published 2 messages on /cmd_vel\n")
-    assert [robot.said(), robot.said()] == ["0.25", "0.25"]
+    assert [robot.parameter(), robot.parameter()] == ["0.25", "0.25"]
 
 
 def test_publishing_fails_without_subscription(ros: Ros) -> None:
@@ -208,16 +208,16 @@ def test_signals_cancel_a_goal_with_a_message(number: signal.Signals, robot: Rob
 
 
 @pytest.mark.parametrize(
-    ("order", "told"),
+    ("order", "reported"),
     [
         (60, "warning: the goal of /fibonacci may continue: its server rejects to cancel it\n"),
         (70, "the goal had already ended (succeeded)\n"),
     ],
     ids=["rejected", "ended by itself"],
 )
-def test_rejected_cancellations_are_reported(order: int, told: str, robot: Robot) -> None:
+def test_rejected_cancellations_are_reported(order: int, reported: str, robot: Robot) -> None:
     goal = ("action", "send", "/fibonacci", f"{{order: {order}}}")
-    assert ended(robot, signal.SIGTERM, "/fibonacci accepted", *goal) == (143, told)
+    assert ended(robot, signal.SIGTERM, "/fibonacci accepted", *goal) == (143, reported)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])

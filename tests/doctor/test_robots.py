@@ -14,7 +14,7 @@ from seoro.lab.schema import BeforeFile
 SILENT = (TopicState(topic="/scan", seen=0.1), TopicState(topic="/odom", why="no publisher"))
 
 
-def told(before: BeforeFile | None = None, **how: Any) -> list[tuple[Health, str]]:
+def reported(before: BeforeFile | None = None, **how: Any) -> list[tuple[Health, str]]:
     robot = RobotState(name="tb", kinds=("robot",), **how)
     lab = LabState(kind="bridge", version="1", robots=(robot,))
     found = list(robot_findings("tb", lab, robot, before))
@@ -23,7 +23,7 @@ def told(before: BeforeFile | None = None, **how: Any) -> list[tuple[Health, str
 
 
 def test_a_healthy_robot_has_one_line() -> None:
-    [(health, text)] = told(seen=0.1, localised=True, deviation=0.05, battery=0.8, waiting=("a drive",))
+    [(health, text)] = reported(seen=0.1, localised=True, deviation=0.05, battery=0.8, waiting=("a drive",))
     assert health is Health.OK
     assert text == "seen now, free, 1 waiting, localised within 0.05 m, battery at 80%"
 
@@ -36,9 +36,9 @@ def test_a_healthy_robot_has_one_line() -> None:
     ],
 )
 def test_the_holder_of_a_robot_is_reported(how: dict[str, Any], text: str) -> None:
-    [(health, said)] = told(seen=0.1, **how)
+    [(health, message)] = reported(seen=0.1, **how)
     assert health is Health.OK
-    assert text in said
+    assert text in message
 
 
 @pytest.mark.parametrize(
@@ -53,12 +53,12 @@ def test_the_holder_of_a_robot_is_reported(how: dict[str, Any], text: str) -> No
     ],
 )
 def test_problems_of_a_robot_are_reported(how: dict[str, Any], health: Health, text: str) -> None:
-    *_, (found, said) = told(**how)
+    *_, (found, message) = reported(**how)
     assert found is health
-    assert text in said
+    assert text in message
 
 
 def test_unmet_conditions_of_the_lab_file_are_reported() -> None:
-    *_, (health, text) = told(BeforeFile(battery=0.3, localised=True), seen=0.1, battery=0.2, localised=False)
+    *_, (health, text) = reported(BeforeFile(battery=0.3, localised=True), seen=0.1, battery=0.2, localised=False)
     assert health is Health.WARNING
     assert text == "not ready for runs: its battery is at 20%, below 30%; it is not localised"

@@ -240,9 +240,9 @@ async def test_commands_without_an_audit_entry_are_not_executed(tmp_path: Path) 
                 await run.remove()
         await run.remove()
     check_log(path, read_keys(lab.keys("anna")).authority)
-    said = [(line["what"], line.get("outcome")) for line in map(json.loads, path.read_bytes().splitlines())]
+    entries = [(line["what"], line.get("outcome")) for line in map(json.loads, path.read_bytes().splitlines())]
     assert {("stop_run", "done"), ("run", "cancelled"), ("remove_run", "broken off"), ("remove_run", "done")} < {
-        *said
+        *entries
     }
 
 

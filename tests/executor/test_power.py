@@ -173,7 +173,7 @@ async def test_the_outcome_of_a_run_survives_a_power_failure(tmp_path: Path, dis
     (libraries / "mine.osc").write_text("action say\n")
     (libraries / "mine.py").write_text(
         "from seoro import ActionContext, action\n\n"
-        '@action("say")\nasync def say(ctx: ActionContext) -> None:\n    print("said")\n'
+        '@action("say")\nasync def say(ctx: ActionContext) -> None:\n    print("printed")\n'
     )
     others = {"listen": f"tls/127.0.0.1:{port}", "keys": lab.keys(NAME), "allowed": frozenset({"python"})}
     with anyio.fail_after(DEADLINE):
@@ -184,16 +184,16 @@ async def test_the_outcome_of_a_run_survives_a_power_failure(tmp_path: Path, dis
             assert (await run.result()).passed
             disk.left(left)
         lines = [json.loads(line) for line in (left / "audit.jsonl").read_bytes().splitlines()]
-        said = [(line["what"], line.get("outcome")) for line in lines if line.get("run") == run.id]
-        assert ("submit", "taken") in said
-        assert ("run", "passed") in said
+        outcomes = [(line["what"], line.get("outcome")) for line in lines if line.get("run") == run.id]
+        assert ("submit", "taken") in outcomes
+        assert ("run", "passed") in outcomes
         made = options(left, tmp_path, **others)
         async with open_executor(made), seoro.Client(made.listen, lab.keys("anna")) as client:
             again = await client.run(run.id)
             assert (await again.result()).passed
             assert [record async for record in again.records()] == records
             [printed] = await again.fetch(tmp_path / "out")
-            assert printed.read_text() == "said\n"
+            assert printed.read_text() == "printed\n"
 
 
 async def test_an_emergency_stop_survives_a_power_failure(tmp_path: Path, disk: Disk) -> None:

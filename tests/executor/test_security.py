@@ -89,8 +89,8 @@ async def signer(session: Any, lab: KeyedLab, name: str) -> CommandSigner:
     asked = time.time_ns()
     key = executor_command("default", NAME, "challenge")
     proof = decode(Proof, await session.query(key, encode(Challenge(nonce=nonce)), 5.0))
-    said = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
-    made.accept(*said, (asked, time.time_ns()), proof.exchange)
+    statement = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
+    made.accept(*statement, (asked, time.time_ns()), proof.exchange)
     return made
 
 
@@ -100,9 +100,9 @@ async def test_an_operator_runs_a_scenario(there: RunningCommand, lab: KeyedLab,
         assert (await run.result()).passed
         assert run.info.by == "anna"
     entries = [entry for entry in log_of(place, lab) if entry.get("run") == run.id]
-    said = [(entry["what"], entry["by"], entry["role"], entry["outcome"]) for entry in entries]
-    assert said[:2] == [("submit", "anna", "operator", outcome) for outcome in ("taken", "done")]
-    assert said[-1] == ("run", "anna", "operator", "passed")
+    lines = [(entry["what"], entry["by"], entry["role"], entry["outcome"]) for entry in entries]
+    assert lines[:2] == [("submit", "anna", "operator", outcome) for outcome in ("taken", "done")]
+    assert lines[-1] == ("run", "anna", "operator", "passed")
     assert entries[1]["of"] == entries[0]["number"]
 
 

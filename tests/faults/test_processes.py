@@ -159,7 +159,7 @@ def test_a_frozen_executor_does_not_hide_others(
         assert main(["ps"]) == 3
         took = time.monotonic() - began
         out, err = capsys.readouterr()
-        measured(f"executor frozen: `seoro ps` said so after {took:.1f} s")
+        measured(f"executor frozen: `seoro ps` reported it after {took:.1f} s")
         assert "lab-b     passed" in out
         assert "note: the executor 'lab-a' does not answer; its runs are not listed" in err
         frozen.process.send_signal(signal.SIGCONT)

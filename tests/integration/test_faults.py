@@ -145,8 +145,8 @@ def test_parameters_of_the_scan_modifier_are_faults_of_the_lidar(tmp_path: Path)
 def test_measurements_of_faults_are_in_the_trace(tmp_path: Path) -> None:
     records = run(FAULTS, tmp_path)
     assert records[-1]["status"] == "passed", records[-1]
-    told = [message.partition(" takes effect: ")[0] for message in logs(records)]
-    assert told == [
+    reported = [message.partition(" takes effect: ")[0] for message in logs(records)]
+    assert reported == [
         "bias of turtlebot4/lidar",
         "gaussian_noise of turtlebot4/odometry",
         "dead_sector of turtlebot4/lidar",
@@ -170,10 +170,10 @@ def test_camera_faults_are_measured_and_missing_images_are_reported(tmp_path: Pa
     needs_pictures("mujoco")
     records = run(CAMERAS, tmp_path)
     assert records[-1]["status"] == "passed", records[-1]
-    told = [message.partition(" takes effect: ")[0] for message in logs(records)]
+    reported = [message.partition(" takes effect: ")[0] for message in logs(records)]
     kinds = ["gaussian_noise", "bias", "dead_pixels", "dead_area", "message_loss", "freeze", "delay", "power_loss"]
     of_robot = [f"{kind} of turtlebot4/front" for kind in ("bias", "dead_pixels", "dead_area")]
-    assert told == [*(f"{kind} of eye" for kind in kinds), *of_robot, "bias of eye"]
+    assert reported == [*(f"{kind} of eye" for kind in kinds), *of_robot, "bias of eye"]
     power, ghost, nothing, sector = reasons(records)
     assert power == "no image from 'eye': the camera has no power"
     assert ghost.startswith("unknown camera 'ghost'")

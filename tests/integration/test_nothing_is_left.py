@@ -242,9 +242,9 @@ async def test_an_embedded_run_leaves_nothing_behind(
     verdict = runs[0].verdict
     assert verdict is not None
     assert verdict.status is status
-    told = {each.path.rpartition("/")[2].partition("[")[0] for each in verdict.cancelled}
+    reported = {each.path.rpartition("/")[2].partition("[")[0] for each in verdict.cancelled}
     if end is not go_on:
-        assert {"robot.nav_to_pose", "robot.tf_close_to", "block", "hold"} <= told
+        assert {"robot.nav_to_pose", "robot.tf_close_to", "block", "hold"} <= reported
     assert all(each.clean_up < 5.0 and not each.overran for each in verdict.cancelled)
 
 

@@ -274,7 +274,7 @@ async def test_an_unknown_robot_does_not_prevent_the_stop_of_others(hall: Hall, 
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("--estop", "--reason", "x"), "expected robots after `--estop`"),
         (("--all", "tb1"), "cannot be combined with robots"),
@@ -284,10 +284,10 @@ async def test_an_unknown_robot_does_not_prevent_the_stop_of_others(hall: Hall, 
     ],
 )
 def test_an_incomplete_release_is_refused(
-    arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+    arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["lab", "release", *arguments, "--connect", "tcp/127.0.0.1:1"]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 async def test_an_emergency_stop_makes_an_executor_stop_its_runs_and_start_none(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ from seoro.security.signing.commands import prove, sign_emergency_stop
 from seoro.security.signing.statements import certificate_der
 from tests.bridges.robot.conftest import rails_at
 from tests.labs import KeyedLab, command, free_port, make_lab
-from tests.relays import Relay, Sent, honest, relaying, say, unchanged
+from tests.relays import Relay, Sent, forward, honest, relaying, unchanged
 
 pytestmark = pytest.mark.anyio
 
@@ -413,7 +413,7 @@ async def test_requests_of_a_router_move_no_robot_of_a_run(places: dict[str, Pla
                 ),
             )
             for sent in forged:
-                (answer,) = await say(router, sent)
+                (answer,) = await forward(router, sent)
                 assert read_refusal(answer.payload).code == wire.DENIED
             relay.forge = lambda sent: replace(sent, payload=wire.encode(drive)) if sent.verb == "drive" else sent
             with pytest.raises(BackendLost, match="to `drive` is not authentic"):
@@ -446,6 +446,6 @@ async def test_requests_of_a_router_do_not_advance_a_simulator(places: dict[str,
             replace(sent, payload=later),
             replace(sent, attachment=wire.encode_sender(node._address.sender)),
         ):
-            (answer,) = await say(router, forged)
+            (answer,) = await forward(router, forged)
             assert read_refusal(answer.payload).code == wire.DENIED
         assert await node.advance(0.2) == pytest.approx(0.2)

@@ -44,19 +44,19 @@ async def test_a_waiting_run_reports_the_holder_and_starts_when_possible(
     rails: Rails, scenario: seoro.Scenario, tmp_path: Path
 ) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
-    said: list[str] = []
+    messages: list[str] = []
     async with anyio.create_task_group() as tasks:
 
         async def hold() -> None:
             async with connect_robots(rails.endpoint, "the first run"):
-                while not said:
+                while not messages:
                     await anyio.sleep(0.05)
 
         tasks.start_soon(hold)
         await anyio.sleep(0.3)
-        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=20.0, on_wait=said.append))
+        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=20.0, on_wait=messages.append))
     assert verdict.status is RunStatus.PASSED
-    (waiting,) = said
+    (waiting,) = messages
     assert "'rails': 'line' is held by the first run" in waiting
 
 
@@ -93,16 +93,16 @@ async def test_a_waiting_run_waits_for_a_missing_bridge(
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/rails"
     lab = lab_of(tmp_path, FLOOR_AT.format(endpoint))
-    said: list[str] = []
+    messages: list[str] = []
 
     def start_when_waited_for(reason: str) -> None:
-        if not said:
+        if not messages:
             start_rails("--listen", endpoint)
-        said.append(reason)
+        messages.append(reason)
 
     verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=30.0, on_wait=start_when_waited_for))
     assert verdict.status is RunStatus.PASSED, verdict.reason
-    assert f"cannot connect to {endpoint}: nothing answers there" in said[0]
+    assert f"cannot connect to {endpoint}: nothing answers there" in messages[0]
 
 
 async def test_a_missing_bridge_is_an_error_after_the_waiting_limit(

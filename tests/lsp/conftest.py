@@ -51,7 +51,7 @@ class Editor:
             "workspaceFolders": folders,
         }
         found = await self.ask("initialize", parameters)
-        self.tell("initialized", {})
+        self.notify("initialized", {})
         capabilities: dict[str, Any] = found["capabilities"]
         return capabilities
 
@@ -85,7 +85,7 @@ class Editor:
         assert self.process.stdin is not None
         self.process.stdin.write(data)
 
-    def tell(self, method: str, parameters: Any) -> None:
+    def notify(self, method: str, parameters: Any) -> None:
         """Send a notification."""
         self.send({"jsonrpc": "2.0", "method": method, "params": parameters})
 
@@ -113,18 +113,18 @@ class Editor:
     def open(self, name: str, text: str) -> None:
         self._versions[name] = 1
         item = {"uri": self.uri(name), "languageId": "osc", "version": 1, "text": text}
-        self.tell("textDocument/didOpen", {"textDocument": item})
+        self.notify("textDocument/didOpen", {"textDocument": item})
 
     def change(self, name: str, text: str) -> int:
         """Change a text; return the number of its version."""
         self._versions[name] += 1
         version = self._versions[name]
         document = {"uri": self.uri(name), "version": version}
-        self.tell("textDocument/didChange", {"textDocument": document, "contentChanges": [{"text": text}]})
+        self.notify("textDocument/didChange", {"textDocument": document, "contentChanges": [{"text": text}]})
         return version
 
     def close(self, name: str) -> None:
-        self.tell("textDocument/didClose", {"textDocument": {"uri": self.uri(name)}})
+        self.notify("textDocument/didClose", {"textDocument": {"uri": self.uri(name)}})
 
     async def diagnostics(self, name: str, version: int | None = None) -> list[dict[str, Any]]:
         """Return the next diagnostics of a document, by default of any version."""
@@ -145,7 +145,7 @@ class Editor:
     async def stop(self) -> int:
         """Stop the server as an editor does; return its exit status."""
         await self.ask("shutdown", None)
-        self.tell("exit", None)
+        self.notify("exit", None)
         return await self.wait()
 
     async def wait(self) -> int:

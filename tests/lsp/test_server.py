@@ -141,12 +141,12 @@ async def test_formatting_changes_the_layout_only(editor: Editor) -> None:
 
 async def test_a_new_document_needs_no_file(editor: Editor) -> None:
     document = {"uri": "untitled:Untitled-1", "languageId": "osc", "version": 1, "text": "struct a:\n    x: no\n"}
-    editor.tell("textDocument/didOpen", {"textDocument": document})
+    editor.notify("textDocument/didOpen", {"textDocument": document})
     async with asyncio.timeout(PATIENCE):
         while (found := await editor.published.get())["uri"] != document["uri"]:
             pass
     assert len(found["diagnostics"]) == 1
-    editor.tell("textDocument/didClose", {"textDocument": {"uri": document["uri"]}})
+    editor.notify("textDocument/didClose", {"textDocument": {"uri": document["uri"]}})
 
 
 @pytest.mark.parametrize(
@@ -174,8 +174,8 @@ async def test_invalid_notifications_are_ignored(editor: Editor) -> None:
     editor._versions["never-opened.osc"] = 1
     editor.change("never-opened.osc", "")
     editor.close("never-opened.osc")
-    editor.tell("textDocument/didOpen", {"wrong": True})
-    editor.tell("seoro/unknown", {})
+    editor.notify("textDocument/didOpen", {"wrong": True})
+    editor.notify("seoro/unknown", {})
     editor.send({"neither": "fish nor fowl"})
     editor.send("a text")
     editor.send({"jsonrpc": "2.0", "id": [], "method": 3})
@@ -197,7 +197,7 @@ async def test_deleted_files_are_reported(editor: Editor) -> None:
     path.write_text("struct a\n", encoding="utf-8")
     assert await editor.shown("stays.osc", 'import "vanishing.osc"\n') == []
     path.unlink()
-    editor.tell("workspace/didChangeWatchedFiles", {"changes": [{"uri": path.as_uri(), "type": 3}]})
+    editor.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": path.as_uri(), "type": 3}]})
     assert len(await editor.diagnostics("stays.osc")) == 1
     editor.close("stays.osc")
 

@@ -37,20 +37,20 @@ scenario leg:
 
 scenario main:
     event alarm
-    event heard is @alarm if legs % 2 == 0
-    event told(level: int)
+    event received is @alarm if legs % 2 == 0
+    event reported(level: int)
     var legs: int = 0
     var seen: int = sample(legs, every(1s), 0)
     on @current.reached as r if r.number % 3 == 0:
-        emit told(r.number)
-    on @told:
+        emit reported(r.number)
+    on @reported:
         emit alarm
     do parallel:
         serial:
             current: leg(legs)
             increment(legs)
             one_of:
-                wait @heard
+                wait @received
                 wait elapsed(0.5s)
         with:
             repeat()

@@ -99,10 +99,10 @@ def test_a_world_change_keeps_watches(driving: Client) -> None:
     driving.advance(driving.simulator.time)
     change(driving, "hall")
     driving.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=0.2, angular=0.0, duration=3.0))
-    told = []
-    while "drive" not in told:
-        told += [occurrence.id for occurrence in driving.advance(60.0).occurrences]
-    assert told == ["there", "way", "drive"]
+    reported = []
+    while "drive" not in reported:
+        reported += [occurrence.id for occurrence in driving.advance(60.0).occurrences]
+    assert reported == ["there", "way", "drive"]
     assert driving.simulator.simulation.robots_in_use == {ROBOT}  # keeps the lidar active
 
 
@@ -153,8 +153,8 @@ def test_an_engine_without_snapshots_restarts_its_world_after_a_refusal(
     before = driving.simulator.time
     with pytest.raises(RequestRefused, match="overlaps"):
         change(driving, yard(tmp_path, ROBOTS + IN_THE_WAY))
-    told = driving.advance(before + 1.0)
-    assert (told.time, [each.outcome for each in told.occurrences]) == (before, [Outcome.CANCELED])
+    reported = driving.advance(before + 1.0)
+    assert (reported.time, [each.outcome for each in reported.occurrences]) == (before, [Outcome.CANCELED])
     assert driving.truth.x == pytest.approx(0.0, abs=1e-6)
     assert names(driving) == (ROBOT,)
 

@@ -26,14 +26,14 @@ def drive(name: str, velocity: Velocity, seconds: float, seed: int = 0) -> tuple
     engine.build(load_world("empty").scene)
     noise = Noise(seed, "odometry")
     odometry = Odometry(DECLARATION.drive, DECLARATION.odometry, noise, partial(engine.wheel_angles, ROBOT))
-    said = AT_START
+    reading = AT_START
     engine.command_wheels(ROBOT, *wheel_angular_speeds(DECLARATION.drive, velocity))
     tick_steps = round(TICK * engine.steps_per_second)
     for step in range(1, round(seconds * engine.steps_per_second) + 1):
         engine.step()
         if step % tick_steps == 0:
-            said = odometry.read(step // tick_steps)
-    return engine.body_state(ROBOT).planar, said
+            reading = odometry.read(step // tick_steps)
+    return engine.body_state(ROBOT).planar, reading
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -23,10 +23,10 @@ async def test_a_playing_node_publishes_samples_and_reports_events(tmp_path: Pat
         running(tmp_path) as node,
         open_session(connect=f"unixsock-stream/{tmp_path}/hub") as viewer,
     ):
-        told: Mailbox[wire.StreamUpdate] = Mailbox(Bound(1000))
+        reported: Mailbox[wire.StreamUpdate] = Mailbox(Bound(1000))
 
         def take(sample: Sample) -> None:
-            told.put(decode(wire.StreamUpdate, sample.payload, wire.ANSWER), 1)
+            reported.put(decode(wire.StreamUpdate, sample.payload, wire.ANSWER), 1)
 
         request = wire.OpenStream(id="view", sensors=(SensorName(robot=ROBOT, sensor="lidar"),))
         async with subscribing(viewer, wire.node_stream("default", "sim", "view"), take):
@@ -38,7 +38,7 @@ async def test_a_playing_node_publishes_samples_and_reports_events(tmp_path: Pat
             assert event.occurrence is not None
             assert (event.number, event.occurrence.id) == (1, "go")
             assert event.occurrence.time == pytest.approx(0.3)
-            first = [await told.get() for _ in range(15)]
+            first = [await reported.get() for _ in range(15)]
             assert [each.number for each in first] == list(range(1, 16))
             assert sum(len(each.samples) for each in first) == 3
         # Without subscribers, the stream ends, and its name is free.
@@ -69,9 +69,9 @@ def test_grants_return_the_same_events_to_each_client(empty: Client) -> None:
     assert empty.ask(wire.AWAIT_EVENTS, AwaitEvents()).number == 0
     empty.ask(wire.DRIVE, wire.Drive(id="go", robot=ROBOT, linear=0.2, angular=0.0, duration=0.3))
     [occurrence] = empty.advance(1.0).occurrences
-    told = empty.ask(wire.AWAIT_EVENTS, AwaitEvents())
-    assert [each.occurrence for each in told.events] == [occurrence]
-    assert empty.ask(wire.AWAIT_EVENTS, AwaitEvents(since=told.number)).events == ()
+    reported = empty.ask(wire.AWAIT_EVENTS, AwaitEvents())
+    assert [each.occurrence for each in reported.events] == [occurrence]
+    assert empty.ask(wire.AWAIT_EVENTS, AwaitEvents(since=reported.number)).events == ()
 
 
 def test_events_logged_while_playing_are_not_pending_for_grants(empty: Client) -> None:
@@ -106,7 +106,7 @@ def test_a_log_drops_old_events() -> None:
 def test_world_changes_are_logged_with_their_numbers() -> None:
     client = Client("empty")
 
-    def told() -> list[wire.WorldChange | None]:
+    def reported() -> list[wire.WorldChange | None]:
         return [each.world for each in client.ask(wire.AWAIT_EVENTS, AwaitEvents()).events]
 
     def number() -> int:
@@ -115,14 +115,14 @@ def test_world_changes_are_logged_with_their_numbers() -> None:
     saved = client.simulator.save()
     client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="empty", seed=5))  # the same, anew
     client.ask(wire.RESET_SIMULATION, wire.ResetSimulation())
-    assert (told(), number()) == ([], 1)
+    assert (reported(), number()) == ([], 1)
     client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="maze"))
     with pytest.raises(Exception, match="moon"):
         client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="moon"))
     client.ask(wire.UNLOAD_WORLD, wire.Empty())
     client.ask(wire.LOAD_WORLD, wire.LoadWorld(world="maze"))
     client.simulator.restore(saved, wire.Purpose.CONTINUE, None)
-    worlds = [(each.number, each.world) for each in told() if each is not None]
+    worlds = [(each.number, each.world) for each in reported() if each is not None]
     assert worlds == [(2, "maze"), (3, ""), (4, "maze"), (5, "empty")]
     assert number() == 5
 
@@ -142,5 +142,5 @@ def test_dropped_goals_are_logged(
     empty.ask(wire.DRIVE, wire.Drive(id="go", robot=ROBOT, linear=0.2, angular=0.0, duration=9.0))
     empty.advance(0.1)
     empty.ask(*end)
-    told = empty.ask(wire.AWAIT_EVENTS, AwaitEvents()).events
-    assert [each.occurrence.id for each in told if each.occurrence is not None] == ["go"]
+    reported = empty.ask(wire.AWAIT_EVENTS, AwaitEvents()).events
+    assert [each.occurrence.id for each in reported if each.occurrence is not None] == ["go"]

@@ -26,15 +26,15 @@ def feedback(client: Client) -> NavigationFeedback:
 def test_a_robot_sends_feedback_once_per_period(maze: Client) -> None:
     maze.localise()
     navigate(maze, 2.0)
-    told: list[NavigationFeedback] = []
+    reported: list[NavigationFeedback] = []
     while (advanced := maze.advance(10.0)).time < 10.0:
         assert advanced.feedback
-        told += advanced.feedback
-    assert [round(each.navigation_time, 6) for each in told] == [2.0, 4.0, 6.0, 8.0]
-    ways = [each.distance_remaining for each in told]
+        reported += advanced.feedback
+    assert [round(each.navigation_time, 6) for each in reported] == [2.0, 4.0, 6.0, 8.0]
+    ways = [each.distance_remaining for each in reported]
     assert ways == sorted(ways, reverse=True)
     assert ways[0] - ways[-1] == pytest.approx(6.0 * 0.3, abs=0.4)
-    last = told[-1]
+    last = reported[-1]
     assert (last.robot, last.number_of_recoveries, last.number_of_poses_remaining) == (ROBOT, 0, 2)
     assert last.estimated_time_remaining == pytest.approx(last.distance_remaining / 0.28, rel=0.2)
     now = feedback(maze)

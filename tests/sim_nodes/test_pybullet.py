@@ -149,9 +149,9 @@ def test_a_journal_with_unknown_calls_is_refused() -> None:
     assert isinstance(engine, SavesState)
     for name in ("build", "step", "__init__", "nothing"):
         with pytest.raises(UnsavableState, match="unknown call"):
-            told = Journal()
-            told.record(name, ())
-            engine.restore({"added": {}, **told.save()})
+            reported = Journal()
+            reported.record(name, ())
+            engine.restore({"added": {}, **reported.save()})
 
 
 def test_repeated_motor_commands_are_not_journaled() -> None:

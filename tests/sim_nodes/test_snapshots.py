@@ -170,12 +170,12 @@ def test_a_run_from_a_snapshot_gets_no_events_of_another_run() -> None:
     fork = Client("empty", 99, "mujoco")
     restore(fork, snapshot, Purpose.BEGIN)
     time = 0.0
-    told: list[wire.Occurrence] = []
+    reported: list[wire.Occurrence] = []
     while time < 20.0:
         advanced = fork.advance(20.0)
         time = advanced.time
-        told += advanced.occurrences
-    assert told == []
+        reported += advanced.occurrences
+    assert reported == []
     assert fork.truth.distance(GOAL.position.x, GOAL.position.y) < 0.2  # it continued without a client
     with pytest.raises(RequestRefused, match="no active goal"):
         fork.ask(wire.CANCEL_GOAL, wire.CancelGoal(id="goal"))

@@ -20,19 +20,19 @@ LIDAR, ODOMETRY, IMU = (SensorName(robot=ROBOT, sensor=name) for name in ("lidar
 class Tray:
     """Keeps published messages."""
 
-    told: list[wire.StreamUpdate] = field(default_factory=list)
+    reported: list[wire.StreamUpdate] = field(default_factory=list)
     has_subscribers: bool = True
     is_closed: bool = False
 
     def put(self, payload: bytes) -> None:
-        self.told.append(wire.decode(wire.StreamUpdate, payload, wire.ANSWER))
+        self.reported.append(wire.decode(wire.StreamUpdate, payload, wire.ANSWER))
 
     def close(self) -> None:
         self.is_closed = True
 
     @property
     def samples(self) -> list[wire.StreamedSample]:
-        return [sample for told in self.told for sample in told.samples]
+        return [sample for reported in self.reported for sample in reported.samples]
 
     def of(self, sensor: str) -> list[wire.SensorSample]:
         return [each.sample for each in self.samples if each.sensor == sensor]
@@ -51,14 +51,14 @@ def test_samples_are_published_in_the_tick_in_which_they_arrive(engine: str) -> 
     client = Client("empty", engine=engine)
     tray = streaming(client, sensors=(LIDAR, ODOMETRY))
     client.advance(0.21)
-    assert [told.time for told in tray.told] == pytest.approx([0.02 * tick for tick in range(1, 11)])
-    assert [told.number for told in tray.told] == list(range(1, 11))
+    assert [reported.time for reported in tray.reported] == pytest.approx([0.02 * tick for tick in range(1, 11)])
+    assert [reported.number for reported in tray.reported] == list(range(1, 11))
     assert [sample.time for sample in tray.of("lidar")] == pytest.approx([0.1, 0.2])
     assert len(tray.of("odometry")) == 10
     scan = tray.of("lidar")[0].lidar
     assert scan is not None
     assert len(scan.ranges) == 360
-    assert not any(told.poses or told.joints for told in tray.told)
+    assert not any(reported.poses or reported.joints for reported in tray.reported)
 
 
 @pytest.mark.parametrize("steps", [False, True])
@@ -72,7 +72,7 @@ def test_streams_are_equal_for_grants_and_playing(empty: Client, steps: bool) ->
             keep_pace(empty.simulator, 0.01 * clock)
     times = [sample.time for sample in tray.of("imu")]
     assert times[:10] == pytest.approx([0.02 * tick for tick in range(1, 11)])
-    joints = tray.told[-1].joints[0].joints
+    joints = tray.reported[-1].joints[0].joints
     assert joints.names == ("left_wheel_joint", "right_wheel_joint")
     assert joints.positions == pytest.approx((0.0, 0.0), abs=1e-3)
 
@@ -80,10 +80,10 @@ def test_streams_are_equal_for_grants_and_playing(empty: Client, steps: bool) ->
 def test_localised_poses_are_published(maze: Client) -> None:
     tray = streaming(maze, poses=(ROBOT,))
     maze.advance(0.2)
-    assert not any(told.poses for told in tray.told)
+    assert not any(reported.poses for reported in tray.reported)
     maze.localise(pose(0.1, 0.0, 0.2))
     maze.advance(0.4)
-    [last] = [told.poses for told in tray.told if told.poses][-1]
+    [last] = [reported.poses for reported in tray.reported if reported.poses][-1]
     estimate = maze.estimate
     assert (last.base.position.x, last.base.position.y) == pytest.approx((estimate.x, estimate.y))
     assert 0.0 < last.deviation < 0.3
@@ -93,7 +93,7 @@ def test_joints_of_an_arm_are_published(empty: Client) -> None:
     cell = Client("arm_cell")
     tray = streaming(cell, joints=("ur10e",))
     cell.advance(0.1)
-    joints = tray.told[-1].joints[0].joints
+    joints = tray.reported[-1].joints[0].joints
     assert joints == cell.ask(wire.GET_JOINT_STATES, wire.RobotName(robot="ur10e"))
 
 
@@ -114,21 +114,21 @@ def test_streams_outlast_resets_and_worlds(maze: Client) -> None:
     tray = streaming(maze, sensors=(LIDAR,))
     for scope in (ResetScope.STATE, ResetScope.DEFAULT):
         maze.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=scope))
-        tray.told.clear()
+        tray.reported.clear()
         maze.advance(maze.simulator.time + 0.11)
         assert len(tray.of("lidar")) == 1
     maze.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))
-    tray.told.clear()
+    tray.reported.clear()
     maze.advance(0.11)
-    assert (len(tray.told), tray.samples) == (5, [])
+    assert (len(tray.reported), tray.samples) == (5, [])
     maze.ask(wire.LOAD_WORLD, wire.LoadWorld(world="empty"))
     maze.advance(0.11)
     assert len(tray.of("lidar")) == 1
     maze.ask(wire.CLOSE_STREAM, wire.StreamName(id="view"))
     assert tray.is_closed
-    tray.told.clear()
+    tray.reported.clear()
     maze.advance(0.3)
-    assert tray.told == []
+    assert tray.reported == []
 
 
 def test_a_stream_closes_after_its_last_subscriber(empty: Client) -> None:
@@ -141,13 +141,13 @@ def test_a_stream_closes_after_its_last_subscriber(empty: Client) -> None:
     tray.has_subscribers = False
     empty.advance(4.1)
     assert tray.is_closed
-    assert tray.told[-1].time <= 4.0
+    assert tray.reported[-1].time <= 4.0
 
 
 def test_open_streams_prevent_simulating_ahead(empty: Client) -> None:
     tray = streaming(empty)
     assert empty.ask(wire.ADVANCE, wire.Advance(until=0.1, horizon=4.0)).time == pytest.approx(0.1)
-    assert tray.told[-1].time == pytest.approx(0.1)
+    assert tray.reported[-1].time == pytest.approx(0.1)
     assert empty.simulator.time == pytest.approx(0.1)
 
 

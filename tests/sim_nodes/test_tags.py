@@ -43,9 +43,9 @@ def info(client: Client, name: str) -> wire.EntityInfo:
     return client.ask(wire.GET_ENTITY_INFO, wire.EntityName(name=name))
 
 
-def tell(client: Client, name: str, category: int, description: str, *tags: str) -> None:
-    told = wire.EntityInfo(category=category, description=description, tags=tags)
-    client.ask(wire.SET_ENTITY_INFO, wire.SetEntityInfo(name=name, info=told))
+def describe(client: Client, name: str, category: int, description: str, *tags: str) -> None:
+    reported = wire.EntityInfo(category=category, description=description, tags=tags)
+    client.ask(wire.SET_ENTITY_INFO, wire.SetEntityInfo(name=name, info=reported))
 
 
 def spawn(client: Client, name: str, *tags: str) -> None:
@@ -78,25 +78,25 @@ def test_spawned_bodies_have_the_requested_tags(yard: Client) -> None:
 
 
 def test_setting_entity_info_replaces_all_of_it(yard: Client) -> None:
-    tell(yard, "parcel", Category.HUMAN, "a visitor", "guest")
+    describe(yard, "parcel", Category.HUMAN, "a visitor", "guest")
     assert info(yard, "parcel") == wire.EntityInfo(
         category=Category.HUMAN, description="a visitor", tags=("guest",)
     )
     assert found(yard, "cargo") == ()
     assert found(yard, categories=(Category.HUMAN,)) == ("parcel",)
-    tell(yard, "parcel", Category.OBJECT, "")
+    describe(yard, "parcel", Category.OBJECT, "")
     assert info(yard, "parcel") == wire.EntityInfo(category=Category.OBJECT, description="")
 
 
 def test_entity_info_lasts_until_deletion_or_a_full_reset(yard: Client) -> None:
     spawn(yard, "box", "cargo")
-    tell(yard, "box", Category.OBJECT, "a box", "mine")
-    tell(yard, ROBOT, Category.ROBOT, "an old one", "mine")
+    describe(yard, "box", Category.OBJECT, "a box", "mine")
+    describe(yard, ROBOT, Category.ROBOT, "an old one", "mine")
     yard.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=ResetScope.SPAWNED))
     assert found(yard, "mine") == (ROBOT,)
     spawn(yard, "box", "cargo")
     assert info(yard, "box").tags == ("cargo",)
-    tell(yard, "box", Category.OBJECT, "a box", "mine")
+    describe(yard, "box", Category.OBJECT, "a box", "mine")
     yard.ask(wire.DELETE_ENTITY, wire.EntityName(name="box"))
     spawn(yard, "box")
     assert info(yard, "box").tags == ()
@@ -106,7 +106,7 @@ def test_entity_info_lasts_until_deletion_or_a_full_reset(yard: Client) -> None:
 
 def test_snapshots_keep_entity_info(yard: Client) -> None:
     spawn(yard, "box", "cargo")
-    tell(yard, ROBOT, Category.ROBOT, "an old one", "mine")
+    describe(yard, ROBOT, Category.ROBOT, "an old one", "mine")
     resumed = Client(yard.ask(wire.SAVE_STATE, wire.Empty()), None)
     assert found(resumed, "mine", "cargo", "north") == ("box", "parcel", ROBOT, "walls")
     assert info(resumed, ROBOT).description == "an old one"
@@ -114,15 +114,15 @@ def test_snapshots_keep_entity_info(yard: Client) -> None:
 
 def test_invalid_requests_are_refused(yard: Client) -> None:
     with pytest.raises(RequestRefused, match="unknown entity 'moon'"):
-        tell(yard, "moon", Category.OBJECT, "")
+        describe(yard, "moon", Category.OBJECT, "")
     with pytest.raises(RequestRefused, match=r"unknown category 3; categories: 0 \(object\)"):
-        tell(yard, ROBOT, 3, "")
+        describe(yard, ROBOT, 3, "")
     with pytest.raises(RequestRefused, match="the description has 1001 characters; expected at most 1000"):
-        tell(yard, ROBOT, Category.ROBOT, "x" * 1001)
+        describe(yard, ROBOT, Category.ROBOT, "x" * 1001)
     with pytest.raises(RequestRefused, match="invalid tag 'two words'; expected 1 to 64 characters"):
-        tell(yard, ROBOT, Category.ROBOT, "", "two words")
+        describe(yard, ROBOT, Category.ROBOT, "", "two words")
     with pytest.raises(RequestRefused, match="found 21 tags; expected at most 20"):
-        tell(yard, ROBOT, Category.ROBOT, "", *(f"t{number}" for number in range(21)))
+        describe(yard, ROBOT, Category.ROBOT, "", *(f"t{number}" for number in range(21)))
     with pytest.raises(RequestRefused, match="invalid tag ''"):
         spawn(yard, "box", "")
     with pytest.raises(RequestRefused, match=r"unknown filter mode 7; expected 0 \(any of the tags\) or 1 \(all"):

@@ -93,7 +93,7 @@ async def serve(node: RosNode, stack: AsyncExitStack) -> None:
 async def talk(node: RosNode, stack: AsyncExitStack) -> None:
     """Publish unreadable messages, and messages with stamps an hour old, twenty times a second."""
     old = await stack.enter_async_context(node.publishing("/old", "sensor_msgs/msg/LaserScan"))
-    said = [
+    publications = [
         await stack.enter_async_context(node.publishing(topic, type_name))
         for topic, type_name in (
             ("/garbage", "std_msgs/msg/String"),
@@ -102,7 +102,7 @@ async def talk(node: RosNode, stack: AsyncExitStack) -> None:
         )
     ]
     while True:
-        for publication in said:
+        for publication in publications:
             publication.send(GARBAGE)
         old.publish({"header": {"stamp": {"sec": int(time.time()) - 3600}}})
         await anyio.sleep(0.05)

@@ -35,7 +35,7 @@ class Fibonacci:
     def __init__(self) -> None:
         self.goals: dict[bytes, tuple[asyncio.Event, asyncio.Future[Members], int]] = {}
         self.feedback: Publication | None = None
-        self.said: Publication | None = None
+        self.texts: Publication | None = None
 
     async def send(self, request: Message) -> Members:
         if request.goal.order == 13:
@@ -52,15 +52,15 @@ class Fibonacci:
         assert self.feedback is not None
         while len(sequence) < order and not cancel.is_set():
             sequence.append(sequence[-1] + sequence[-2])
-            told = {"goal_id": {"uuid": list(number)}, "feedback": {"sequence": sequence}}
-            self.feedback.publish(told)
+            feedback = {"goal_id": {"uuid": list(number)}, "feedback": {"sequence": sequence}}
+            self.feedback.publish(feedback)
             if len(sequence) == 7 == order:
                 break
             await asyncio.sleep(0.05)
         status = CANCELED if cancel.is_set() else ABORTED if order == 7 else SUCCEEDED
         end.set_result({"status": status, "result": {"sequence": sequence}})
         if cancel.is_set():
-            self.say("goal canceled")
+            self.publish_text("goal canceled")
 
     async def result(self, request: Message) -> Members:
         return await self.goals[bytes(request.goal_id.uuid)][1]
@@ -77,9 +77,9 @@ class Fibonacci:
         goal[0].set()
         return {"goals_canceling": [request.goal_info]}
 
-    def say(self, text: str) -> None:
-        assert self.said is not None
-        self.said.publish({"data": text})
+    def publish_text(self, text: str) -> None:
+        assert self.texts is not None
+        self.texts.publish({"data": text})
 
     async def serve(self, node: RosNode, stack: AsyncExitStack) -> None:
         under = "/fibonacci/_action"
@@ -99,8 +99,8 @@ class Fibonacci:
 class Robot:
     """Services and action of the node `robot`."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
-        self.say = say
+    def __init__(self, publish_text: Callable[[str], None]) -> None:
+        self.publish_text = publish_text
         self.speed = 0.5
         self.state = "unconfigured"
         self.transitions: Publication | None = None
@@ -109,7 +109,7 @@ class Robot:
         return {"sum": request.a + request.b}
 
     async def never(self, request: Message) -> Members:
-        self.say("asked")
+        self.publish_text("asked")
         await asyncio.sleep(1000.0)
         return {}
 
@@ -203,25 +203,25 @@ async def main() -> None:
         connect(sys.argv[1], dialect=RmwZenoh()) as system,
         system.node("robot") as robot,
         system.node("talker") as talker,
-        robot.publishing("/said", "std_msgs/msg/String", PRESETS["system_default_transient_local"]) as said,
+        robot.publishing("/echo", "std_msgs/msg/String", PRESETS["system_default_transient_local"]) as texts,
         robot.publishing("/rosout", "rcl_interfaces/msg/Log") as rosout,
-        robot.subscribing("/texts", "std_msgs/msg/String") as heard,
+        robot.subscribing("/texts", "std_msgs/msg/String") as subscription,
         anyio.create_task_group() as tasks,
     ):
         action = Fibonacci()
-        action.said = said
+        action.texts = texts
         await action.serve(robot, stack)
-        await Robot(action.say).serve(robot, stack)
+        await Robot(action.publish_text).serve(robot, stack)
         tasks.start_soon(talk, talker)
 
         async def echo() -> None:
-            async for received in heard:
-                text = heard.decode(received).data
-                said.publish({"data": text})
+            async for received in subscription:
+                text = subscription.decode(received).data
+                texts.publish({"data": text})
                 rosout.publish({"name": "robot", "msg": f"received {text}"})
 
         tasks.start_soon(echo)
-        said.publish({"data": "ready"})
+        texts.publish({"data": "ready"})
         print("ready", flush=True)  # noqa: T201 - for who has started it
         await anyio.to_thread.run_sync(sys.stdin.readline, abandon_on_cancel=True)
         tasks.cancel_scope.cancel()

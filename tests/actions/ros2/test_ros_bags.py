@@ -27,13 +27,13 @@ async def test_a_run_is_recorded_and_played_again(tmp_path: Path, robot: str, ro
         """
 scenario main:
     do serial:
-        bag_record(['/count', '/said'], timestamp_suffix: false)
+        bag_record(['/count', '/echo'], timestamp_suffix: false)
         wait elapsed(0.5s)
 """,
     )
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
     folder = tmp_path / "out" / "rosbag2"
-    assert set(open_bag(folder).topics) == {"/count", "/said"}
+    assert set(open_bag(folder).topics) == {"/count", "/echo"}
     assert f"in {folder}" in ran.logs[-1][1]
     again = await run_with_results(
         tmp_path,

@@ -101,7 +101,7 @@ async def test_a_node_that_never_answers_times_out(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("order", "told"),
+    ("order", "message"),
     [
         (SILENT, ["the goal of /broken may continue: its server has not reported its end within 2 s"]),
         (STUBBORN, ["the goal of /broken may continue: no response from /broken/_action/cancel_goal within 2 s"]),
@@ -109,13 +109,13 @@ async def test_a_node_that_never_answers_times_out(
     ],
 )
 async def test_goals_with_an_unknown_end_are_reported(
-    order: int, told: list[str], tmp_path: Path, broken: str
+    order: int, message: list[str], tmp_path: Path, broken: str
 ) -> None:
     began = time.monotonic()
     text = f'    do action_call({BROKEN}, "{{order: {order}}}") with:\n        timeout(0.2s)'
     ran = await run(tmp_path, broken, text)
     assert "still running after 0.2 s" in ran.verdict.reason
-    assert warnings(ran) == told
+    assert warnings(ran) == message
     assert time.monotonic() - began < 9.0  # a mute server times out later
 
 

@@ -91,7 +91,7 @@ scenario main:
     do parallel:
         service_call("/never", "std_srvs/srv/Empty", "{}")
         serial:
-            check_data("/said", "std_msgs/msg/String", "asked", member_name: "data",
+            check_data("/echo", "std_msgs/msg/String", "asked", member_name: "data",
                 qos_profile: qos_preset_profiles!system_default_transient_local)
             log("now")
 """
@@ -120,7 +120,7 @@ async def test_a_cancelled_goal_is_canceled_at_the_robot(run_ros: RunRos) -> Non
         f"""
 scenario main:
     do parallel:
-        check_data("/said", "std_msgs/msg/String", "goal canceled", member_name: "data")
+        check_data("/echo", "std_msgs/msg/String", "goal canceled", member_name: "data")
         serial:
             one_of:
                 action_call("/fibonacci", "{FIBONACCI}", "{{order: 1000}}")
@@ -159,7 +159,7 @@ scenario main:
     again = await run_ros(
         """
 scenario main:
-    do check_data("/said", "std_msgs/msg/String", "goal canceled", member_name: "data",
+    do check_data("/echo", "std_msgs/msg/String", "goal canceled", member_name: "data",
         qos_profile: qos_preset_profiles!system_default_transient_local) with:
         timeout(20s)
 """

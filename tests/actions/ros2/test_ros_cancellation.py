@@ -32,7 +32,7 @@ scenario main:
                 assert_tf_moving("base_link", timeout: 60s)
                 robot.tf_close_to(0.1m, position_3d(x: 100m))
                 robot.odometry_distance_traveled(100000m)
-                log_check(values: ["never said"])
+                log_check(values: ["never text"])
                 wait_for_nodes(["/nobody"])
                 service_call("/never", "std_srvs/srv/Empty", "{{}}")
                 service_call("/nowhere", "std_srvs/srv/Empty", "{{}}")

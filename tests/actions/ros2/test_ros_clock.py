@@ -58,10 +58,10 @@ async def test_a_frame_without_new_transforms_is_detected_in_simulated_time(
 
 
 @pytest.mark.parametrize(
-    ("jump", "told"), [(-0.95, "/clock jumped back from 100"), (3600.0, "/clock jumped ahead from 100")]
+    ("jump", "reported"), [(-0.95, "/clock jumped back from 100"), (3600.0, "/clock jumped ahead from 100")]
 )
 async def test_a_jump_is_reported_once_and_a_jump_back_drops_earlier_transforms(
-    jump: float, told: str, tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
+    jump: float, reported: str, tmp_path: Path, simulated: tuple[str, subprocess.Popen[str]]
 ) -> None:
     """Otherwise a frame would keep its old pose for almost a second, until stamps reach their old values."""
     ran = await run(
@@ -87,6 +87,6 @@ async def test_a_jump_is_reported_once_and_a_jump_back_drops_earlier_transforms(
         jump,
     )
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
-    assert [text.startswith(told) for _, text in ran.logs if "clock" in text] == [True]
+    assert [text.startswith(reported) for _, text in ran.logs if "clock" in text] == [True]
     times = {text: time for time, text in ran.logs}
     assert times["arrived"] - times["jump"] < 0.8

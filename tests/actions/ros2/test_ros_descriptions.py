@@ -16,7 +16,7 @@ from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.embed import prepare
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import options, ran_of
-from tests.bridges.ros2.test_descriptions import STATE, VALUE, Teller, own_types
+from tests.bridges.ros2.test_descriptions import STATE, VALUE, Describer, own_types
 from tests.runtime.conftest import load_text
 
 
@@ -27,7 +27,7 @@ async def telling_robot(router: str, folder: Path) -> AsyncIterator[TypeStore]:
     async with (
         connect(router, types=types, dialect=RmwZenoh()) as system,
         system.node("robot") as node,
-        node.serving("~/get_type_description", SERVICE, Teller(types).tell),
+        node.serving("~/get_type_description", SERVICE, Describer(types).tell),
         node.publishing("/state", STATE) as publication,
         anyio.create_task_group() as tasks,
     ):

@@ -180,7 +180,7 @@ scenario main:
         action_call("/fibonacci", "example_interfaces/action/Fibonacci", "{order: 5000}") with:
             inverter()
         log("go on")
-        check_data("/said", "std_msgs/msg/String", "goal canceled", member_name: "data",
+        check_data("/echo", "std_msgs/msg/String", "goal canceled", member_name: "data",
                 qos_profile: qos_preset_profiles!system_default_transient_local) with:
             timeout(10s)
 """

@@ -18,7 +18,7 @@ async def test_published_messages_are_received(run_ros: RunRos) -> None:
         """
 scenario main:
     do parallel:
-        check_data("/said", "std_msgs.msg.String", "hello", member_name: "data",
+        check_data("/echo", "std_msgs.msg.String", "hello", member_name: "data",
             qos_profile: qos_preset_profiles!system_default_transient_local)
         serial:
             topic_publish("/texts", "std_msgs.msg.String", "{data: hello}")

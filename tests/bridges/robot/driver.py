@@ -10,7 +10,7 @@ from seoro.bridges.robot.connecting import connect_robots
 from seoro.robotics.geometry import Pose3D, Position3D
 
 
-def tell(what: object) -> None:
+def print_line(what: object) -> None:
     """Print a line at once."""
     sys.stdout.write(f"{what}\n")
     sys.stdout.flush()
@@ -19,8 +19,8 @@ def tell(what: object) -> None:
 async def main() -> None:
     """Drive until the process is killed; print a line when the robot has its goal."""
     async with connect_robots(sys.argv[1], "a run that dies") as node:
-        await node.navigate("line", [Pose3D(Position3D(x=90.0))], stop_at_each=False, report=tell)
-        tell("drives")
+        await node.navigate("line", [Pose3D(Position3D(x=90.0))], stop_at_each=False, report=print_line)
+        print_line("drives")
         await anyio.sleep_forever()
 
 

@@ -80,23 +80,23 @@ async def test_a_run_continues_with_aborted_goals_after_a_restart_of_the_router(
     start_rails: Callable[..., Rails], tmp_path: Path
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/router"
-    told: list[Report] = []
+    reported: list[Report] = []
     lost: list[BackendError] = []
     with router_process(endpoint) as router:
         rails = start_rails("--connect", endpoint)
         async with connect_robots(endpoint, "a run") as node:
             await node.start_run(lambda name, arguments: None, lost.append)
             far = Pose3D(Position3D(x=90.0))
-            await node.navigate("line", [far], stop_at_each=False, report=told.append)
+            await node.navigate("line", [far], stop_at_each=False, report=reported.append)
             router.kill()
             router.wait()
             Path(f"{tmp_path}/router").unlink(missing_ok=True)
             with router_process(endpoint):
                 with anyio.fail_after(5.0):
-                    while not (told or lost):
+                    while not (reported or lost):
                         await anyio.sleep(0.02)
                 assert lost == []
-                assert told[0].status is GoalStatus.ABORTED
+                assert reported[0].status is GoalStatus.ABORTED
                 assert rails.commands()[-1][2] == 0.0
                 again: list[Report] = []
                 await node.drive("line", 0.1, 0.0, 0.05, again.append)

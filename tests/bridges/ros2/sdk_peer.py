@@ -27,7 +27,7 @@ def main() -> None:
         "response_definition": RESPONSE,
     }
     publisher = ROS2Publisher("/from_sdk", **string, **where, node_name="sdk_talker")
-    ROS2Subscriber("/to_sdk", callback=lambda message: report("heard", message.data), **string, **where)
+    ROS2Subscriber("/to_sdk", callback=lambda message: report("received", message.data), **string, **where)
 
     def respond(request: object) -> object:
         report("asked", request.a, request.b)  # type: ignore[attr-defined]

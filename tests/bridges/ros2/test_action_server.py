@@ -83,9 +83,9 @@ async def test_goals_are_executed_with_feedback(router: str, types: TypeStore) -
         assert accepted
         end = await peer.end(number)
         assert (end.status, end.result.sequence.tolist()) == (Status.SUCCEEDED, [0, 1, 1, 2, 3, 5, 8])
-        told = [await peer.feedback.message() for _ in range(5)]
-        assert bytes(told[0].goal_id.uuid) == number
-        assert told[-1].feedback.sequence.tolist() == [0, 1, 1, 2, 3, 5, 8]
+        reported = [await peer.feedback.message() for _ in range(5)]
+        assert bytes(reported[0].goal_id.uuid) == number
+        assert reported[-1].feedback.sequence.tolist() == [0, 1, 1, 2, 3, 5, 8]
         with anyio.fail_after(5.0):
             while (await peer.status.message()).status_list[0].status != Status.SUCCEEDED:
                 pass

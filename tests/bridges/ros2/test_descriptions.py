@@ -45,14 +45,14 @@ def own_types(types: TypeStore, folder: Path) -> TypeStore:
     return types.add_folder(folder)
 
 
-class Teller:
+class Describer:
     """Server of type definitions that counts requests."""
 
     def __init__(self, types: TypeStore) -> None:
         self._types = types
         self.asked = 0
 
-    async def tell(self, request: Message) -> Mapping[str, Any]:
+    async def describe(self, request: Message) -> Mapping[str, Any]:
         self.asked += 1
         if self._types.type_hash(request.type_name) != request.type_hash:
             return {"successful": False, "failure_reason": "another hash"}
@@ -60,20 +60,22 @@ class Teller:
         return {"successful": True, "type_description": description}
 
 
-class Liar(Teller):
+class Liar(Describer):
     """A server of descriptions that sends another type."""
 
-    async def tell(self, request: Message) -> Mapping[str, Any]:
+    async def describe(self, request: Message) -> Mapping[str, Any]:
         self.asked += 1
         return {"successful": True, "type_description": described("std_msgs/msg/Int8", self._types.structure)}
 
 
-async def heard(router: str, types: TypeStore, theirs: TypeStore, teller: Teller, type_name: str) -> list[Message]:
+async def received(
+    router: str, types: TypeStore, theirs: TypeStore, describer: Describer, type_name: str
+) -> list[Message]:
     """Return two messages of a robot that serves its definitions."""
     value = VALUE if type_name == STATE else {"data": "hello", "priority": 3}
     async with (
         two_nodes(router, types, theirs=theirs) as (there, here),
-        there.serving("~/get_type_description", SERVICE, teller.tell),
+        there.serving("~/get_type_description", SERVICE, describer.describe),
         there.publishing("/state", type_name) as publication,
     ):
         with anyio.fail_after(10):
@@ -91,32 +93,32 @@ async def test_a_type_defined_only_by_the_robot_is_requested_once(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = own_types(types, tmp_path)
-    teller = Teller(theirs)
-    first, second = await heard(router, types, theirs, teller, STATE)
+    describer = Describer(theirs)
+    first, second = await received(router, types, theirs, describer, STATE)
     assert theirs.encode(STATE, VALUE) == theirs.encode(STATE, theirs.plain(STATE, first))
     assert (first.header.frame_id, first.parts[0].voltage, first.name) == ("map", 1.5, "arm")
     assert first == second
-    assert teller.asked == 1
+    assert describer.asked == 1
 
 
 async def test_another_definition_of_a_known_type_is_requested(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_another_string(types, tmp_path)
-    message, _ = await heard(router, types, theirs, Teller(theirs), STRING)
+    message, _ = await received(router, types, theirs, Describer(theirs), STRING)
     assert (message.data, message.priority) == ("hello", 3)
 
 
-@pytest.mark.parametrize("make", [Liar, lambda types: Teller(TypeStore.bundled())])
+@pytest.mark.parametrize("make", [Liar, lambda types: Describer(TypeStore.bundled())])
 async def test_a_definition_with_a_wrong_hash_is_refused(
     make: Any, router: str, types: TypeStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     theirs = with_another_string(types, tmp_path)
-    teller = make(types)
+    describer = make(types)
     with pytest.raises(DefinitionMismatch):
-        await heard(router, types, theirs, teller, STRING)
-    assert teller.asked == 1
-    assert len(caplog.messages) == isinstance(teller, Liar)
+        await received(router, types, theirs, describer, STRING)
+    assert describer.asked == 1
+    assert len(caplog.messages) == isinstance(describer, Liar)
 
 
 async def test_a_type_without_a_description_server_is_unknown(
@@ -144,21 +146,21 @@ def with_recharge(types: TypeStore, folder: Path) -> TypeStore:
     (folder / "own_msgs" / "srv").mkdir(parents=True)
     (folder / "own_msgs" / "msg").mkdir()
     (folder / "own_msgs" / "srv" / "Recharge.srv").write_text(
-        "own_msgs/Part[] parts\nfloat32 up_to 0.5\n---\nstring said\n"
+        "own_msgs/Part[] parts\nfloat32 up_to 0.5\n---\nstring summary\n"
     )
     (folder / "own_msgs" / "msg" / "Part.msg").write_text("float64 voltage\n")
     return types.add_folder(folder)
 
 
-async def recharged(router: str, types: TypeStore, theirs: TypeStore, teller: Teller) -> str:
+async def recharged(router: str, types: TypeStore, theirs: TypeStore, describer: Describer) -> str:
     """Call a service of a type that only the robot defines; return its response."""
 
     async def recharge(request: Message) -> Mapping[str, Any]:
-        return {"said": f"{len(request.parts)} parts to {request.up_to}"}
+        return {"summary": f"{len(request.parts)} parts to {request.up_to}"}
 
     async with (
         two_nodes(router, types, theirs=theirs) as (there, here),
-        there.serving("~/get_type_description", SERVICE, teller.tell),
+        there.serving("~/get_type_description", SERVICE, describer.describe),
         there.serving("/recharge", RECHARGE, recharge),
     ):
         with anyio.fail_after(30):
@@ -167,14 +169,14 @@ async def recharged(router: str, types: TypeStore, theirs: TypeStore, teller: Te
             )
             node = await node_for_service(here, "/recharge", RECHARGE)
             async with node.calling("/recharge", RECHARGE) as client:
-                return str((await client.call({"parts": [{"voltage": 1.5}, {}]}, 20.0)).said)
+                return str((await client.call({"parts": [{"voltage": 1.5}, {}]}, 20.0)).summary)
 
 
 async def test_the_definition_of_a_service_of_the_robot_is_requested(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_recharge(types, tmp_path)
-    assert await recharged(router, types, theirs, Teller(theirs)) == "2 parts to 0.0"  # without defaults
+    assert await recharged(router, types, theirs, Describer(theirs)) == "2 parts to 0.0"  # without defaults
 
 
 async def test_a_wrong_definition_of_a_service_is_refused(router: str, types: TypeStore, tmp_path: Path) -> None:

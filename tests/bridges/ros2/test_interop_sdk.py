@@ -30,11 +30,11 @@ class Peer:
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
 
-    def tell(self, *words: object) -> None:
+    def write_line(self, *words: object) -> None:
         assert self._process.stdin is not None
         self._process.stdin.write((" ".join(map(str, words)) + "\n").encode())
 
-    async def hear(self) -> list[str]:
+    async def read_line(self) -> list[str]:
         assert self._process.stdout is not None
         with anyio.fail_after(10):
             return (await self._process.stdout.readline()).decode().split()
@@ -53,7 +53,7 @@ async def peer(router: str, tmp_path: Path) -> AsyncIterator[Peer]:
     )
     peer = Peer(process)
     try:
-        assert await peer.hear() == ["ready"]
+        assert await peer.read_line() == ["ready"]
         yield peer
     finally:
         process.kill()
@@ -85,7 +85,7 @@ async def test_messages_of_the_peer_are_received(router: str, types: TypeStore, 
             await node.graph.wait_for(lambda seen: seen.publishers("/from_sdk"))
             received = None
             while received is None:  # it may not know of the subscription yet
-                peer.tell("publish", "hello")
+                peer.write_line("publish", "hello")
                 with anyio.move_on_after(0.2):
                     received = await subscription.receive()
     assert subscription.decode(received).data == "hello"
@@ -97,7 +97,7 @@ async def test_the_peer_receives_messages(router: str, types: TypeStore, peer: P
     async with our_node(router, types) as node, node.publishing("/to_sdk", STRING) as publication:
         await publication.wait_for_subscription(5)
         publication.publish({"data": "servus"})
-        assert await peer.hear() == ["heard", "servus"]
+        assert await peer.read_line() == ["received", "servus"]
 
 
 async def test_the_peer_serves_calls(router: str, types: TypeStore, peer: Peer) -> None:
@@ -105,7 +105,7 @@ async def test_the_peer_serves_calls(router: str, types: TypeStore, peer: Peer) 
         await client.wait_for_server(5)
         response = await client.call({"a": 20, "b": 22}, timeout=5)
         assert response.sum == 42
-        assert await peer.hear() == ["asked", "20", "22"]
+        assert await peer.read_line() == ["asked", "20", "22"]
 
 
 async def test_calls_of_the_peer_are_served(router: str, types: TypeStore, peer: Peer) -> None:
@@ -113,8 +113,8 @@ async def test_calls_of_the_peer_are_served(router: str, types: TypeStore, peer:
         return {"sum": request.a + request.b}
 
     async with our_node(router, types) as node, node.serving("/seoro_add", ADD, respond):
-        peer.tell("call", 3, 4)
-        assert await peer.hear() == ["called", "7"]
+        peer.write_line("call", 3, 4)
+        assert await peer.read_line() == ["called", "7"]
 
 
 async def test_messages_of_the_peer_are_recorded_and_it_receives_played_ones(
@@ -125,7 +125,7 @@ async def test_messages_of_the_peer_are_recorded_and_it_receives_played_ones(
             async with record(node, tmp_path / "bag", ["/from_sdk"]) as recording:
                 await recording.wait_complete()
                 while not recording.counts:  # until its publisher has found the subscription
-                    peer.tell("publish", "hello")
+                    peer.write_line("publish", "hello")
                     await anyio.sleep(0.05)
             recorded = open_bag(tmp_path / "bag")
             (topic,) = recorded.topics.values()
@@ -137,4 +137,4 @@ async def test_messages_of_the_peer_are_recorded_and_it_receives_played_ones(
                 writer.add_topic(replace(topic, name="/to_sdk"), types.schema(STRING))
                 writer.write("/to_sdk", payloads[0], 0)
             await play(node, open_bag(tmp_path / "other"))
-            assert await peer.hear() == ["heard", "hello"]
+            assert await peer.read_line() == ["received", "hello"]

@@ -16,32 +16,32 @@ def contact(name: str) -> wire.Contact:
     return wire.Contact(time=0.0, first=name, second="wall")
 
 
-def names(told: wire.LoggedEvents) -> list[str]:
-    return [each.contact.first for each in told.events if each.contact is not None]
+def names(reported: wire.LoggedEvents) -> list[str]:
+    return [each.contact.first for each in reported.events if each.contact is not None]
 
 
 async def test_events_after_a_number_are_returned_repeatedly() -> None:
     log = EventLog()
     for name in "abc":
         log.add(contact=contact(name))
-    told = await log.after(wire.AwaitEvents(since=1))
-    assert (told.number, names(told)) == (3, ["b", "c"])
+    reported = await log.after(wire.AwaitEvents(since=1))
+    assert (reported.number, names(reported)) == (3, ["b", "c"])
     assert names(await log.after(wire.AwaitEvents(since=1))) == ["b", "c"]
     assert (await log.after(wire.AwaitEvents(since=3))).events == ()
 
 
 async def test_waiting_clients_receive_an_event_at_once() -> None:
-    log, told = EventLog(), []
+    log, reported = EventLog(), []
 
     async def wait() -> None:
-        told.append(names(await log.after(wire.AwaitEvents(wait=10.0))))
+        reported.append(names(await log.after(wire.AwaitEvents(wait=10.0))))
 
     with anyio.fail_after(2.0):
         async with anyio.create_task_group() as tasks:
             tasks.start_soon(wait)
             await anyio.wait_all_tasks_blocked()
             log.add(contact=contact("a"))
-    assert told == [["a"]]
+    assert reported == [["a"]]
 
 
 async def test_unknown_and_dropped_event_numbers_are_refused() -> None:

@@ -109,31 +109,31 @@ async def test_goals_that_do_not_end_are_reported(monkeypatch: pytest.MonkeyPatc
         async def stop() -> wire.StopAcknowledgement:
             return await asyncio.wrap_future(server.stop_at_once(wire.EmergencyStop(by="ana")))
 
-        told = await stop()
-        assert told.unsettled == ("slow",)
+        reported = await stop()
+        assert reported.unsettled == ("slow",)
         robot.ready.set()
         for change, unsettled in ((None, ()), (work.mark_unsettled, ("slow",)), (work.mark_settled, ())):
             if change is not None:
                 change("slow")
-            told = await stop()
-            assert told.unsettled == unsettled
+            reported = await stop()
+            assert reported.unsettled == unsettled
 
 
 async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
     async with background() as tasks:
         events = EventLog()
         work = Work(tasks, events)
-        latch, alarms, told = EmergencyStopState(), list[tuple[tuple[str, ...], bool]](), threading.Event()
+        latch, alarms, reported = EmergencyStopState(), list[tuple[tuple[str, ...], bool]](), threading.Event()
 
         def alarm(robots: Collection[str], is_on: bool) -> None:
             alarms.append((tuple(robots), is_on))
-            told.set()
+            reported.set()
 
         server = RobotServer([SlowRobot(work)], work, events, tasks, latch, NodeAuthorizer(), alarm)
         stops: list[Future[wire.StopAcknowledgement]] = []
         thread = threading.Thread(target=lambda: stops.append(server.stop_at_once(wire.EmergencyStop(by="ana"))))
         thread.start()
-        assert told.wait(5.0)  # blocks the event loop
+        assert reported.wait(5.0)  # blocks the event loop
         thread.join()
         assert latch.stopped is not None
         assert (alarms, stops[0].done()) == ([(("slow",), True)], False)
@@ -159,9 +159,9 @@ async def test_a_stop_of_named_robots_leaves_others_running() -> None:
             await ask(server, wire.TAKE_ROBOTS, wire.Holder(holder=robot.name, robots=(robot.name,)), robot.name)
             await ask(server, wire.CMD_VEL, forward(robot.name), robot.name)
         stop = wire.EmergencyStop(by="ana", reason="smoke", robots=("slow", "elsewhere"))
-        told = await asyncio.wrap_future(server.stop_at_once(stop))
+        reported = await asyncio.wrap_future(server.stop_at_once(stop))
         await anyio.sleep(0)
-        assert told.stopped == ("slow",)
+        assert reported.stopped == ("slow",)
         assert alarms == [(("slow",), True), (("slow",), False)]
         assert [robot.velocity for robot in robots] == [0.0, 1.0]
         does_not_move = "the robot 'slow' may not move: emergency stop by ana"

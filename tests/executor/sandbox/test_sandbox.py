@@ -212,14 +212,14 @@ def test_the_broker_signs_commands_to_nodes_only(inside: Broker) -> None:
         inside.ask("sign", msgpack.packb(["seoro command 1", node_command(NAMESPACE, "hall", "drive")]))
     assert len(inside.ask("credentials", endpoint)) == 3
     assert inside.ask("sign", msgpack.packb(["seoro command 1", node_command(NAMESPACE, "hall", "drive")]))
-    for said in (
+    for statement in (
         msgpack.packb(["seoro command 1", executor_command(NAMESPACE, "lab-b", "submit")]),
         msgpack.packb(["seoro stop 1", node_command(NAMESPACE, "hall", "emergency_stop")]),
         msgpack.packb(["seoro executor 1", "lab-a", b"nonce", "boot", 1]),
         b"\xc1",
     ):
         with pytest.raises(SessionError, match="signs commands to nodes only"):
-            inside.ask("sign", said)
+            inside.ask("sign", statement)
 
 
 def test_the_broker_connects_to_allowed_endpoints_only(inside: Broker, tmp_path: Path) -> None:

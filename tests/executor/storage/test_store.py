@@ -125,7 +125,7 @@ async def test_unwritable_folders_of_a_run_are_removed_but_not_link_targets(thei
 
 
 @pytest.mark.parametrize(
-    ("said", "options"),
+    ("fields", "options"),
     [
         ({"stop_if_lost": math.nan}, {}),
         ({"stop_if_lost": math.inf}, {}),
@@ -138,8 +138,8 @@ async def test_unwritable_folders_of_a_run_are_removed_but_not_link_targets(thei
         ({}, {"leasing": {"wait": -1.0}}),
     ],
 )
-def test_submissions_with_invalid_times_are_refused(said: dict[str, object], options: dict[str, object]) -> None:
-    whole = submission().model_dump() | said
+def test_submissions_with_invalid_times_are_refused(fields: dict[str, object], options: dict[str, object]) -> None:
+    whole = submission().model_dump() | fields
     whole["manifest"]["options"] = {"grace": 5.0} | options
     with pytest.raises(WireError, match=r"greater than|finite"):
         decode(wire.Submission, msgpack.packb(whole))

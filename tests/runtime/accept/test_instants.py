@@ -229,8 +229,8 @@ scenario main:
 async def test_an_attempt_receives_its_own_occurrences_after_similar_ones(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario worker:
-    event told
-    do emit told
+    event reported
+    do emit reported
 scenario main:
     do parallel:
         serial:
@@ -238,7 +238,7 @@ scenario main:
             wait elapsed(5s)
         with:
             repeat(2)
-            until @a.told
+            until @a.reported
         wait elapsed(1s)
 """)
     assert traced.find("run.end")["t"] == 1.0

@@ -119,9 +119,9 @@ async def test_a_violated_offset_of_ends_is_rejected(trace_text: TraceText) -> N
 async def test_a_reaction_to_an_end_from_an_outer_behavior_is_checked(trace_text: TraceText) -> None:
     traced = await trace_text("""
 scenario watched:
-    event told
+    event reported
     on @end:
-        emit told
+        emit reported
     do wait elapsed(5s)
 
 scenario main:
@@ -133,11 +133,11 @@ scenario main:
 """)
     assert (traced.accept().violations, traced.accept().unchecked) == ((), ())
     silent = traced.copy()
-    silent.drop(silent.find("event", event="told"))
+    silent.drop(silent.find("event", event="reported"))
     assert "does not occur when it is emitted" in silent.messages
     alone = traced.copy()
     alone.drop_behavior("emit")
-    assert "`told` occurs at 1 s without an `emit`" in alone.messages
+    assert "`reported` occurs at 1 s without an `emit`" in alone.messages
     traced.shift(traced.end("wait", 1), 0.5)
     assert "wait" in traced.broken, "all else is checked"
 

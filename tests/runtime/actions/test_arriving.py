@@ -18,10 +18,10 @@ scenario main:
     do parallel:
         serial:
             listen(0)
-            log("heard 0")
+            log("received 0")
         serial:
             listen(1)
-            log("heard 1")
+            log("received 1")
     with:
         timeout({limit})
 """
@@ -54,7 +54,7 @@ async def test_an_action_resumes_in_the_next_turn_of_the_event_loop(prepare_text
     @action("listen")
     async def listen(ctx: ActionContext, index: int) -> None:
         await ctx.report(outside.pending[index])
-        outside.happened.append(f"heard {index}")
+        outside.happened.append(f"received {index}")
 
     text = TEXT.format(limit=limit)
     async with asyncio.timeout(20), prepare_text(text, Options(clock="real"), (listen,)) as run, run.running():
@@ -63,7 +63,7 @@ async def test_an_action_resumes_in_the_next_turn_of_the_event_loop(prepare_text
         await asyncio.sleep(0.01)
         outside.arrive(0)
         verdict = await run.result()
-    assert outside.happened == ["heard 1", "turn", "heard 0", "turn"]
+    assert outside.happened == ["received 1", "turn", "received 0", "turn"]
     assert verdict.passed
     assert verdict.duration < 10
 
@@ -83,5 +83,5 @@ async def test_all_arrivals_of_one_instant_are_received(prepare_text: Prepare) -
         verdict = await run.result()
     assert verdict.passed
     logs = [(record["t"], record["message"]) for record in records if record["kind"] == "log"]
-    assert sorted(message for _, message in logs) == ["heard 0", "heard 1"]
+    assert sorted(message for _, message in logs) == ["received 0", "received 1"]
     assert len({time for time, _ in logs}) == 1, "of one instant"

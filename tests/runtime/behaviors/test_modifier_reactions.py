@@ -27,25 +27,25 @@ def emitted(ran: Ran, name: str) -> list[tuple[float, dict[str, object]]]:
 async def test_a_modifier_reacts_to_its_behavior_and_to_itself(run_text: RunText) -> None:
     ran = await run_text(f"""{NAP}
 modifier watch of nap:
-    event told(what: string)
+    event reported(what: string)
     event half_way is @it.half
     on @start:
-        emit told("start")
+        emit reported("start")
     on @half_way:
-        emit told("half")
-    on @told as t if t.what == "half":
-        emit told("heard")
+        emit reported("half")
+    on @reported as t if t.what == "half":
+        emit reported("received")
     on @end:
-        emit told("end")
+        emit reported("end")
     on @fail:
-        emit told("fail")
+        emit reported("fail")
 
 scenario main:
     do nap(2s) with:
         watch()
 """)
-    told = [(time, arguments["what"]) for time, arguments in emitted(ran, ".told")]
-    assert told == [(0.0, "start"), (1.0, "half"), (1.0, "heard"), (2.0, "end")]
+    reported = [(time, arguments["what"]) for time, arguments in emitted(ran, ".reported")]
+    assert reported == [(0.0, "start"), (1.0, "half"), (1.0, "received"), (2.0, "end")]
     assert ran.verdict.passed
 
 
@@ -198,12 +198,12 @@ modifier failing:
         emit fail
 
 scenario watched:
-    event told(what: string)
+    event reported(what: string)
     record(n, expression: 1, event: {phase})
     on @end:
-        emit told("end")
+        emit reported("end")
     on @fail:
-        emit told("fail")
+        emit reported("fail")
     do wait elapsed(5s)
 
 scenario main:
@@ -213,18 +213,18 @@ scenario main:
             {modification}
         wait elapsed(1s)
 """)
-    assert emitted(ran, ".told") == [(1.0, {"what": phase})]
+    assert emitted(ran, ".reported") == [(1.0, {"what": phase})]
     assert [r["t"] for r in ran.records if r["kind"] == "record"] == [1.0]
 
 
 async def test_the_end_of_the_allotted_duration_is_a_failure(run_text: RunText) -> None:
     ran = await run_text("""
 scenario watched:
-    event told(what: string)
+    event reported(what: string)
     on @fail:
-        emit told("fail")
+        emit reported("fail")
     on elapsed(1s):
-        emit told("last instant")
+        emit reported("last instant")
     do wait elapsed(5s)
 
 scenario main:
@@ -233,17 +233,17 @@ scenario main:
             failure_is_success()
         wait elapsed(1s)
 """)
-    assert [arguments["what"] for _, arguments in emitted(ran, ".told")] == ["last instant", "fail"]
+    assert [arguments["what"] for _, arguments in emitted(ran, ".reported")] == ["last instant", "fail"]
 
 
 async def test_a_cancelled_invocation_does_not_react(run_text: RunText) -> None:
     ran = await run_text("""
 scenario watched:
-    event told(what: string)
+    event reported(what: string)
     on @end:
-        emit told("end")
+        emit reported("end")
     on @fail:
-        emit told("fail")
+        emit reported("fail")
     do wait elapsed(5s)
 
 scenario main:
@@ -253,4 +253,4 @@ scenario main:
             wait elapsed(1s)
         wait elapsed(1s)
 """)
-    assert emitted(ran, ".told") == []
+    assert emitted(ran, ".reported") == []

@@ -215,13 +215,13 @@ async def test_occurrences_of_one_delta_cycle_are_consumed_in_the_order_of_argum
     for emissions in ((1, 2), (2, 1)):
         ran = await run_text(f"""
 scenario main:
-    event told(level: int)
+    event reported(level: int)
     do parallel:
-        emit told({emissions[0]})
-        emit told({emissions[1]})
+        emit reported({emissions[0]})
+        emit reported({emissions[1]})
         serial:
-            wait @told
-            wait @told as it_was if it_was.level == 2
+            wait @reported
+            wait @reported as it_was if it_was.level == 2
             log("two")
 """)
         assert ran.logs == [(0.0, "two")]
@@ -233,23 +233,23 @@ async def test_an_emission_of_a_base_uses_the_defaults_of_the_derived_type(
     ran = await run_text("""
 scenario base:
     level: int = 4
-    event told(n: int, level: int = level, note: string = "base")
+    event reported(n: int, level: int = level, note: string = "base")
     do serial:
         wait elapsed(1s)
-        emit told(1)
+        emit reported(1)
 
 scenario derived inherits base:
-    event told(n: int, level: int, note: string = "derived")
+    event reported(n: int, level: int, note: string = "derived")
 
 scenario main:
     do parallel:
         x: base()
         y: derived(level: 5)
         serial:
-            wait @x.told as e if e.note == "base" and e.level == 4
+            wait @x.reported as e if e.note == "base" and e.level == 4
             log("base")
         serial:
-            wait @y.told as e if e.note == "derived" and e.level == 5
+            wait @y.reported as e if e.note == "derived" and e.level == 5
             log("derived")
 """)
     assert sorted(message for _, message in ran.logs) == ["base", "derived"]

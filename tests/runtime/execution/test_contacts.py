@@ -44,24 +44,24 @@ def contacts(unobserved: dict[str, None], warnings: list[str]) -> Contacts:
     return Contacts(unobserved, warnings.append)
 
 
-def guarded(contacts: Contacts, told: dict[str, Any], *may_touch: str, home: Home = ROBOT) -> list[str]:
+def guarded(contacts: Contacts, fields: dict[str, Any], *may_touch: str, home: Home = ROBOT) -> list[str]:
     found: list[str] = []
     with contacts.guard((0, 1), home, frozenset(may_touch), found.append):
-        contacts.report(SIMULATOR, told)
-    contacts.report(SIMULATOR, told)
+        contacts.report(SIMULATOR, fields)
+    contacts.report(SIMULATOR, fields)
     return found
 
 
 def test_contacts_of_an_action_are_reported_while_it_runs(contacts: Contacts) -> None:
-    told = contact("box", "robot", "robot", position=(1.0, 2.0, 0.25))
-    assert guarded(contacts, told) == [
+    fields = contact("box", "robot", "robot", position=(1.0, 2.0, 0.25))
+    assert guarded(contacts, fields) == [
         "robot moved into 'box' at (1.000, 2.000, 0.250) m, 1.500 s after the start; `allow_contact` of `osc.sim` "
         "allows contacts"
     ]
-    assert guarded(contacts, told, "box") == []
+    assert guarded(contacts, fields, "box") == []
     assert guarded(contacts, contact("box", "robot", "box")) == [], "it was struck"
     assert guarded(contacts, contact("box", "other", "other")) == [], "another robot"
-    assert guarded(contacts, told, home=Home(BRIDGE, "robot")) == [], "a robot of that name elsewhere"
+    assert guarded(contacts, fields, home=Home(BRIDGE, "robot")) == [], "a robot of that name elsewhere"
 
 
 def test_a_contact_without_a_known_cause_is_reported(contacts: Contacts) -> None:
@@ -76,25 +76,25 @@ def test_contacts_of_a_held_object_belong_to_the_robot(contacts: Contacts) -> No
 
 
 def test_contacts_allowed_around_an_action_are_not_reported(contacts: Contacts) -> None:
-    told = contact("box", "robot", "robot")
+    fields = contact("box", "robot", "robot")
     for position, allowed in (((), True), ((0,), True), ((0, 1), True), ((0, 2), False), ((0, 1, 3), False)):
         with contacts.allow(position, None, frozenset({"box"})):
-            assert guarded(contacts, told) == [] if allowed else guarded(contacts, told), position
+            assert guarded(contacts, fields) == [] if allowed else guarded(contacts, fields), position
     with contacts.allow((), OTHER, None):
-        assert guarded(contacts, told)
+        assert guarded(contacts, fields)
 
 
 def test_contacts_allowed_within_a_forbidding_block_are_not_reported(contacts: Contacts) -> None:
-    told, found = contact("box", "robot", "robot"), list[str]()
+    fields, found = contact("box", "robot", "robot"), list[str]()
     with ExitStack() as stack:
         stack.enter_context(contacts.forbid((0,), (ROBOT, OTHER), found.append, also_struck=False))
         contacts.report(SIMULATOR, contact("box", "robot", "box"))
         assert found == []
         with contacts.allow((0, 1), None, frozenset({"box"})):
-            contacts.report(SIMULATOR, told)
+            contacts.report(SIMULATOR, fields)
         assert found == []
         with contacts.allow((1,), None, frozenset({"box"})):
-            contacts.report(SIMULATOR, told)
+            contacts.report(SIMULATOR, fields)
         assert len(found) == 1
 
 

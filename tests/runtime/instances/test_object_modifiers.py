@@ -69,11 +69,11 @@ scenario main:
 async def test_an_actor_is_modified_by_its_first_scenario(run_text: RunText) -> None:
     ran = await run_text("""
 modifier watch:
-    event told(what: string)
+    event reported(what: string)
     on @start:
-        emit told("start")
+        emit reported("start")
     on @it.end:
-        emit told("end")
+        emit reported("end")
 
 struct crate:
     watch()
@@ -91,7 +91,7 @@ scenario main:
         wait elapsed(1s)
 """)
     assert [(time, path.split("/")[-1].split("[")[0], arguments["what"]) for time, path, arguments in
-            emitted(ran, "told")] == [
+            emitted(ran, "reported")] == [
         (0.0, "c.watch", "start"),
         (1.0, "own.watch", "start"),
         (2.0, "own.watch", "end"),
@@ -145,9 +145,9 @@ async def test_modifiers_of_bases_extensions_and_conditional_subtypes_apply(run_
     ran = await run_text("""
 modifier named:
     name: string
-    event told(name: string)
+    event reported(name: string)
     on @start:
-        emit told(name)
+        emit reported(name)
 
 struct base:
     is_big: bool
@@ -167,8 +167,10 @@ scenario main:
     b: base with:
         keep(it.is_big == true)
 """)
-    told = [(path.split("/")[1].split(".")[0], arguments["name"]) for _, path, arguments in emitted(ran, "told")]
-    assert sorted(told) == [("b", "base"), ("b", "big"), ("b", "extension"), ("s", "base"), ("s", "extension")]
+    reported = [
+        (path.split("/")[1].split(".")[0], arguments["name"]) for _, path, arguments in emitted(ran, "reported")
+    ]
+    assert sorted(reported) == [("b", "base"), ("b", "big"), ("b", "extension"), ("s", "base"), ("s", "extension")]
 
 
 async def test_free_parameters_of_a_modifier_are_chosen_with_the_value(run_text: RunText) -> None:

@@ -220,13 +220,13 @@ async def test_constraints_bound_overlaps_and_offsets(
 async def test_blocks_of_compositions_may_use_their_events(run_text: RunText) -> None:
     ran = await run_text("""
 modifier watch:
-    event told(what: string)
+    event reported(what: string)
     on @it.start:
-        emit told("start")
+        emit reported("start")
     on @it.end:
-        emit told("end")
+        emit reported("end")
     on @it.fail:
-        emit told("fail")
+        emit reported("fail")
 
 scenario main:
     do serial:
@@ -241,6 +241,8 @@ scenario main:
             watch()
             until @it.fail
 """)
-    told = [(r["t"], r["arguments"]["what"]) for r in ran.records if r["kind"] == "event" and "told" in r["name"]]
-    assert told == [(0.0, "start"), (1.0, "end"), (1.0, "start")]
+    reported = [
+        (r["t"], r["arguments"]["what"]) for r in ran.records if r["kind"] == "event" and "reported" in r["name"]
+    ]
+    assert reported == [(0.0, "start"), (1.0, "end"), (1.0, "start")]
     assert (ran.verdict.status, ran.verdict.duration) == (RunStatus.FAILED, 2.0), "`emit fail` ends the scenario"

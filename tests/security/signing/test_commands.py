@@ -143,7 +143,7 @@ def test_setting_the_clock_back_admits_no_replay(lab: KeyedLab, executor: Keys) 
     for _ in range(3):
         there.verify(KEY, b"x", signer(lab, executor, now=later).sign(KEY, b"x"))
     clock[0] = began
-    with pytest.raises(UsageError, match=r"said before|the time of the command"):
+    with pytest.raises(UsageError, match=r"statement before|the time of the command"):
         there.verify(KEY, b"x", old)
 
 
@@ -182,9 +182,9 @@ def test_an_emergency_stop_is_accepted_with_any_clock(lab: KeyedLab, tmp_path: P
     assert there.verify_stop(key, b"x", seal).name == "old"
     with pytest.raises(UsageError, match="received before"):
         there.verify_stop(key, b"x", seal)
-    for said, payload in ((key, b"y"), ("seoro/1/default/node/maze/cmd/emergency_stop", b"x")):
+    for statement, payload in ((key, b"y"), ("seoro/1/default/node/maze/cmd/emergency_stop", b"x")):
         with pytest.raises(UsageError, match="invalid signature"):
-            there.verify_stop(said, payload, seal)
+            there.verify_stop(statement, payload, seal)
     with pytest.raises(UsageError):  # and the signature is invalid for other commands
         verifier(node, boot="").verify(key, b"x", seal)
 

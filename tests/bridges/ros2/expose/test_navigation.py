@@ -40,14 +40,14 @@ class Robot:
 
     def __init__(self, node: Exposed) -> None:
         self._node = node
-        self.told: list[Members] = []
+        self.reported: list[Members] = []
 
     @asynccontextmanager
     async def pursuing(self, action: str, goal: Mapping[str, Any]) -> AsyncIterator[Goal]:
         kind = "".join(word.capitalize() for word in action.split("_"))
         with anyio.fail_after(20.0):
             async with sending_goal(
-                self._node.ros, f"/turtlebot4/{action}", f"nav2_msgs/action/{kind}", goal, self.told.append
+                self._node.ros, f"/turtlebot4/{action}", f"nav2_msgs/action/{kind}", goal, self.reported.append
             ) as pursued:
                 yield pursued
 
@@ -67,13 +67,13 @@ async def test_the_navigation_of_the_node_reaches_goals(simulator: str, router: 
         assert (status, result["error_msg"]) == (GoalStatus.SUCCEEDED, "")
         truth = (await node.ask(wire.GET_ENTITY_STATE, wire.EntityName(name="turtlebot4"))).pose.position
         assert truth.x == pytest.approx(0.5, abs=0.3)
-        assert robot.told
-        assert 0.0 <= robot.told[-1]["distance_remaining"] < 0.7
-        assert robot.told[-1]["current_pose"]["header"]["frame_id"] == "map"
-        robot.told.clear()
+        assert robot.reported
+        assert 0.0 <= robot.reported[-1]["distance_remaining"] < 0.7
+        assert robot.reported[-1]["current_pose"]["header"]["frame_id"] == "map"
+        robot.reported.clear()
         status, _ = await robot.reach("follow_waypoints", {"poses": [stamped(0.4, 0.0), stamped(0.2, 0.0)]})
         assert status is GoalStatus.SUCCEEDED
-        assert [told["current_waypoint"] for told in robot.told] == [0, 1]
+        assert [reported["current_waypoint"] for reported in robot.reported] == [0, 1]
 
 
 async def test_unreachable_goals_are_aborted_with_the_reason(

@@ -111,8 +111,8 @@ async def test_entities_are_spawned_found_moved_and_deleted(simulator: str, rout
         assert bounds.points[0].z > bounds.points[1].z
         info = {"category": {"category": 4}, "description": "a box", "tags": ["red"]}
         assert (await call("set_entity_info", {"entity": "box", "info": info})).result.result == OK
-        told = (await call("get_entity_info", {"entity": "box"})).info
-        assert (told.category.category, told.description, list(told.tags)) == (4, "a box", ["red"])
+        reported = (await call("get_entity_info", {"entity": "box"})).info
+        assert (reported.category.category, reported.description, list(reported.tags)) == (4, "a box", ["red"])
         assert (await call("delete_entity", {"entity": "box"})).result.result == OK
         gone = await call("get_entity_state", {"entity": "box"})
         assert gone.result.result == NOT_FOUND
@@ -176,19 +176,19 @@ async def test_a_world_without_the_robot_of_the_root_namespace_keeps_the_node_al
 
 async def test_steps_are_simulated_and_canceled(simulator: str, router: str, types: TypeStore) -> None:
     action, kind = "/simulate_steps", "simulation_interfaces/action/SimulateSteps"
-    told: list[Members] = []
+    reported: list[Members] = []
     async with exposed(simulator, router, types) as node:
-        async with sending_goal(node.ros, action, kind, {"steps": 120}, told.append) as goal:
+        async with sending_goal(node.ros, action, kind, {"steps": 120}, reported.append) as goal:
             ended = await goal.ended()
             assert (ended.status, ended.result["result"]["result"]) == (GoalStatus.SUCCEEDED, OK)
-        assert [each["completed_steps"] for each in told] == [50, 100, 120]
+        assert [each["completed_steps"] for each in reported] == [50, 100, 120]
         assert (await node.ask(wire.GET_SIMULATION_STATE, wire.Empty())).time == pytest.approx(0.48)
-        async with sending_goal(node.ros, action, kind, {"steps": 10**9}, told.append) as goal:
+        async with sending_goal(node.ros, action, kind, {"steps": 10**9}, reported.append) as goal:
             await goal.cancel()
             assert (await goal.ended()).status is GoalStatus.CANCELED
         playing = wire.SetSimulationState(state=wire.SimulationState.PLAYING)
         await node.ask(wire.SET_SIMULATION_STATE, playing)
-        async with sending_goal(node.ros, action, kind, {"steps": 1}, told.append) as goal:
+        async with sending_goal(node.ros, action, kind, {"steps": 1}, reported.append) as goal:
             ended = await goal.ended()
             assert (ended.status, ended.result["result"]["result"]) == (GoalStatus.ABORTED, 3)
 

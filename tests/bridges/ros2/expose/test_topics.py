@@ -149,13 +149,13 @@ async def test_an_exposed_node_reappears_after_a_restart_of_the_router(simulator
         async with open_session(listen=endpoint):
             node = await stack.enter_async_context(exposed(simulator, endpoint, types, rate=1.0))
             odometry = node.ros.subscribing("/turtlebot4/odom", "nav_msgs/msg/Odometry")
-            told = await stack.enter_async_context(odometry)
+            reported = await stack.enter_async_context(odometry)
             calling = node.ros.calling("/get_entities", "simulation_interfaces/srv/GetEntities")
             client = await stack.enter_async_context(calling)
-            [before] = await first(told)
+            [before] = await first(reported)
         async with open_session(listen=endpoint):
             with anyio.fail_after(20.0):
-                while seconds((await told.message()).header.stamp) < seconds(before.header.stamp) + 2.0:
+                while seconds((await reported.message()).header.stamp) < seconds(before.header.stamp) + 2.0:
                     pass
                 await client.wait_for_server()
             assert list((await client.call({}, 5.0)).entities) == ["turtlebot4"]

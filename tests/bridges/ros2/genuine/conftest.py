@@ -70,7 +70,7 @@ class Running:
     process: Process
     lines: AsyncIterator[str]
 
-    async def said(self, text: str) -> str:
+    async def printed(self, text: str) -> str:
         """Wait for a line that contains a text, and return it."""
         with anyio.fail_after(DEADLINE):
             async for line in self.lines:
@@ -97,7 +97,7 @@ async def running(
     process = await anyio.open_process(command, stdin=subprocess.DEVNULL, stderr=subprocess.STDOUT, env=own)
     try:
         started = Running(process, _lines(process))
-        await started.said(begun)
+        await started.printed(begun)
         yield started
     finally:
         with anyio.CancelScope(shield=True):

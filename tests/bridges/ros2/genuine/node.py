@@ -18,7 +18,7 @@ from test_msgs.msg import BasicTypes as Basic
 from test_msgs.srv import BasicTypes
 
 
-def say(text):
+def print_line(text):
     sys.stdout.write(f"{text}\n")
     sys.stdout.flush()
 
@@ -29,7 +29,7 @@ def talk(node, text):
 
 
 def listen(node, _):
-    node.create_subscription(String, "chatter", lambda message: say(f"heard {message.data}"), 10)
+    node.create_subscription(String, "chatter", lambda message: print_line(f"received {message.data}"), 10)
 
 
 def write_log(node, text):
@@ -56,19 +56,19 @@ def act(node, cancels):
 
     def execute(goal):
         end = time.monotonic() + goal.request.order / 10
-        say("accepted")
+        print_line("accepted")
         while time.monotonic() < end:
             if goal.is_cancel_requested:
                 goal.canceled()
-                say("canceled")
+                print_line("canceled")
                 return Fibonacci.Result()
             time.sleep(0.01)
         goal.succeed()
-        say("succeeded")
+        print_line("succeeded")
         return Fibonacci.Result(sequence=[0, 1, 1])
 
     def cancel(_):
-        say("asked to cancel")
+        print_line("asked to cancel")
         return CancelResponse.ACCEPT
 
     answers = {"cancel_callback": cancel} if cancels == "cancels" else {}  # rclpy rejects by default
@@ -93,7 +93,7 @@ def main():
     KINDS[kind](node, argument)
     executor = MultiThreadedExecutor(num_threads=4)
     executor.add_node(node)
-    say("ready")
+    print_line("ready")
     try:
         executor.spin()
     finally:

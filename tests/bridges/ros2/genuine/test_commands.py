@@ -62,20 +62,20 @@ async def test_a_signal_cancels_a_goal(ros2: Ros2, router: str) -> None:
     async with ros2.node(router, "actor", "cancels") as actor:
         command = [*SEORO, "ros", *GOAL, "{order: 600}", "--ros", router, *types(ros2)]
         async with running(command, "accepted the goal") as sent:
-            await actor.said("accepted")
+            await actor.printed("accepted")
             assert await status_after(sent, signal.SIGTERM) == 143
-            await sent.said("the goal was canceled")
-            await actor.said("asked to cancel")
-            await actor.said("canceled")
+            await sent.printed("the goal was canceled")
+            await actor.printed("asked to cancel")
+            await actor.printed("canceled")
 
 
 async def test_a_rejected_cancel_is_reported_as_rejected(ros2: Ros2, router: str) -> None:
     async with ros2.node(router, "actor") as actor:
         command = [*SEORO, "ros", *GOAL, "{order: 600}", "--ros", router, *types(ros2)]
         async with running(command, "accepted the goal") as sent:
-            await actor.said("accepted")
+            await actor.printed("accepted")
             assert await status_after(sent, signal.SIGTERM) == 143
-            assert "its server rejects to cancel it" in await sent.said("")
+            assert "its server rejects to cancel it" in await sent.printed("")
 
 
 async def test_logs_are_found_by_node_names(ros2: Ros2, router: str, tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ async def is_gone(endpoint: str, name: str) -> None:
 
 async def test_nodes_receive_messages_of_each_other(ros2: Ros2, router: str) -> None:
     async with ros2.node(router, "talker"), ros2.node(router, "listener") as listener:
-        await listener.said("heard hello")
+        await listener.printed("received hello")
 
 
 async def test_nodes_are_in_the_graph_after_a_restart_of_the_router_until_they_end(ros2: Ros2) -> None:
@@ -44,7 +44,7 @@ async def test_nodes_are_in_the_graph_after_a_restart_of_the_router_until_they_e
         async with ros2.router("seoro", endpoint):
             await is_there(endpoint, "/talker")
             async with ros2.node(endpoint, "listener") as listener:
-                await listener.said("heard hello")
+                await listener.printed("received hello")
 
 
 async def test_nodes_started_before_the_router_are_in_the_graph_until_they_end(ros2: Ros2) -> None:

@@ -115,13 +115,13 @@ async def test_latched_messages_from_before_the_offset_are_played(
 
 
 async def test_the_clock_publishes_the_time_of_the_bag(router: str, types: TypeStore, tmp_path: Path) -> None:
-    told: list[str] = []
+    notes: list[str] = []
     clock = BagTopic("/clock", "rosgraph_msgs/msg/Clock", types.type_hash("rosgraph_msgs/msg/Clock"))
     recorded = ("/clock", types.encode(clock.type, {"clock": {"sec": 1}}), 0)
     bag = open_bag(await write(tmp_path / "bag", [recorded, *talk(11)], CHATTER, clock))
     async with listening(router, types, "/clock", clock.type) as (here, subscription):
         started = time.monotonic()
-        await play(here, bag, Playback(rate=5, clock_rate=50), on_note=told.append)
+        await play(here, bag, Playback(rate=5, clock_rate=50), on_note=notes.append)
         most = (time.monotonic() - started) * 50 + 2  # one at the beginning, one at the end
         subscription.close()
         times = [subscription.decode(each).clock async for each in subscription]
@@ -130,7 +130,7 @@ async def test_the_clock_publishes_the_time_of_the_bag(router: str, types: TypeS
     assert nanoseconds[0] >= 0
     assert nanoseconds[-1] > SECOND * 0.95
     assert 2 <= len(times) <= most
-    assert told == ["/clock of the bag is not played, since its time is published"]
+    assert notes == ["/clock of the bag is not played, since its time is published"]
 
 
 async def test_types_defined_only_by_the_bag_are_played(router: str, types: TypeStore, tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ async def limited() -> AsyncIterator[None]:
         yield
 
 
-def said(bag: Bag, topic: str = "/chatter") -> list[str]:
+def texts(bag: Bag, topic: str = "/chatter") -> list[str]:
     """Return the texts of the messages of a topic."""
     return [TYPES.decode(STRING, message.payload).data for message in bag.messages({topic})]
 
@@ -71,7 +71,7 @@ async def test_topics_are_recorded_with_type_hash_and_qos(router: str, types: Ty
             await talk_to(chatter, "one", "two")
             await recorded(recording, 3)
     bag = open_bag(tmp_path / "bag")
-    assert said(bag) == ["one", "two"]
+    assert texts(bag) == ["one", "two"]
     assert bag.topics["/chatter"].type_hash == CHATTER.type_hash
     assert bag.topics["/scan"].qos == (LATCHED,)
     assert bag.topics["/scan"].count == 1
@@ -98,29 +98,29 @@ async def test_the_recorder_lists_missing_topics_until_all_exist(
         assert [*recording.missing, "/", *recording.topics] == ["/", "/scan", "/chatter"]
         await talk_to(chatter, "late")
         await recorded(recording, 1)
-    assert said(open_bag(tmp_path / "bag")) == ["late"]
+    assert texts(open_bag(tmp_path / "bag")) == ["late"]
 
 
 async def test_a_lost_publisher_is_reported_and_noted_in_the_bag(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
-    told: list[str] = []
+    notes: list[str] = []
     async with limited(), two_nodes(router, types) as (there, here), AsyncExitStack() as robot:
         chatter = await robot.enter_async_context(there.publishing("/chatter", STRING))
-        async with record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording:
+        async with record(here, tmp_path / "bag", ["/chatter"], on_note=notes.append) as recording:
             await recording.wait_complete()
             await talk_to(chatter, "before")
             await robot.aclose()
-            while len(told) < 1:
+            while len(notes) < 1:
                 await anyio.sleep(0.002)
             async with there.publishing("/chatter", STRING) as again:
                 await talk_to(again, "after")
                 await recorded(recording, 2)
-                while len(told) < 2:
+                while len(notes) < 2:
                     await anyio.sleep(0.002)
-    assert told[:2] == ["/chatter has lost its publisher, /robot", "/chatter has a publisher again"]
-    assert said(open_bag(tmp_path / "bag")) == ["before", "after"]
-    assert custom_data(tmp_path / "bag")["notes"].splitlines() == told
+    assert notes[:2] == ["/chatter has lost its publisher, /robot", "/chatter has a publisher again"]
+    assert texts(open_bag(tmp_path / "bag")) == ["before", "after"]
+    assert custom_data(tmp_path / "bag")["notes"].splitlines() == notes
 
 
 async def test_a_pattern_records_new_topics_and_hidden_ones_on_request_only(
@@ -146,12 +146,12 @@ async def test_a_pattern_records_new_topics_and_hidden_ones_on_request_only(
 async def test_messages_have_the_time_of_the_clock_on_request(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
-    told: list[str] = []
+    notes: list[str] = []
     async with (
         limited(),
         two_nodes(router, types) as (there, here),
         there.publishing("/chatter", STRING) as chatter,
-        record(here, tmp_path / "bag", ["/chatter"], use_sim_time=True, on_note=told.append) as recording,
+        record(here, tmp_path / "bag", ["/chatter"], use_sim_time=True, on_note=notes.append) as recording,
     ):
         assert recording.missing == ("/clock", "/chatter")
         async with there.publishing("/clock", "rosgraph_msgs/msg/Clock") as clock:
@@ -161,7 +161,7 @@ async def test_messages_have_the_time_of_the_clock_on_request(
             await talk_to(chatter, "at twelve")
             await recorded(recording, 1)
             clock.publish({"clock": {"sec": 3}})
-            while not told:
+            while not notes:
                 await anyio.sleep(0.002)
             chatter.publish({"data": "at three"})
             await recorded(recording, 2)
@@ -170,24 +170,24 @@ async def test_messages_have_the_time_of_the_clock_on_request(
         (3 * SECOND, 3 * SECOND),
         (12 * SECOND + SECOND // 2, 12 * SECOND + SECOND // 2),
     ]
-    assert told == ["/clock jumped back from 12.500 s to 3.000 s"]
+    assert notes == ["/clock jumped back from 12.500 s to 3.000 s"]
 
 
 async def test_topics_of_unknown_definitions_are_recorded_without_definition(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
     theirs = with_another_string(types, tmp_path / "definitions")
-    told: list[str] = []
+    notes: list[str] = []
     async with (
         limited(),
         two_nodes(router, types, theirs=theirs) as (there, here),
         there.publishing("/chatter", STRING) as chatter,
-        record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording,
+        record(here, tmp_path / "bag", ["/chatter"], on_note=notes.append) as recording,
     ):
         await recording.wait_complete()
         await talk_to(chatter, "theirs")
         await recorded(recording, 1)
-    assert told[0].startswith(
+    assert notes[0].startswith(
         "/chatter is recorded without the definition of std_msgs/msg/String: the definitions of the robot"
     )
     with Reader(tmp_path / "bag") as reader:
@@ -208,13 +208,13 @@ async def test_all_received_messages_are_recorded_at_the_end(
         await recording.wait_complete()
         await talk_to(chatter, *map(str, range(20)))
         time.sleep(0.2)  # all messages arrive while the event loop is blocked
-    assert said(open_bag(tmp_path / "bag")) == [str(number) for number in range(20)]
+    assert texts(open_bag(tmp_path / "bag")) == [str(number) for number in range(20)]
 
 
 async def test_messages_of_the_known_definition_only_are_recorded(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
-    theirs, told = with_another_string(types, tmp_path / "definitions"), list[str]()
+    theirs, notes = with_another_string(types, tmp_path / "definitions"), list[str]()
     async with (
         limited(),
         two_nodes(router, types, theirs=theirs) as (there, here),
@@ -224,24 +224,24 @@ async def test_messages_of_the_known_definition_only_are_recorded(
         another.publishing("/chatter", STRING) as chatter,
     ):
         await here.graph.wait_for(lambda graph: len(graph.publishers("/chatter")) == 2)
-        async with record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording:
+        async with record(here, tmp_path / "bag", ["/chatter"], on_note=notes.append) as recording:
             await recording.wait_complete()
             await talk_to(strange, "theirs")
             await talk_to(chatter, "ours")
             await recorded(recording, 1)
-            while not told:
+            while not notes:
                 await anyio.sleep(0.002)
-    assert told == [
+    assert notes == [
         "/chatter: messages with another definition of std_msgs/msg/String are not recorded"
         f" ({theirs.type_hash(STRING)}; recorded: {types.type_hash(STRING)})"
     ]
-    assert said(open_bag(tmp_path / "bag")) == ["ours"]
+    assert texts(open_bag(tmp_path / "bag")) == ["ours"]
 
 
 async def test_topics_with_invalid_names_are_skipped_with_a_note(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
-    told: list[str] = []
+    notes: list[str] = []
     async with limited(), two_nodes(router, types) as (there, here), there.publishing("/good", STRING):
         session, number = there.node.session, there.system.number()
         odd = Endpoint(Kind.PUBLISHER, "/odd-name", STRING, session, CHATTER.type_hash, Qos(), number, there.node)
@@ -249,10 +249,10 @@ async def test_topics_with_invalid_names_are_skipped_with_a_note(
         assert token is not None
         async with there.system.session.token(token):
             await here.graph.wait_for(lambda graph: graph.publishers("/odd-name"))
-            async with record(here, tmp_path / "bag", pattern=".*", on_note=told.append) as recording:
-                while not told or not recording.topics:
+            async with record(here, tmp_path / "bag", pattern=".*", on_note=notes.append) as recording:
+                while not notes or not recording.topics:
                     await anyio.sleep(0.002)
-    assert told[0].startswith(
+    assert notes[0].startswith(
         "/odd-name is not recorded: '/odd-name': invalid part 'odd-name': expected letters, digits and '_'"
     )
     assert recording.topics == ("/good",)
@@ -261,12 +261,12 @@ async def test_topics_with_invalid_names_are_skipped_with_a_note(
 async def test_messages_lost_in_transit_are_reported_counted_and_noted(
     router: str, types: TypeStore, tmp_path: Path
 ) -> None:
-    told: list[str] = []
+    notes: list[str] = []
     async with (
         limited(),
         two_nodes(router, types) as (there, here),
         there.publishing("/chatter", STRING) as chatter,
-        record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording,
+        record(here, tmp_path / "bag", ["/chatter"], on_note=notes.append) as recording,
     ):
         await recording.wait_complete()
         await talk_to(chatter, "1", "2")
@@ -277,21 +277,21 @@ async def test_messages_lost_in_transit_are_reported_counted_and_noted(
         await talk_to(chatter, "8")
         await recorded(recording, 4)
     assert recording.missed == {"/chatter": 4}
-    assert told == ["/chatter: messages are lost in transit, first number 3"]
+    assert notes == ["/chatter: messages are lost in transit, first number 3"]
     noted = custom_data(tmp_path / "bag")
-    assert (noted["missed"], noted["notes"]) == ("4 of /chatter", told[0])
+    assert (noted["missed"], noted["notes"]) == ("4 of /chatter", notes[0])
 
 
 async def test_dropped_messages_are_reported_counted_and_noted(
     router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "WAITING", Bound(3))
-    told: list[str] = []
+    notes: list[str] = []
     async with (
         limited(),
         two_nodes(router, types) as (there, here),
         there.publishing("/chatter", STRING) as chatter,
-        record(here, tmp_path / "bag", ["/chatter"], on_note=told.append) as recording,
+        record(here, tmp_path / "bag", ["/chatter"], on_note=notes.append) as recording,
     ):
         await recording.wait_complete()
         await chatter.wait_for_subscription()
@@ -301,9 +301,9 @@ async def test_dropped_messages_are_reported_counted_and_noted(
         await recorded(recording, 3)
     lost = recording.lost["/chatter"]
     assert lost + recording.counts["/chatter"] == 200
-    assert told == ["/chatter: messages are dropped, since they arrive faster than the disk writes"]
+    assert notes == ["/chatter: messages are dropped, since they arrive faster than the disk writes"]
     assert custom_data(tmp_path / "bag")["lost"] == f"{lost} of /chatter"
-    assert len(said(open_bag(tmp_path / "bag"))) == recording.counts["/chatter"]
+    assert len(texts(open_bag(tmp_path / "bag"))) == recording.counts["/chatter"]
 
 
 async def test_a_full_disk_ends_the_recording_with_an_error(
@@ -340,7 +340,7 @@ async def test_a_cancelled_recording_leaves_an_intact_bag(router: str, types: Ty
                 await anyio.sleep_forever()
         await here.graph.wait_for(lambda graph: not graph.subscriptions("/chatter"))
     bag = open_bag(tmp_path / "bag")
-    assert (said(bag), bag.is_cut_off) == (["last"], False)
+    assert (texts(bag), bag.is_cut_off) == (["last"], False)
 
 
 async def test_topics_behind_a_bridge_for_dds_are_recorded(router: str, types: TypeStore, tmp_path: Path) -> None:
@@ -354,7 +354,7 @@ async def test_topics_behind_a_bridge_for_dds_are_recorded(router: str, types: T
         await talk_to(chatter, "hello")
         await recorded(recording, 1)
     bag = open_bag(tmp_path / "bag")
-    assert said(bag) == ["hello"]
+    assert texts(bag) == ["hello"]
     assert bag.topics["/chatter"].type_hash == CHATTER.type_hash
 
 

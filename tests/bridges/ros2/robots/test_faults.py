@@ -135,14 +135,14 @@ async def test_a_clock_that_jumps_back_is_logged_and_drops_earlier_transforms(tm
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
     transform = {"header": {"frame_id": "odom", "stamp": {"sec": 90}}, "child_frame_id": "base_link"}
     placed = {"transforms": [{**transform, "transform": {"rotation": {"w": 1.0}}}]}
-    with (tmp_path / "said").open("wb") as said, router_process(router):
+    with (tmp_path / "message").open("wb") as message, router_process(router):
         async with (
             connect(router, dialect=RmwZenoh()) as system,
             system.node("simulator", "/tb") as simulator,
             simulator.publishing("/clock", "rosgraph_msgs/msg/Clock") as clock,
             simulator.publishing("tf", "tf2_msgs/msg/TFMessage") as frames,
         ):
-            with process("-c", BRIDGE, router, endpoint, "tb", stderr=said):
+            with process("-c", BRIDGE, router, endpoint, "tb", stderr=message):
                 async with connect_robots(endpoint, "a test") as node:
                     for publication in (clock, frames):
                         await publication.wait_for_subscription(10.0)
@@ -153,7 +153,7 @@ async def test_a_clock_that_jumps_back_is_logged_and_drops_earlier_transforms(tm
                     await anyio.sleep(0.3)
                     with pytest.raises(BackendRefused, match="unknown frame base_link, odom"):
                         await node.watch_proximity("tb", "base_link", "odom", Position3D(x=9.0), 0.1, Ends())
-    assert "/clock jumped back from 90.000 s to 89.500 s" in (tmp_path / "said").read_text()
+    assert "/clock jumped back from 90.000 s to 89.500 s" in (tmp_path / "message").read_text()
 
 
 STOPPED = "the robot 'tb' was stopped"
@@ -164,12 +164,12 @@ async def test_the_reason_of_a_silent_topic_is_reported(tmp_path: Path) -> None:
     router, endpoint = free_endpoint(), f"unixsock-stream/{tmp_path}/bridge"
 
     async def why() -> str:
-        said = STOPPED
-        while said == STOPPED:  # a busy machine may keep this process from a sign of life
+        message = STOPPED
+        while message == STOPPED:  # a busy machine may keep this process from a sign of life
             with pytest.raises(BackendRefused) as refused:
                 await node.watch_distance("tb", 1.0, Ends())
-            said = str(refused.value)
-        return said.removeprefix("no odometry of the robot on /tb/odom: ")
+            message = str(refused.value)
+        return message.removeprefix("no odometry of the robot on /tb/odom: ")
 
     with router_process(router):
         async with connect(router, dialect=RmwZenoh()) as system, system.node("robot", "/tb") as robot:

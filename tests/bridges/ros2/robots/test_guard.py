@@ -226,27 +226,27 @@ async def test_missing_heartbeats_stop_robots_until_they_resume(
     last: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("seoro.bridges.ros2.robots.guard.SILENCE", 0.02)
-    heard: list[str] = []
+    received: list[str] = []
     ours, theirs = os.pipe()
 
     def stop(robots: Collection[int], why: str) -> None:
         assert set(robots) == {0}
-        heard.append(why)
+        received.append(why)
         os.write(theirs, HEARTBEAT)
 
     def resume(_robots: Collection[int]) -> None:
-        heard.append("goes on")
+        received.append("goes on")
         os.write(theirs, last)
         os.close(theirs)
 
     with anyio.fail_after(5.0):
         assert await watch_heartbeats(ours, 1, stop, resume) == (last or HEARTBEAT)
     os.close(ours)
-    assert heard == ["has sent no heartbeat for 0.02 s", "goes on"]
+    assert received == ["has sent no heartbeat for 0.02 s", "goes on"]
 
 
 async def test_an_alarm_stops_its_robots_until_the_bridge_has_stopped_them() -> None:
-    heard: list[tuple[str, set[int]]] = []
+    received: list[tuple[str, set[int]]] = []
     names = ("first", "second", "third")
     second, third = encode_alarms(names, {"second"}), encode_alarms(names, {"third"})
     ours, theirs = os.pipe()
@@ -256,10 +256,10 @@ async def test_an_alarm_stops_its_robots_until_the_bridge_has_stopped_them() -> 
         os.write(theirs, next(signs))
 
     def stop(robots: Collection[int], why: str) -> None:
-        heard.append((why, set(robots)))
+        received.append((why, set(robots)))
 
     def resume(robots: Collection[int]) -> None:
-        heard.append(("over", set(robots)))
+        received.append(("over", set(robots)))
 
     async def write_all() -> None:
         with suppress(StopIteration):
@@ -275,7 +275,7 @@ async def test_an_alarm_stops_its_robots_until_the_bridge_has_stopped_them() -> 
     os.close(ours)
     os.close(theirs)
     why = "has to stop robots in an emergency"
-    assert heard == [(why, {1}), (why, {2}), ("over", {1}), ("over", {2})]
+    assert received == [(why, {1}), (why, {2}), ("over", {1}), ("over", {2})]
 
 
 async def until_read(pipe: int) -> None:

@@ -83,18 +83,18 @@ async def test_invalid_messages_of_a_topic_are_reported_once(
     router: str, types: TypeStore, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.WARNING)
-    heard: list[str] = []
+    received: list[str] = []
     async with (
         two_nodes(router, types) as (there, here),
         there.publishing("/chatter", STRING) as chatter,
         AsyncExitStack() as stack,
         background() as tasks,
     ):
-        await Link(here, stack, tasks).listen("/chatter", STRING, lambda message: heard.append(message.data))
+        await Link(here, stack, tasks).listen("/chatter", STRING, lambda message: received.append(message.data))
         with anyio.fail_after(DEADLINE):
             await chatter.wait_for_subscription()
-            while "end" not in heard:
+            while "end" not in received:
                 chatter.send(JUNK)
-                chatter.publish({"data": "end" if heard else "begin"})
+                chatter.publish({"data": "end" if received else "begin"})
                 await anyio.sleep(0.01)
     assert caplog.text.count("invalid message on /chatter: ") == 1

@@ -109,8 +109,8 @@ async def test_goals_whose_cancel_fails_are_reported_and_active_until_they_end(
             await pursue(link, work, "one", "robot", ActionGoal("/spin", SPIN, {}))
             assert (robot.pending, robot.guard.has_unanswered) == (True, False)
             await work.cancel("one")
-            told = (await events.after(wire.AwaitEvents())).events
-            assert [each.warning for each in told] == [wire.GoalWarning(id="one", message=problem), None]
+            reported = (await events.after(wire.AwaitEvents())).events
+            assert [each.warning for each in reported] == [wire.GoalWarning(id="one", message=problem), None]
             assert problem in caplog.text
             assert work.busy(["robot"]) == ("robot",)
             robot.done.set()

@@ -30,7 +30,7 @@ async def test_another_bridge_to_the_same_robot_is_reported(
         topics = ("/tf", f"/tb1/{statuses}")
         await system.graph.wait_for(lambda graph: all(graph.subscriptions(each) for each in topics), 10.0)
         warn_if_shared([BridgedRobot(each, profile, f"/{each}") for each in ("tb1", "tb2")], system)
-    [told] = [record.getMessage() for record in caplog.records]
-    assert told.startswith(
+    [reported] = [record.getMessage() for record in caplog.records]
+    assert reported.startswith(
         "another bridge serves a robot in the namespace /tb1, too: runs over both would command 'tb1'"
     )

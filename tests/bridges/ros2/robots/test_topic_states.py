@@ -19,7 +19,9 @@ from tests.routers import free_endpoint, process, router_process
 DEADLINE = 30.0  # [s]
 
 
-async def heard(endpoint: str, name: str, is_so: Callable[[dict[str, TopicState]], bool]) -> dict[str, TopicState]:
+async def received(
+    endpoint: str, name: str, is_so: Callable[[dict[str, TopicState]], bool]
+) -> dict[str, TopicState]:
     """Wait until the topics of a robot satisfy a condition, and return them."""
     with anyio.fail_after(DEADLINE):
         while True:
@@ -32,7 +34,7 @@ async def heard(endpoint: str, name: str, is_so: Callable[[dict[str, TopicState]
 
 
 async def test_topics_with_and_without_messages_are_reported(bridged: Bridged) -> None:
-    topics = await heard(bridged.endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
+    topics = await received(bridged.endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
     assert topics["/tb/odom"].seen is not None
     silent = [each for each in topics.values() if each.seen is None]
     assert silent
@@ -46,7 +48,7 @@ async def test_a_robot_without_answers_is_reported_with_its_bridge(tmp_path: Pat
         process(str(FAKE_ROBOT), str(tmp_path), router, "tb", "geometry_msgs/msg/Twist") as robot,
         process("-c", BRIDGE, router, endpoint, "tb", "ghost"),
     ):
-        await heard(endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
+        await received(endpoint, "tb", lambda topics: not topics["/tb/odom"].why)
         found = {each.what: each async for each in check_lab(Places((endpoint,)), None)}
         assert found["ros2/tb"].health is not Health.FAILED
         ghost = found["ros2/ghost"]
@@ -55,4 +57,4 @@ async def test_a_robot_without_answers_is_reported_with_its_bridge(tmp_path: Pat
         assert "/ghost/odom (no publisher)" in ghost.text
         assert "`--ros`" in ghost.help
         os.kill(robot.pid, signal.SIGKILL)
-        await heard(endpoint, "tb", lambda topics: topics["/tb/odom"].why == "no publisher")
+        await received(endpoint, "tb", lambda topics: topics["/tb/odom"].why == "no publisher")

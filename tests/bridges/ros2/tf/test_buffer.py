@@ -147,14 +147,14 @@ def test_cyclic_frames_are_refused() -> None:
 
 
 def test_a_time_that_jumps_back_drops_moving_frames_with_a_note() -> None:
-    told: list[str] = []
-    buffer = TransformBuffer(on_note=told.append)
+    notes: list[str] = []
+    buffer = TransformBuffer(on_note=notes.append)
     buffer.put("base_link", "laser", at(0.1), None)
     for second in range(60):
         buffer.put("odom", "base_link", at(float(second)), second * SECOND)
         buffer.put("map", "odom", at(0.0), second * SECOND)
     buffer.put("odom", "base_link", at(0.0), SECOND // 2)
-    assert told == ["time was set back from 59.000 s to 0.500 s (`base_link`); earlier transforms are dropped"]
+    assert notes == ["time was set back from 59.000 s to 0.500 s (`base_link`); earlier transforms are dropped"]
     assert buffer.frames == ("base_link", "laser", "odom")
     assert buffer.lookup("laser", "odom").stamp == SECOND // 2
 
@@ -187,20 +187,20 @@ def test_transform_messages_are_added() -> None:
 def test_invalid_transforms_are_skipped_and_reported_once(
     transform: dict[str, dict[str, float]], problem: str
 ) -> None:
-    types, told = TypeStore.bundled(), list[str]()
-    buffer = TransformBuffer(on_note=told.append)
+    types, notes = TypeStore.bundled(), list[str]()
+    buffer = TransformBuffer(on_note=notes.append)
     stamped = {"header": {"frame_id": "a"}, "child_frame_id": "b", "transform": transform}
     for _ in range(3):
         buffer.put_message(types.message(TF_MESSAGE, {"transforms": [stamped]}))
-    assert (told, buffer.frames) == ([problem], ())
+    assert (notes, buffer.frames) == ([problem], ())
 
 
 def test_frames_without_a_name_or_within_themselves_are_skipped() -> None:
-    told: list[str] = []
-    buffer = TransformBuffer(on_note=told.append)
+    notes: list[str] = []
+    buffer = TransformBuffer(on_note=notes.append)
     buffer.put("a", "a", IDENTITY, 0)
     buffer.put("", "a", IDENTITY, 0)
-    assert (len(told), buffer.frames) == (2, ())
+    assert (len(notes), buffer.frames) == (2, ())
 
 
 def test_a_thousand_lookups_take_less_than_a_tenth_of_a_second() -> None:

@@ -36,13 +36,13 @@ def test_tokens_equal_those_of_the_bridge() -> None:
 def test_announcements_are_read(endpoint: Endpoint) -> None:
     token = DIALECT.token(endpoint)
     assert token is not None
-    told = replace(endpoint, node=None, number=None)
+    reported = replace(endpoint, node=None, number=None)
     if endpoint.kind in {Kind.PUBLISHER, Kind.SUBSCRIPTION}:
         assert endpoint.qos is not None
-        told = replace(told, qos=without_times(endpoint.qos))
+        reported = replace(reported, qos=without_times(endpoint.qos))
     else:
-        told = replace(told, qos=None, type_hash=None)
-    assert DIALECT.parse(token) == told
+        reported = replace(reported, qos=None, type_hash=None)
+    assert DIALECT.parse(token) == reported
 
 
 @pytest.mark.parametrize("kind", [Kind.ACTION_SERVER, Kind.ACTION_CLIENT])
