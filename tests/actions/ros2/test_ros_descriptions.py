@@ -27,7 +27,7 @@ async def telling_robot(router: str, folder: Path) -> AsyncIterator[TypeStore]:
     async with (
         connect(router, types=types, dialect=RmwZenoh()) as system,
         system.node("robot") as node,
-        node.serving("~/get_type_description", SERVICE, Describer(types).tell),
+        node.serving("~/get_type_description", SERVICE, Describer(types).describe),
         node.publishing("/state", STATE) as publication,
         anyio.create_task_group() as tasks,
     ):
