@@ -1,5 +1,6 @@
 """Findings about the path to an executor: each problem is found at its hop."""
 
+import math
 import os
 import signal
 import socket
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from seoro.doctor import peers
 from seoro.doctor.endpoint import check_endpoint
 from seoro.doctor.findings import Finding, Health
 from seoro.doctor.path import check_path_to_executors
@@ -47,7 +49,8 @@ def listening() -> Iterator[int]:
     thread.join()
 
 
-async def test_a_healthy_executor_has_no_problems(lab: RunningExecutor) -> None:
+async def test_a_healthy_executor_has_no_problems(lab: RunningExecutor, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peers, "SLOW", math.inf)  # a busy machine answers late
     found = await look(lab.endpoint, NAME)
     assert {finding.health for finding in found} == {Health.OK}
     text = "\n".join(f"{finding.what}: {finding.text}" for finding in found)
@@ -125,3 +128,9 @@ async def test_a_suspended_executor_is_reported(tmp_path: Path) -> None:
             os.kill(running.process.pid, signal.SIGCONT)
     assert last.health is Health.FAILED
     assert "if it hangs" in last.help
+
+
+@pytest.mark.parametrize(("most", "health"), [(0.02, Health.OK), (peers.SLOW, Health.WARNING)])
+def test_slow_answers_are_a_warning(most: float, health: Health) -> None:
+    finding = peers.latency_finding("lab-a", 0.01, most, 100)
+    assert (finding.health, finding.text) == (health, f"latency 10.0 ms (p50), {1000.0 * most:.1f} ms (p99 of 100)")
