@@ -7,17 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import cast
 
-from seoro.lang.plan import (
-    DeclaredEvent,
-    Event,
-    EventReference,
-    EventSpecification,
-    LabelEvent,
-    MemberEvent,
-    OnEvent,
-    PhaseEvent,
-    Plan,
-)
+from seoro.lang import plan as plan_
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.history import History, LoggedEvent, Mark
 from seoro.runtime.accept.instances import Instance
@@ -44,7 +34,7 @@ class Channel:
     of: int
     name: str
     environment: Environment
-    declared: Event | None
+    declared: plan_.Event | None
     start: Mark
     end: float
 
@@ -59,7 +49,7 @@ class Channels:
         world: Values of the trace.
     """
 
-    plan: Plan
+    plan: plan_.Plan
     history: History
     world: World
 
@@ -75,14 +65,19 @@ class Channels:
         return found[first:last]
 
     def sources(
-        self, specification: EventSpecification, environment: Environment, start: Mark, t: float, depth: int = 0
+        self,
+        specification: plan_.EventSpecification,
+        environment: Environment,
+        start: Mark,
+        t: float,
+        depth: int = 0,
     ) -> tuple[set[int], bool]:
         """Return the records that may have met a specification in an instant, and whether the list is complete.
 
         Raises:
             Undecided: The trace lacks the data.
         """
-        if not isinstance(specification, OnEvent) or depth > _NESTING:
+        if not isinstance(specification, plan_.OnEvent) or depth > _NESTING:
             return set(), False
         found: set[int] = set()
         is_all = True
@@ -97,7 +92,7 @@ class Channels:
         return found, is_all
 
     def resolve(
-        self, reference: EventReference, environment: Environment, start: Mark, end: float = float("inf")
+        self, reference: plan_.EventReference, environment: Environment, start: Mark, end: float = float("inf")
     ) -> Iterator[Channel]:
         """Yield the events that a reference resolves to from a record on.
 
@@ -105,20 +100,20 @@ class Channels:
             Undecided: The trace lacks the data.
         """
         match reference:
-            case DeclaredEvent(name):
+            case plan_.DeclaredEvent(name):
                 holder = environment.instance
                 yield Channel(self._number(holder), name, environment, self.event_of(holder, name), start, end)
-            case PhaseEvent(label, phase):
+            case plan_.PhaseEvent(label, phase):
                 name = f"{label}.{phase.value}" if label is not None else phase.value
                 yield Channel(self._number(environment.instance), name, environment, None, start, end)
-            case MemberEvent(base, event):
+            case plan_.MemberEvent(base, event):
                 found = cast(HasFields, self.world.value(base, environment, start.seq))
                 yield from self.resolve(event, self.world.scope_of(found, environment), start, end)
-            case LabelEvent(label, event):
+            case plan_.LabelEvent(label, event):
                 yield from self._of_label(label, event, environment, start, end)
 
     def _of_label(
-        self, label: str, event: EventReference, environment: Environment, start: Mark, end: float
+        self, label: str, event: plan_.EventReference, environment: Environment, start: Mark, end: float
     ) -> Iterator[Channel]:
         """Yield the events of the last invocation under a label, and of later ones."""
         holder = environment.instance
@@ -138,9 +133,9 @@ class Channels:
             raise Undecided("the trace does not identify the instance of an event")
         return number
 
-    def event_of(self, holder: HasFields, name: str) -> Event | None:
+    def event_of(self, holder: HasFields, name: str) -> plan_.Event | None:
         """Return an event that a holder declares; None if unknown."""
-        events: Sequence[Event] = ()
+        events: Sequence[plan_.Event] = ()
         if isinstance(holder, Instance):
             events = holder.declaration.events
         elif isinstance(holder, Struct | Actor) and (declared := self.plan.object_type(holder.types)) is not None:

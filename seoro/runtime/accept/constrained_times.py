@@ -6,52 +6,42 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Final, cast
 
-from seoro.lang.plan import (
-    Behavior,
-    Binding,
-    Constraint,
-    Expression,
-    FieldDeclaration,
-    Member,
-    ModifierApplication,
-    Plan,
-    walk,
-)
+from seoro.lang import plan as plan_
 
 _TIMES: Final = frozenset({"duration", "overlap", "start_to_start", "end_to_end"})
 
 
-def times_in(expression: Expression) -> frozenset[str]:
+def times_in(expression: plan_.Expression) -> frozenset[str]:
     """Return the times of `it` in an expression."""
-    return frozenset(cast(Member, part).name for part in walk(expression) if is_time(part))
+    return frozenset(cast(plan_.Member, part).name for part in plan_.walk(expression) if is_time(part))
 
 
-def has_times(behavior: Behavior | None, applied: Iterable[object], plan: Plan) -> bool:
+def has_times(behavior: plan_.Behavior | None, applied: Iterable[object], plan: plan_.Plan) -> bool:
     """Whether constraints affect times of a behavior: its own, those of its modifiers, or of held objects."""
     members: list[object] = list(getattr(behavior, "constraints", ()))
     held = (each for type_ in plan.objects.values() for each in type_.modifiers)
-    pending = [each for each in chain(applied, held) if isinstance(each, ModifierApplication)]
+    pending = [each for each in chain(applied, held) if isinstance(each, plan_.ModifierApplication)]
     while pending:
         modifier = plan.modifiers[pending.pop().modifier]
         members += modifier.structure.members
-        pending += [each for each in modifier.modifiers if isinstance(each, ModifierApplication)]
+        pending += [each for each in modifier.modifiers if isinstance(each, plan_.ModifierApplication)]
     return any(times_in(expression) for expression in expressions_of(members))
 
 
-def expressions_of(members: Iterable[object]) -> Iterator[Expression]:
+def expressions_of(members: Iterable[object]) -> Iterator[plan_.Expression]:
     """Yield the conditions and defaults among members of a declaration."""
     for member in members:
-        if isinstance(member, Constraint):
+        if isinstance(member, plan_.Constraint):
             yield member.condition
-        elif isinstance(member, FieldDeclaration) and member.default is not None:
+        elif isinstance(member, plan_.FieldDeclaration) and member.default is not None:
             yield member.default
 
 
-def is_time(expression: Expression) -> bool:
+def is_time(expression: plan_.Expression) -> bool:
     """Whether an expression is a time of `it`."""
     return (
-        isinstance(expression, Member)
+        isinstance(expression, plan_.Member)
         and expression.name in _TIMES
-        and isinstance(expression.base, Binding)
+        and isinstance(expression.base, plan_.Binding)
         and expression.base.name == "it"
     )

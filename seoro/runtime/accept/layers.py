@@ -9,20 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from seoro.lang.plan import (
-    Behavior,
-    CallMethod,
-    Emit,
-    Expression,
-    InvokeAction,
-    InvokeScenario,
-    Modification,
-    ModifierApplication,
-    Override,
-    Plan,
-    Until,
-    Wait,
-)
+from seoro.lang import plan as plan_
 from seoro.lang.source import Span
 from seoro.runtime.accept.constrained_times import has_times
 
@@ -31,7 +18,7 @@ from seoro.runtime.accept.constrained_times import has_times
 class Untils:
     """Adjacent directives `until`."""
 
-    directives: tuple[Until, ...]
+    directives: tuple[plan_.Until, ...]
 
 
 @dataclass(frozen=True)
@@ -43,22 +30,22 @@ class Duration:
         behavior: Behavior whose constraints may bound it; None for the run itself.
     """
 
-    expression: Expression | None
-    behavior: Behavior | None
+    expression: plan_.Expression | None
+    behavior: plan_.Behavior | None
     span: Span
 
 
-Layer: TypeAlias = Untils | ModifierApplication | Override | Duration
+Layer: TypeAlias = Untils | plan_.ModifierApplication | plan_.Override | Duration
 
 
-def layers_of(behavior: Behavior, plan: Plan) -> tuple[Layer, ...]:
+def layers_of(behavior: plan_.Behavior, plan: plan_.Plan) -> tuple[Layer, ...]:
     """Return the layers of a behavior."""
     match behavior:
-        case Wait() | Emit() | CallMethod():
+        case plan_.Wait() | plan_.Emit() | plan_.CallMethod():
             return ()
-        case InvokeScenario(scenario=name):
+        case plan_.InvokeScenario(scenario=name):
             own = layers_in(plan.scenarios[name].modifiers)
-        case InvokeAction(action=name):
+        case plan_.InvokeAction(action=name):
             own = layers_in(plan.actions[name].modifiers)
         case _:
             own = ()
@@ -70,19 +57,19 @@ def layers_of(behavior: Behavior, plan: Plan) -> tuple[Layer, ...]:
     return (*outer, *own)
 
 
-def layers_of_run(plan: Plan) -> tuple[Layer, ...]:
+def layers_of_run(plan: plan_.Plan) -> tuple[Layer, ...]:
     """Return the layers of the run itself."""
     declared = plan.scenarios[plan.entry]
     own = layers_in(declared.modifiers)
     return (*own, Duration(None, None, declared.span)) if has_times(None, own, plan) else own
 
 
-def layers_in(modifications: Iterable[Modification]) -> tuple[Layer, ...]:
+def layers_in(modifications: Iterable[plan_.Modification]) -> tuple[Layer, ...]:
     """Return the layers of a `with` block or a declaration."""
     layers: list[Layer] = []
-    row: list[Until] = []
+    row: list[plan_.Until] = []
     for modification in modifications:
-        if isinstance(modification, Until):
+        if isinstance(modification, plan_.Until):
             row.append(modification)
             continue
         if row:

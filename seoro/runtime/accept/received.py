@@ -9,15 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from seoro.lang.plan import (
-    DeclaredEvent,
-    Event,
-    EventSpecification,
-    LabelEvent,
-    MemberEvent,
-    OnEvent,
-    Plan,
-)
+from seoro.lang import plan as plan_
 
 _ROUNDING = 1e-9  # [s]
 
@@ -30,7 +22,7 @@ class Received:
         plan: The plan.
     """
 
-    plan: Plan
+    plan: plan_.Plan
     due: dict[tuple[int, str, float], None] = field(default_factory=dict)  # certainly received, with the time [s]
     _received: dict[tuple[int, str], list[tuple[float, float]]] = field(default_factory=dict)
     _names: set[str] = field(default_factory=set)  # names of events with other possible subscribers
@@ -40,13 +32,13 @@ class Received:
             for event in (*(on.event for on in modifier.on), *(sample.event for sample in modifier.samples)):
                 self.give_up(event)
         for items in self.plan.coverage.values():
-            self._names |= {item.event.name for item in items if isinstance(item.event, DeclaredEvent)}
+            self._names |= {item.event.name for item in items if isinstance(item.event, plan_.DeclaredEvent)}
 
     def add(self, of: int, name: str, first: float, last: float) -> None:
         """Note that a subscriber receives a derived event of an instance once between two times [s]."""
         self._received.setdefault((of, name), []).append((first, last))
 
-    def give_up(self, specification: EventSpecification) -> None:
+    def give_up(self, specification: plan_.EventSpecification) -> None:
         """Note a subscriber for which the times are unknown."""
         self._names.update(_names(specification))
 
@@ -68,19 +60,19 @@ class Received:
                     pending += _names(event.specification)
         return found
 
-    def _declared(self) -> Iterator[Event]:
+    def _declared(self) -> Iterator[plan_.Event]:
         plan = self.plan
         for declared in (plan.scenarios, plan.actions, plan.modifiers, plan.objects):
             for each in declared.values():
                 yield from each.events
 
 
-def _names(specification: EventSpecification) -> Iterator[str]:
+def _names(specification: plan_.EventSpecification) -> Iterator[str]:
     """Yield the name of the event that a specification refers to, if any."""
-    if not isinstance(specification, OnEvent):
+    if not isinstance(specification, plan_.OnEvent):
         return
     event = specification.event
-    while isinstance(event, MemberEvent | LabelEvent):
+    while isinstance(event, plan_.MemberEvent | plan_.LabelEvent):
         event = event.event
-    if isinstance(event, DeclaredEvent):
+    if isinstance(event, plan_.DeclaredEvent):
         yield event.name

@@ -13,20 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
 
-from seoro.lang.plan import (
-    Behavior,
-    CallMethod,
-    Emit,
-    InvokeAction,
-    InvokeScenario,
-    ModifierApplication,
-    OneOf,
-    Override,
-    Parallel,
-    Scenario,
-    Serial,
-    Wait,
-)
+from seoro.lang import plan as plan_
 from seoro.lang.source import Span
 from seoro.runtime.accept.compositions import Checking, end_of_one_of, end_of_serial
 from seoro.runtime.accept.findings import Rule, Undecided
@@ -65,7 +52,7 @@ class _Course:
         span: Its place in the scenario.
     """
 
-    plan: Behavior | None
+    plan: plan_.Behavior | None
     span: Span
 
 
@@ -100,7 +87,7 @@ class Tree(Checker):
 
     # -------------------------------------------------------- behaviors
 
-    def _behavior(self, plan: Behavior, node: Node, around: Instance, cuts: frozenset[str]) -> None:
+    def _behavior(self, plan: plan_.Behavior, node: Node, around: Instance, cuts: frozenset[str]) -> None:
         """Match a behavior with its plan."""
         self.matched.plans[node.number] = plan
         self.matched.around[node.number] = around
@@ -112,15 +99,15 @@ class Tree(Checker):
         children, is_secondary = tuple(node.children), SUCCEEDED in cuts
         frame = Frame(node, node, node.start, node.end, node.status, children, around, cuts, 0, is_secondary)
         match plan:
-            case Wait():
+            case plan_.Wait():
                 self._alone(node, plan)
                 self.matched.waits.append((plan, node, around))
-            case Emit():
+            case plan_.Emit():
                 self._zero_time(node, plan)
                 self.matched.emits.append((plan, node, around))
-            case CallMethod():
+            case plan_.CallMethod():
                 self._zero_time(node, plan)
-            case InvokeAction() | InvokeScenario():
+            case plan_.InvokeAction() | plan_.InvokeScenario():
                 for number, recorded in enumerate(node.instances):
                     instance = self.world.instances.get(recorded)
                     if instance is not None:
@@ -130,21 +117,21 @@ class Tree(Checker):
                             insort(around.labels.setdefault(plan.label, []), instance, key=attrgetter("seq"))
                     self._check_declared(plan, node, number)
                 self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
-            case Serial() | Parallel() | OneOf():
+            case plan_.Serial() | plan_.Parallel() | plan_.OneOf():
                 self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
 
-    def _check_declared(self, plan: InvokeAction | InvokeScenario, node: Node, number: int) -> None:
+    def _check_declared(self, plan: plan_.InvokeAction | plan_.InvokeScenario, node: Node, number: int) -> None:
         instance = self.world.instances.get(node.instances[number])
-        name = plan.action if isinstance(plan, InvokeAction) else plan.scenario
+        name = plan.action if isinstance(plan, plan_.InvokeAction) else plan.scenario
         if instance is not None and instance.declaration.name != name:
             message = f"`{instance.declaration.name}` is invoked; expected `{name}`"
             self.findings.violate(Rule.DIRECT, message, plan.span, node.start.seq, instance.seq)
 
-    def _alone(self, node: Node, plan: Behavior) -> None:
+    def _alone(self, node: Node, plan: plan_.Behavior) -> None:
         for child in node.children:
             self.findings.violate(Rule.TREE, f"`{child.name}` is not part of it", plan.span, child.start.seq)
 
-    def _zero_time(self, node: Node, plan: Behavior) -> None:
+    def _zero_time(self, node: Node, plan: plan_.Behavior) -> None:
         """Check a behavior that takes no time: it succeeds, or the run ends as an error."""
         self._alone(node, plan)
         if node.start.t != node.end.t:
@@ -166,14 +153,16 @@ class Tree(Checker):
                 case Duration():
                     self.matched.durations.append((layer, frame, running_instance(frame, self.world)))
                     frame = frame.loose(SUCCEEDED, FAILED)
-                case Override():
+                case plan_.Override():
                     self.matched.overrides.append((layer, frame, override_scope(layer, frame, self.world)))
-                case ModifierApplication():
+                case plan_.ModifierApplication():
                     self._modifier(course, layer, layers[position + 1 :], frame)
                     return
         self._core(course, frame)
 
-    def _modifier(self, course: _Course, layer: ModifierApplication, rest: Sequence[Layer], frame: Frame) -> None:
+    def _modifier(
+        self, course: _Course, layer: plan_.ModifierApplication, rest: Sequence[Layer], frame: Frame
+    ) -> None:
         what = f"the modifier `{layer.modifier}`"
         node = self._only_child(frame, Rule.MODIFIER, what, layer.span, partial(is_modifier, layer))
         if node is None:
@@ -228,20 +217,20 @@ class Tree(Checker):
 
     def _core(self, course: _Course, frame: Frame) -> None:
         match course.plan:
-            case None | InvokeScenario() | InvokeAction():
+            case None | plan_.InvokeScenario() | plan_.InvokeAction():
                 held = modifier_of_held(frame, self.world.plan)
                 if held is None:
                     self._invocation(course, frame)
                 else:
                     self._modifier(course, held, (), frame)
                 return
-            case Serial() as plan:
+            case plan_.Serial() as plan:
                 members, end = end_of_serial(plan, frame, self._checking)
                 rule = Rule.SERIAL
-            case OneOf() as plan:
+            case plan_.OneOf() as plan:
                 members, end = end_of_one_of(plan, frame, self._checking)
                 rule = Rule.ONE_OF
-            case Parallel() as plan:
+            case plan_.Parallel() as plan:
                 self._parallel(plan, frame)
                 return
             case _:
@@ -250,7 +239,7 @@ class Tree(Checker):
         for member, node in members:
             self._pending.append(partial(self._behavior, member, node, frame.around, frozenset({CANCELLED})))
 
-    def _parallel(self, plan: Parallel, frame: Frame) -> None:
+    def _parallel(self, plan: plan_.Parallel, frame: Frame) -> None:
         try:
             bounds = bounds_of(plan, frame, self.world, Timing(self.world, self.matched))
         except Undecided as why:
@@ -284,7 +273,7 @@ class Tree(Checker):
             self.matched.invocations.append((None, instance, instance))
         self.matched.executions.append((instance, frame))
         others = self._reactions(instance, frame)
-        body = instance.declaration.body if isinstance(instance.declaration, Scenario) else None
+        body = instance.declaration.body if isinstance(instance.declaration, plan_.Scenario) else None
         frame = replace(frame, children=tuple(others))
         if body is not None:
             self._body(body, instance, frame)
@@ -292,7 +281,7 @@ class Tree(Checker):
         for child in others:
             message = f"`{child.name}` is not part of `{instance.declaration.name}`"
             self.findings.violate(Rule.TREE, message, course.span, child.start.seq)
-        if isinstance(instance.declaration, Scenario):
+        if isinstance(instance.declaration, plan_.Scenario):
             end = End(SUCCEEDED, frame.start.t)
             check_end(frame, end, Rule.DIRECT, course.span, self.history, self.findings)
 
@@ -311,7 +300,7 @@ class Tree(Checker):
             self.matched.reactions.append((instance, directive, tuple(mine)))
         return others
 
-    def _body(self, body: Behavior, instance: Instance, frame: Frame) -> None:
+    def _body(self, body: plan_.Behavior, instance: Instance, frame: Frame) -> None:
         """Match the `do` of a scenario, which lasts as long, unless `emit end` or `emit fail` ends it before."""
         node = self._only_child(frame, Rule.DIRECT, "its `do`", body.span, lambda child: is_of(child, body))
         if node is None:

@@ -9,30 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import replace
 
-from seoro.lang.plan import (
-    Action,
-    Binding,
-    Call,
-    Constraint,
-    ConstraintMember,
-    Construct,
-    Expression,
-    Field,
-    FieldDeclaration,
-    Global,
-    Labelled,
-    Member,
-    Plan,
-    Reference,
-    RemoveDefault,
-    Scenario,
-    Self,
-    Structure,
-    StructureMember,
-    Structures,
-    parts,
-    walk,
-)
+from seoro.lang import plan as plan_
 from seoro.runtime.choose.domains import domain_of
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Instance
@@ -41,15 +18,22 @@ from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.fields import Fields
 from seoro.runtime.values.values import Value
 
-_OPEN = (Binding, Call, Global, Labelled, Reference, Self)  # values that the text does not fix
+_OPEN = (
+    plan_.Binding,
+    plan_.Call,
+    plan_.Global,
+    plan_.Labelled,
+    plan_.Reference,
+    plan_.Self,
+)  # values that the text does not fix
 
 
-def is_fixed(expression: Expression, names: Set[str], structures: Structures) -> bool:
+def is_fixed(expression: plan_.Expression, names: Set[str], structures: plan_.Structures) -> bool:
     """Whether the text and the named fields determine the value of an expression."""
-    for each in walk(expression):
-        if isinstance(each, _OPEN) or (isinstance(each, Field) and each.name not in names):
+    for each in plan_.walk(expression):
+        if isinstance(each, _OPEN) or (isinstance(each, plan_.Field) and each.name not in names):
             return False
-        if isinstance(each, Construct):
+        if isinstance(each, plan_.Construct):
             structure = structures.of(each.type)
             if not structure.is_plain or not structure.open_fields <= {name for name, _ in each.arguments}:
                 return False
@@ -57,7 +41,10 @@ def is_fixed(expression: Expression, names: Set[str], structures: Structures) ->
 
 
 def fixed_values(
-    expressions: Iterable[tuple[str, Expression]], known: Mapping[str, Value], around: Environment, plan: Plan
+    expressions: Iterable[tuple[str, plan_.Expression]],
+    known: Mapping[str, Value],
+    around: Environment,
+    plan: plan_.Plan,
 ) -> dict[str, Value]:
     """Return the values of the fixed expressions.
 
@@ -77,7 +64,7 @@ def fixed_values(
     return found
 
 
-def scope_of(declared: Scenario | Action, known: Mapping[str, Value], plan: Plan) -> Environment:
+def scope_of(declared: plan_.Scenario | plan_.Action, known: Mapping[str, Value], plan: plan_.Plan) -> Environment:
     """Return the environment of an instance with some values."""
     fields = Fields()
     fields.update(known)
@@ -85,11 +72,11 @@ def scope_of(declared: Scenario | Action, known: Mapping[str, Value], plan: Plan
 
 
 def known_in(
-    declared: Scenario,
+    declared: plan_.Scenario,
     given: Mapping[str, Value],
     passed: Set[str],
-    limits: tuple[ConstraintMember, ...],
-    plan: Plan,
+    limits: tuple[plan_.ConstraintMember, ...],
+    plan: plan_.Plan,
 ) -> dict[str, Value]:
     """Return the fixed parameters of a scenario: given ones, and uncontested defaults.
 
@@ -108,12 +95,14 @@ def known_in(
     return known
 
 
-def _read(member: StructureMember) -> Iterator[str]:
+def _read(member: plan_.StructureMember) -> Iterator[str]:
     """Yield the names of fields that a constraint may concern."""
-    if isinstance(member, FieldDeclaration):
+    if isinstance(member, plan_.FieldDeclaration):
         return
-    for each in walk(member.parameter if isinstance(member, RemoveDefault) else member.condition):
-        if isinstance(each, Field) or (isinstance(each, Member) and isinstance(each.base, Binding | Self)):
+    for each in plan_.walk(member.parameter if isinstance(member, plan_.RemoveDefault) else member.condition):
+        if isinstance(each, plan_.Field) or (
+            isinstance(each, plan_.Member) and isinstance(each.base, plan_.Binding | plan_.Self)
+        ):
             yield each.name
 
 
@@ -131,15 +120,15 @@ class Relaxation:
 
     def __init__(
         self,
-        structure: Structure,
+        structure: plan_.Structure,
         given: Mapping[str, Value],
         passed: Set[str],
-        limits: tuple[ConstraintMember, ...],
+        limits: tuple[plan_.ConstraintMember, ...],
         known: Set[str],
-        plan: Plan,
+        plan: plan_.Plan,
     ) -> None:
         self._given, self._known, self._plan = given, known, plan
-        members = [each for each in structure.members if not isinstance(each, FieldDeclaration)]
+        members = [each for each in structure.members if not isinstance(each, plan_.FieldDeclaration)]
         self._free: set[str] = set(passed - given.keys())
         self._fields = structure.fields
         self._settle((*members, *limits))
@@ -158,7 +147,7 @@ class Relaxation:
         """Whether any constraint remains."""
         return bool(self.limits) or not self.structure.is_plain
 
-    def _settle(self, members: Iterable[ConstraintMember]) -> None:
+    def _settle(self, members: Iterable[plan_.ConstraintMember]) -> None:
         """Drop fields without fixed values, and fields that dropped constraints may change."""
         before = -1
         while len(self._free) > before:
@@ -168,7 +157,7 @@ class Relaxation:
                 if not (self._is_readable(each, is_inside=True) or self._is_readable(each, is_inside=False)):
                     self._free |= set(_read(each))
 
-    def _is_kept(self, field: FieldDeclaration) -> bool:
+    def _is_kept(self, field: plan_.FieldDeclaration) -> bool:
         """Whether a field is kept: it has a fixed value, or is a parameter with a value to choose."""
         if field.name in self._given:
             return True
@@ -176,36 +165,36 @@ class Relaxation:
             return not field.is_variable
         return field.default is None and field.name not in self._free and not self._plan.globals.fields
 
-    def _holds(self, member: ConstraintMember, *, is_inside: bool) -> bool:
-        if isinstance(member, Constraint) and member.is_default and not self._free.isdisjoint(_read(member)):
+    def _holds(self, member: plan_.ConstraintMember, *, is_inside: bool) -> bool:
+        if isinstance(member, plan_.Constraint) and member.is_default and not self._free.isdisjoint(_read(member)):
             return False
         return self._is_readable(member, is_inside=is_inside)
 
-    def _is_readable(self, member: ConstraintMember, *, is_inside: bool) -> bool:
+    def _is_readable(self, member: plan_.ConstraintMember, *, is_inside: bool) -> bool:
         """Whether a constraint reads kept fields only.
 
         Args:
             member: The constraint.
             is_inside: Whether it belongs to the invoked declaration instead of the invocation.
         """
-        expression = member.parameter if isinstance(member, RemoveDefault) else member.condition
+        expression = member.parameter if isinstance(member, plan_.RemoveDefault) else member.condition
         own = {*self._fields, DURATION}
         pending = [expression]
         while pending:
             each = pending.pop()
             match each:
-                case Member(Binding("it"), name) if not is_inside and name in own:
+                case plan_.Member(plan_.Binding("it"), name) if not is_inside and name in own:
                     continue
-                case Field(name) if name not in (self._fields if is_inside else self._known):
+                case plan_.Field(name) if name not in (self._fields if is_inside else self._known):
                     return False
-                case Construct():
+                case plan_.Construct():
                     return False
                 case _ if isinstance(each, _OPEN):
                     return False
-            pending += parts(each)
+            pending += plan_.parts(each)
         return True
 
-    def _relaxed(self, field: FieldDeclaration) -> FieldDeclaration:
+    def _relaxed(self, field: plan_.FieldDeclaration) -> plan_.FieldDeclaration:
         """Return a field without a default that may be overridden."""
         default = field.default
         if default is None or field.name in self._given:
