@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 from typing import assert_never
 
 from seoro.lang import plan
-from seoro.runtime.accept.channels import Channel, Channels
+from seoro.runtime.accept.channels import Channel, Channels, Received
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.history import TIME_DIGITS, History, LoggedEvent, Mark
 from seoro.runtime.accept.instances import Holder, TimedFields
 from seoro.runtime.accept.pasts import Past
-from seoro.runtime.accept.received import Received
 from seoro.runtime.accept.world import NothingInvoked, World, has_labels
 from seoro.runtime.values.environment import Environment, Reads
 from seoro.runtime.values.values import Range

@@ -16,10 +16,10 @@ from math import inf
 from typing import Final
 
 from seoro.lang import plan
-from seoro.runtime.accept.constrained_times import expressions_of, is_time, times_in
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.frames import Frame, Matched
 from seoro.runtime.accept.instances import Holder, Instance
+from seoro.runtime.accept.layers import expressions_of, is_time, times_in
 from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import HasFields, Range, Value

@@ -35,10 +35,15 @@ from seoro.runtime.accept.frames import (
 from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of, layers_of_run
-from seoro.runtime.accept.modifier_reactions import Reactions, late_reactions
-from seoro.runtime.accept.overriding import overrides_in
+from seoro.runtime.accept.modifying import overrides_in
 from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
-from seoro.runtime.accept.running import environment_in, override_scope, running_instance
+from seoro.runtime.accept.running import (
+    Reactions,
+    environment_in,
+    late_reactions,
+    override_scope,
+    running_instance,
+)
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Checker
 
