@@ -30,7 +30,7 @@ def find_contradictions(scenario: Scenario) -> Iterator[Diagnostic]:
 
 
 def _entry_conflict(plan: Plan) -> Iterator[Diagnostic]:
-    from seoro.runtime.parameters.entry import make_entry  # noqa: PLC0415 - loads most of the runtime
+    from seoro.runtime.parameters.parameters import make_entry  # noqa: PLC0415 - loads most of the runtime
 
     try:
         make_entry(plan, 0)

@@ -1,4 +1,8 @@
-"""Resolution of event references (7.3.10) to events of instances, and their occurrences."""
+"""Resolution of event references (7.3.10) to events of instances, and their occurrences.
+
+Without a subscriber that is met, a derived event does not occur (7.3.10.4). Subscribers are tracked where a rule
+computes when a specification is met. Events with other possible subscribers are not decided.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""Values of parameters: their types, arguments and constraints (7.6.2.2, 7.6.2.3).
+"""Values of parameters and variables: their types, arguments, constraints and changes.
 
-Overriding of defaults is not decided (7.3.11.3.2): a default that does not hold is reported as unchecked.
+Sections 7.6.2.2, 7.6.2.3 and 7.3.6.1.2. Overriding of defaults is not decided (7.3.11.3.2): a default that does
+not hold is reported as unchecked.
 """
 
 from __future__ import annotations

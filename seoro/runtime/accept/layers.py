@@ -1,6 +1,8 @@
 """Layers around a behavior, the outermost first: `until`, modifiers, overrides, and its duration.
 
 Adjacent directives `until` form one layer, which any of their events meets (7.6.2.5.4).
+
+Constraints may bound the times of a behavior: `duration`, `overlap` and offsets of `it` (7.3.13).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Modifiers of `osc.helpers`: their ends follow from those of the modified behaviors.
+"""Modifiers of `osc.helpers`: their ends follow from those of the modified behaviors; `override` (7.3.12.1.1).
 
-The rules of other libraries are unknown; they are reported as unchecked.
+The rules of other libraries are unknown; they are reported as unchecked. With an override, the start of a behavior
+ends another one, or keeps it from starting.
 """
 
 from __future__ import annotations

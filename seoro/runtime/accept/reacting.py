@@ -1,6 +1,8 @@
 """`on` and `sample`: reactions of an instance to events (7.6.2.5.5, 7.3.6.1.2).
 
 Their event contexts start with the execution of the instance. The instant of its end may be too late.
+
+The event contexts of held objects start with the execution that held them first.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Instances that run in frames, and environments of their modifications."""
+"""Instances that run in frames, environments of their modifications, and reactions.
+
+Reactions of modifiers (7.6.2.5.5) may end the modified behavior.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Timing of the members of `parallel` relative to the first, the primary one (7.3.13.2, 7.6.2.1.4).
+"""Timing arguments of behaviors, and timing of the members of `parallel` (7.3.13.2, 7.6.2.1.4).
+
+Times of members are relative to the first member, the primary one.
 
 An offset is the start or end of a secondary member minus that of the primary one [s]. The kind of overlap and the
 arguments `start_to_start` and `end_to_end` bound offsets. If that leaves a choice, all members start together; an
@@ -13,12 +15,48 @@ from random import Random
 from typing import Final
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan import EnumValue, Overlap, Parallel
-from seoro.runtime.behaviors.times import times_of
+from seoro.lang.plan import EnumValue, InvokeAction, InvokeScenario, OneOf, Overlap, Parallel, Serial
+from seoro.lang.source import Span
 from seoro.runtime.execution.context import ExecutionContext
-from seoro.runtime.instances.times import END_TO_END, OVERLAP, START_TO_START, Window
-from seoro.runtime.values.environment import EvaluationError
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.instances.times import DURATION, END_TO_END, OVERLAP, START_TO_START, Times, Window
+from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.values import Range
+
+
+def times_of(plan: Serial | Parallel | OneOf | InvokeScenario | InvokeAction, environment: Environment) -> Times:
+    """Evaluate the timing arguments of a behavior.
+
+    Raises:
+        EvaluationError: An argument has no value, or a duration is negative.
+    """
+    if plan.duration is None and not isinstance(plan, Parallel):
+        return Times(plan.span, {})
+    arguments = {DURATION: plan.duration}
+    if isinstance(plan, Parallel):
+        arguments |= {START_TO_START: plan.start_to_start, END_TO_END: plan.end_to_end}
+    given: dict[str, tuple[Range, Span]] = {}
+    for name, argument in arguments.items():
+        if argument is not None:
+            bounds = evaluate(argument, environment)
+            assert isinstance(bounds, Range), "checked: a single time becomes a range"
+            if name == DURATION:
+                check_duration(bounds, argument.span)
+            given[name] = bounds, argument.span
+    if isinstance(plan, Parallel):
+        return Times(plan.span, given, plan.overlap, plan.is_overlap_given)
+    return Times(plan.span, given)
+
+
+def check_duration(duration: Range, span: Span) -> None:
+    """Check the bounds of a duration [s].
+
+    Raises:
+        EvaluationError: A bound is negative.
+    """
+    if duration.low < 0:
+        raise EvaluationError(f"invalid duration: expected at least 0 s, found {duration.low:g} s", span)
+
 
 _ANY: Final = Range(-inf, inf)
 _STARTS: Final[Mapping[Overlap, Range]] = {

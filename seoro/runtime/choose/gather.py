@@ -18,8 +18,7 @@ from seoro.runtime.choose.subjects import Removal, Subjects
 from seoro.runtime.instances.applied import Applied, apply, with_nested
 from seoro.runtime.instances.times import OVERLAP, Times, kind_value
 from seoro.runtime.values.environment import Calls, Environment, EvaluationError, NoSolution
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Struct, Value
+from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 NESTED = 8  # nested instances of one type
 INVOCATION = 1  # negated depth of constraints around the instance

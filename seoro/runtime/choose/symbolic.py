@@ -13,20 +13,25 @@ from typing import cast
 
 from seoro.lang import plan, solve
 from seoro.lang.solve import terms
-from seoro.runtime.choose.chains import Operation, joined, junction, operated
 from seoro.runtime.choose.forms import (
     NUMBERS,
     UNKNOWN,
     NotSymbolic,
     NotYet,
+    Operation,
     Symbolic,
     SymbolicList,
     SymbolicRange,
     as_term,
     contains,
     converted,
+    gathered,
     items_of,
+    joined,
+    junction,
     listed,
+    member,
+    operated,
     ordered_range,
     same,
     with_operands,
@@ -34,7 +39,6 @@ from seoro.runtime.choose.forms import (
 from seoro.runtime.choose.opaque import Opaques
 from seoro.runtime.choose.slots import Slot, Slots
 from seoro.runtime.choose.subtypes import Subtypes
-from seoro.runtime.choose.symbolic_lists import gathered, member
 from seoro.runtime.functions.methods import MAX_DEPTH, implementation, inside
 from seoro.runtime.values.environment import Deferred, Environment, Evaluate, EvaluationError
 from seoro.runtime.values.values import HasFields, Value

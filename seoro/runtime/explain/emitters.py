@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from seoro.lang import plan as plan_
-from seoro.runtime.execution.running import BehaviorScope, behaviors_of
+from seoro.runtime.execution.context import BehaviorScope, behaviors_of
 from seoro.runtime.explain.readings import short
 from seoro.runtime.explanation import Emitter, OngoingBehavior
 

@@ -11,7 +11,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from seoro.lang import plan as plan_
-from seoro.runtime.execution.running import BehaviorScope, behaviors_of
+from seoro.runtime.execution.context import BehaviorScope, behaviors_of
 from seoro.runtime.explain.emitters import emitters_of, ongoing
 from seoro.runtime.explain.readings import read_arguments, read_condition, short
 from seoro.runtime.explanation import Activity, Explanation, Kind, OngoingBehavior

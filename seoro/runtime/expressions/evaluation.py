@@ -53,8 +53,7 @@ from seoro.runtime.functions.methods import call
 from seoro.runtime.values.conversions import cast as convert
 from seoro.runtime.values.conversions import held, is_of, range_between, to_number
 from seoro.runtime.values.environment import Calls, Deferred, Environment, EvaluationError, NotInvoked
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Invoker, Range, Struct, Value, Variable
+from seoro.runtime.values.values import Actor, Fields, HasFields, Invoker, Range, Struct, Value, Variable
 
 
 def evaluate(expression: Expression, environment: Environment) -> Value:
@@ -286,8 +285,7 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
     structure = structures.of(expression.type)
     if is_plain(structure, given):
         return make_plain(structure, given, structures, environment, evaluate)
-    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
-    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - rarely needed
     from seoro.runtime.choose.slots import Slot, value_slot  # noqa: PLC0415 - rarely needed
 
     if environment.calls is None:

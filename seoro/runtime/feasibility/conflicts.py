@@ -6,15 +6,14 @@ from collections.abc import Iterator, Mapping
 
 from seoro.errors import CONFLICT
 from seoro.lang.plan import InvokeAction, InvokeScenario, Plan, Scenario
-from seoro.runtime.behaviors.times import times_of
+from seoro.runtime.behaviors.timing import times_of
 from seoro.runtime.feasibility.relaxation import Relaxation, fixed_values, is_fixed, known_in, scope_of
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.instances.invocations import declared_by, invoked_in, is_bound
 from seoro.runtime.instances.times import DURATION, Times
 from seoro.runtime.parameters.parameters import Invocation, choose_parameters
 from seoro.runtime.values.environment import Environment, EvaluationError, NoSolution
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Value
+from seoro.runtime.values.values import Fields, Value
 
 _MAX_DEPTH = 50  # of nested invocations with different arguments
 

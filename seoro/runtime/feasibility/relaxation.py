@@ -15,8 +15,7 @@ from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.instances.times import DURATION
 from seoro.runtime.values.environment import Environment, EvaluationError
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Value
+from seoro.runtime.values.values import Fields, Value
 
 _OPEN = (
     plan_.Binding,

@@ -16,8 +16,7 @@ from seoro.lang import plan as plan_
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.values.environment import Calls, Deferred, Environment, Seed
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Struct, Value
+from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 _APPLIED = "applied()"  # binding of a modifier around its arguments; not a name of the language
 _IT = "it"

@@ -1,8 +1,11 @@
-"""Instances: running scenarios and actions, compositions with `it`, and the latest invocation of each label."""
+"""Instances: running scenarios and actions, compositions with `it`, and the latest invocation of each label.
+
+An instance holds the structs and actors in its fields, and in the fields of these.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, MutableSet
 from dataclasses import field
 from functools import cached_property
 
@@ -11,8 +14,7 @@ from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.runtime.instances.times import Window
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import Channel
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Value
+from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 
 def event_name(event: plan_.OwnEvent) -> str:
@@ -142,3 +144,21 @@ def types_of(declared: plan_.Scenario | plan_.Action | plan_.Modifier) -> tuple[
     if isinstance(declared, plan_.Modifier):
         return (plan_.modifier_type(declared.name),)
     return (plan_.behavior_type(declared.name), *map(plan_.behavior_type, declared.bases))
+
+
+def newly_held(instance: HasFields, seen: MutableSet[Struct | Actor]) -> Iterator[tuple[Struct | Actor, str]]:
+    """Yield the objects that an instance is the first to hold, with their paths.
+
+    Args:
+        instance: The instance.
+        seen: Objects held before; found ones are added.
+    """
+    pending: list[tuple[str, Value]] = list(instance.fields.items())
+    while pending:
+        path, value = pending.pop(0)
+        if isinstance(value, tuple):
+            pending[:0] = [(f"{path}[{number}]", part) for number, part in enumerate(value)]
+        elif isinstance(value, Struct | Actor) and value not in seen:
+            seen.add(value)
+            yield value, path
+            pending[:0] = [(f"{path}.{name}", part) for name, part in value.fields.items()]
