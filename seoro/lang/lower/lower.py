@@ -14,9 +14,8 @@ from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.lower import reach
 from seoro.lang.lower.entry import find_entry
-from seoro.lang.lower.invocations import constrained, invoked_name, named_invocations
+from seoro.lang.lower.invocations import applied, applied_in, constrained, invoked_name, named_invocations
 from seoro.lang.lower.overrides import Overrides
 from seoro.lang.source import Span
 from seoro.lang.symbols import TypeSymbol, lineage, may_lack_values
@@ -51,7 +50,7 @@ def lower(
     actions: dict[str, plan.Action] = {}
     pending = [first]
     while pending:
-        for invocation in reach.invocations(pending.pop().body):
+        for invocation in plan.invocations_in(pending.pop().body):
             if isinstance(invocation, plan.InvokeAction):
                 if invocation.action not in actions:
                     actions[invocation.action] = lowering.action(invocation.action)
@@ -132,16 +131,15 @@ class _Lowering:
     ) -> dict[str, plan.Modifier]:
         """Create all modifiers that are applied in a plan."""
         symbols = {symbol.plan_name: symbol for symbol in self._program.modifiers.values()}
-        pending = [name for scenario in scenarios for name in reach.modifiers(scenario.body)]
-        pending += [name for scenario in scenarios for name in reach.applied(scenario)]
-        pending += [name for action in actions for name in reach.applied(action)]
-        pending += [name for type_ in objects for name in reach.applied(type_)]
+        pending = [name for scenario in scenarios for name in applied_in(scenario.body)]
+        declared: list[plan.Declaration | plan.ObjectType] = [*scenarios, *actions, *objects]
+        pending += [name for each in declared for name in applied(each.modifiers)]
         found: dict[str, plan.Modifier] = {}
         while pending:
             name = pending.pop(0)
             if name not in found:
                 found[name] = self._modifier(symbols[name])
-                pending += reach.applied(found[name])
+                pending += applied(found[name].modifiers)
         return found
 
     def _modifier(self, symbol: TypeSymbol) -> plan.Modifier:

@@ -8,7 +8,7 @@ has to match.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -209,18 +209,8 @@ def emits_of_end(instance: Instance) -> list[plan_.Emit]:
     declared = instance.declaration
     found = [member for directive in declared.on for member in directive.members if isinstance(member, plan_.Emit)]
     if isinstance(declared, plan_.Scenario):
-        found += [behavior for behavior in behaviors_in(declared) if isinstance(behavior, plan_.Emit)]
+        found += [each for each in plan_.behaviors_in(declared.body) if isinstance(each, plan_.Emit)]
     return [emit for emit in found if is_ending(emit)]
-
-
-def behaviors_in(scenario: plan_.Scenario) -> Iterator[plan_.Behavior]:
-    """Yield the behaviors in the text of a scenario."""
-    pending = [scenario.body] if scenario.body is not None else []
-    while pending:
-        behavior = pending.pop()
-        yield behavior
-        if isinstance(behavior, plan_.Serial | plan_.Parallel | plan_.OneOf):
-            pending += behavior.members
 
 
 def is_ending(emit: plan_.Emit) -> bool:

@@ -9,18 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from seoro.lang.plan import (
-    LabelPath,
-    Modification,
-    Modifier,
-    ModifierApplication,
-    Override,
-    OverrideMode,
-    Plan,
-)
+from seoro.lang import plan as plan_
 from seoro.runtime.accept.compositions import was_overridden
 from seoro.runtime.accept.findings import Rule
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, behaviors_in, ended
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, ended
 from seoro.runtime.accept.history import Attempt, Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.world import Checker
@@ -58,7 +50,7 @@ class ModifierChecker(Checker):
                 self.findings.skip(Rule.MODIFIER, reason, application.span)
 
     def _check(
-        self, application: ModifierApplication, modifier: Modifier, node: Node, outcomes: Sequence[str]
+        self, application: plan_.ModifierApplication, modifier: plan_.Modifier, node: Node, outcomes: Sequence[str]
     ) -> None:
         def wrong(message: str, *records: int) -> None:
             self.findings.violate(Rule.MODIFIER, message, application.span, *node.records, *records)
@@ -159,7 +151,7 @@ class OverrideChecker(Checker):
                 self._check(override, frame, node, by)
 
     def _labelled(
-        self, path: LabelPath, instance: Instance, nodes: dict[tuple[int, str], list[Node]]
+        self, path: plan_.LabelPath, instance: Instance, nodes: dict[tuple[int, str], list[Node]]
     ) -> list[Node]:
         """Return the behaviors that a path of labels leads to."""
         holders = [instance]
@@ -167,7 +159,7 @@ class OverrideChecker(Checker):
             holders = [each for holder in holders for each in holder.labels.get(label, ())]
         return [node for holder in holders for node in nodes.get((holder.number, path[-1]), ())]
 
-    def _check(self, override: Override, frame: Frame, node: Node, by: list[Node]) -> None:
+    def _check(self, override: plan_.Override, frame: Frame, node: Node, by: list[Node]) -> None:
         """Check one behavior that others override."""
         last = self._last(frame)
         for other in by:
@@ -182,7 +174,7 @@ class OverrideChecker(Checker):
                 )
             is_held = frame.start.t < node.start.t and node.start.seq <= last
             is_active = is_held and other.start.t < node.start.t < other.end.t
-            if is_active and override.mode is OverrideMode.WHEN_ACTIVE:
+            if is_active and override.mode is plan_.OverrideMode.WHEN_ACTIVE:
                 message = f"`{node.name}` starts while `{other.name}` is active, which overrides it"
                 self.findings.violate(Rule.OVERRIDE, message, override.span, other.start.seq, node.start.seq)
 
@@ -193,15 +185,15 @@ class OverrideChecker(Checker):
         return max((child.end.seq for child in frame.children), default=frame.start.seq)
 
 
-def overrides_in(plan: Plan) -> list[Override]:
+def overrides_in(plan: plan_.Plan) -> list[plan_.Override]:
     """Return all overrides of a plan."""
     found = [each for modifier in plan.modifiers.values() for each in _overrides(modifier.modifiers)]
     for scenario in plan.scenarios.values():
         found += _overrides(scenario.modifiers)
-        for behavior in behaviors_in(scenario):
+        for behavior in plan_.behaviors_in(scenario.body):
             found += _overrides(getattr(behavior, "modifications", ()))
     return found
 
 
-def _overrides(modifications: Iterable[Modification]) -> list[Override]:
-    return [each for each in modifications if isinstance(each, Override)]
+def _overrides(modifications: Iterable[plan_.Modification]) -> list[plan_.Override]:
+    return [each for each in modifications if isinstance(each, plan_.Override)]

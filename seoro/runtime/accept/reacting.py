@@ -26,37 +26,27 @@ from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 
 
-@dataclass(eq=False)
-class Held:
-    """Finds held objects.
+def _first_holders(
+    world: World, history: History, matched: Matched
+) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
+    """Return the executions that held each struct and actor first.
 
-    Args:
-        world: Values of the trace.
-        history: The trace.
-        matched: Executions of instances.
-    """
-
-    world: World
-    history: History
-    matched: Matched
-
-    def first_by(self) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
-        """Executions that held each struct and actor first; None if unknown: several may have started at once, one
-        may not have started, or a modifier received the object before."""
-        found: dict[Struct | Actor, tuple[Instance, Frame] | None] = {}
-        for instance, frame in sorted(self.matched.executions, key=lambda each: each[1].start.seq):
-            has_begun = frame.start.t < frame.end.t or frame.status not in frame.cuts
-            for holder in _held(list(dict(instance.fields).values())):
-                first = found.setdefault(holder, (instance, frame) if has_begun else None)
-                if first is not None and _are_beside(first[1], frame):
-                    found[holder] = None
-        for node in self.history.nodes.values():
-            for number in _numbers(node.arguments):
-                given = self.world.objects.get(number)
-                first = found.get(given) if given is not None else None
-                if given is not None and first is not None and node.start.seq < first[1].start.seq:
-                    found[given] = None
-        return found
+    None if unknown: several may have started at once, one may not have started, or a modifier received the object
+    before."""
+    found: dict[Struct | Actor, tuple[Instance, Frame] | None] = {}
+    for instance, frame in sorted(matched.executions, key=lambda each: each[1].start.seq):
+        has_begun = frame.start.t < frame.end.t or frame.status not in frame.cuts
+        for holder in _held(list(dict(instance.fields).values())):
+            first = found.setdefault(holder, (instance, frame) if has_begun else None)
+            if first is not None and _are_beside(first[1], frame):
+                found[holder] = None
+    for node in history.nodes.values():
+        for number in _numbers(node.arguments):
+            given = world.objects.get(number)
+            first = found.get(given) if given is not None else None
+            if given is not None and first is not None and node.start.seq < first[1].start.seq:
+                found[given] = None
+    return found
 
 
 def _are_beside(first: Frame, second: Frame) -> bool:
@@ -113,8 +103,7 @@ class ReactionChecker(Checker):
                 self._on(directive, instance, frame, reactions.get((instance.number, id(directive)), ()))
             for sample in instance.declaration.samples:
                 self._sample(sample, instance, instance, frame)
-        held = Held(self.world, self.history, matched)
-        for holder, within in held.first_by().items():
+        for holder, within in _first_holders(self.world, self.history, matched).items():
             for sample in self.world.samples_of(holder):
                 if within is None:
                     reason = f"the trace does not show which scenario held a `{holder.types[0]}` first"

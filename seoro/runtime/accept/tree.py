@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
+from typing import TypeAlias
 
 from seoro.lang import plan as plan_
 from seoro.lang.source import Span
@@ -48,17 +49,7 @@ from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Checker
 
 
-@dataclass(frozen=True, eq=False)
-class _Course:
-    """A behavior being matched.
-
-    Args:
-        plan: The behavior; None for the run itself.
-        span: Its place in the scenario.
-    """
-
-    plan: plan_.Behavior | None
-    span: Span
+_Matched: TypeAlias = plan_.Behavior | None  # None for the run itself
 
 
 @dataclass(eq=False)
@@ -82,10 +73,8 @@ class Tree(Checker):
         if entry is None:
             self.findings.violate(Rule.STRUCTURE, "the values of the run are missing", None, root.start.seq)
             return None
-        declared = self.world.plan.scenarios[self.world.plan.entry]
-        course = _Course(None, declared.span)
         frame = Frame(root, root, root.start, root.end, root.status, tuple(root.children), entry)
-        self._layers(course, layers_of_run(self.world.plan), frame)
+        self._layers(None, layers_of_run(self.world.plan), frame)
         while self._pending:
             self._pending.pop()()
         return self.matched
@@ -121,9 +110,9 @@ class Tree(Checker):
                         if plan.label is not None:
                             insort(around.labels.setdefault(plan.label, []), instance, key=attrgetter("seq"))
                     self._check_declared(plan, node, number)
-                self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
+                self._layers(plan, layers_of(plan, self.world.plan), frame)
             case plan_.Serial() | plan_.Parallel() | plan_.OneOf():
-                self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
+                self._layers(plan, layers_of(plan, self.world.plan), frame)
 
     def _check_declared(self, plan: plan_.InvokeAction | plan_.InvokeScenario, node: Node, number: int) -> None:
         instance = self.world.instances.get(node.instances[number])
@@ -148,7 +137,7 @@ class Tree(Checker):
 
     # -------------------------------------------------------- layers
 
-    def _layers(self, course: _Course, layers: Sequence[Layer], frame: Frame) -> None:
+    def _layers(self, behavior: _Matched, layers: Sequence[Layer], frame: Frame) -> None:
         """Remove the layers around a behavior, the outermost first."""
         for position, layer in enumerate(layers):
             match layer:
@@ -161,12 +150,16 @@ class Tree(Checker):
                 case plan_.Override():
                     self.matched.overrides.append((layer, frame, override_scope(layer, frame, self.world)))
                 case plan_.ModifierApplication():
-                    self._modifier(course, layer, layers[position + 1 :], frame)
+                    self._modifier(behavior, layer, layers[position + 1 :], frame)
                     return
-        self._core(course, frame)
+        self._core(behavior, frame)
 
     def _modifier(
-        self, course: _Course, layer: plan_.ModifierApplication, rest: Sequence[Layer], frame: Frame
+        self,
+        behavior: _Matched,
+        layer: plan_.ModifierApplication,
+        rest: Sequence[Layer],
+        frame: Frame,
     ) -> None:
         what = f"the modifier `{layer.modifier}`"
         node = self._only_child(frame, Rule.MODIFIER, what, layer.span, partial(is_modifier, layer))
@@ -189,7 +182,7 @@ class Tree(Checker):
             if not children and node.status == FAILED:
                 return  # its function failed before it ran the behavior
             inside = replace(inside, cuts=inside.cuts | frame.cuts)
-            self._pending.append(partial(self._layers, course, (*layers_in(modifier.modifiers), *rest), inside))
+            self._pending.append(partial(self._layers, behavior, (*layers_in(modifier.modifiers), *rest), inside))
             return
         starts = [child.start.seq for child in children]
         for attempt in node.attempts:
@@ -201,7 +194,7 @@ class Tree(Checker):
                 status=attempt.status,
                 children=tuple(children[first:last]),
             )
-            self._pending.append(partial(self._layers, course, rest, again))
+            self._pending.append(partial(self._layers, behavior, rest, again))
 
     def _only_child(
         self, frame: Frame, rule: Rule, what: str, span: Span, is_it: Callable[[Node], bool]
@@ -220,14 +213,18 @@ class Tree(Checker):
 
     # -------------------------------------------------------- content
 
-    def _core(self, course: _Course, frame: Frame) -> None:
-        match course.plan:
+    def _span(self, behavior: _Matched) -> Span:
+        """Return the place of a behavior in the scenario; None is the run itself."""
+        return behavior.span if behavior is not None else self.world.plan.scenarios[self.world.plan.entry].span
+
+    def _core(self, behavior: _Matched, frame: Frame) -> None:
+        match behavior:
             case None | plan_.InvokeScenario() | plan_.InvokeAction():
                 held = modifier_of_held(frame, self.world.plan)
                 if held is None:
-                    self._invocation(course, frame)
+                    self._invocation(behavior, frame)
                 else:
-                    self._modifier(course, held, (), frame)
+                    self._modifier(behavior, held, (), frame)
                 return
             case plan_.Serial() as plan:
                 members, end = end_of_serial(plan, frame, self._checking)
@@ -257,14 +254,14 @@ class Tree(Checker):
             cuts = frozenset({CANCELLED, SUCCEEDED} if may_be_ended else {CANCELLED})
             self._pending.append(partial(self._behavior, member, node, frame.around, cuts))
 
-    def _invocation(self, course: _Course, frame: Frame) -> None:
+    def _invocation(self, behavior: _Matched, frame: Frame) -> None:
         """Match an instance: the `do` of a scenario, and reactions."""
-        owner = frame.owner
+        owner, span = frame.owner, self._span(behavior)
         instance = running_instance(frame, self.world)
         is_cut = frame.status in frame.cuts and frame.start.t == frame.end.t
         if instance is None or (instance.number in self._executed and not is_cut):
             if not is_cut:
-                self.findings.violate(Rule.STRUCTURE, "its values are missing", course.span, *frame.records)
+                self.findings.violate(Rule.STRUCTURE, "its values are missing", span, *frame.records)
             return
         instance.node = owner
         if not is_cut:
@@ -273,8 +270,8 @@ class Tree(Checker):
         t, due = instance.recorded["t"], frame.start
         if t != due.t if is_inside else not owner.start.t <= t <= due.t:
             message = f"it gets its values at {t:g} s, but starts at {due.t:g} s"
-            self.findings.violate(Rule.VALUE, message, course.span, due.seq, instance.seq)
-        if course.plan is None and instance.number == owner.instances[0]:
+            self.findings.violate(Rule.VALUE, message, span, due.seq, instance.seq)
+        if behavior is None and instance.number == owner.instances[0]:
             self.matched.invocations.append((None, instance, instance))
         self.matched.executions.append((instance, frame))
         others = self._reactions(instance, frame)
@@ -285,10 +282,10 @@ class Tree(Checker):
             return
         for child in others:
             message = f"`{child.name}` is not part of `{instance.declaration.name}`"
-            self.findings.violate(Rule.TREE, message, course.span, child.start.seq)
+            self.findings.violate(Rule.TREE, message, span, child.start.seq)
         if isinstance(instance.declaration, plan_.Scenario):
             end = End(SUCCEEDED, frame.start.t)
-            check_end(frame, end, Rule.DIRECT, course.span, self.history, self.findings)
+            check_end(frame, end, Rule.DIRECT, span, self.history, self.findings)
 
     def _reactions(self, instance: Instance, frame: Frame) -> list[Node]:
         """Match the reactions of an instance; return the other behaviors."""

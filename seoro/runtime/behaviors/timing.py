@@ -59,25 +59,18 @@ def check_duration(duration: Range, span: Span) -> None:
 
 
 _ANY: Final = Range(-inf, inf)
-_STARTS: Final[Mapping[Overlap, Range]] = {
-    Overlap.EQUAL: Range(0.0, 0.0),
-    Overlap.START: Range(0.0, 0.0),
-    Overlap.END: _ANY,
-    Overlap.INITIAL: Range(-inf, 0.0),
-    Overlap.FINAL: _ANY,
-    Overlap.INSIDE: Range(0.0, inf),
-    Overlap.FULL: Range(-inf, 0.0),
-    Overlap.ANY: _ANY,
-}
-_ENDS: Final[Mapping[Overlap, Range]] = {
-    Overlap.EQUAL: Range(0.0, 0.0),
-    Overlap.START: _ANY,
-    Overlap.END: Range(0.0, 0.0),
-    Overlap.INITIAL: _ANY,
-    Overlap.FINAL: Range(0.0, inf),
-    Overlap.INSIDE: Range(-inf, 0.0),
-    Overlap.FULL: Range(0.0, inf),
-    Overlap.ANY: _ANY,
+_SAME: Final = Range(0.0, 0.0)
+_BEFORE: Final = Range(-inf, 0.0)
+_AFTER: Final = Range(0.0, inf)
+_ALLOWED: Final[Mapping[Overlap, tuple[Range, Range]]] = {  # offsets of starts and of ends
+    Overlap.EQUAL: (_SAME, _SAME),
+    Overlap.START: (_SAME, _ANY),
+    Overlap.END: (_ANY, _SAME),
+    Overlap.INITIAL: (_BEFORE, _ANY),
+    Overlap.FINAL: (_ANY, _AFTER),
+    Overlap.INSIDE: (_AFTER, _BEFORE),
+    Overlap.FULL: (_BEFORE, _AFTER),
+    Overlap.ANY: (_ANY, _ANY),
 }
 
 
@@ -103,15 +96,15 @@ def timing_of(plan: Parallel, context: ExecutionContext) -> Timing:
     """
     secondaries = len(plan.members) - 1
     overlap, windows = _overlap_of(plan, context)
-    if not windows and _ENDS[overlap].high == inf:  # the usual case; nothing is drawn
-        return Timing((0.0,) * (secondaries + 1), _ENDS[overlap], (inf,) * (secondaries + 1))
+    allowed_starts, ends = _ALLOWED[overlap]
+    if not windows and ends.high == inf:  # the usual case; nothing is drawn
+        return Timing((0.0,) * (secondaries + 1), ends, (inf,) * (secondaries + 1))
     random = context.services.random(f"{context.purpose()} offsets")
     offsets = [0.0] * (secondaries + 1)
     if START_TO_START in windows:
-        starts = _bounds(windows[START_TO_START], _STARTS[overlap], overlap)
+        starts = _bounds(windows[START_TO_START], allowed_starts, overlap)
         offsets[1:] = [_offset(starts, windows[START_TO_START], random) for _ in range(secondaries)]
     first = min(offsets)
-    ends = _ENDS[overlap]
     if END_TO_END in windows:
         ends = _bounds(windows[END_TO_END], ends, overlap)
     last = Range(max(ends.low, 0.0), max(ends.high, 0.0))

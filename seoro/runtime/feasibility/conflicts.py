@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from seoro.errors import CONFLICT
-from seoro.lang.plan import InvokeAction, InvokeScenario, Plan, Scenario
+from seoro.lang.plan import InvokeAction, InvokeScenario, Plan, Scenario, invocations_in
 from seoro.runtime.behaviors.timing import times_of
 from seoro.runtime.feasibility.relaxation import Relaxation, fixed_values, is_fixed, known_in, scope_of
 from seoro.runtime.instances.instances import Instance
-from seoro.runtime.instances.invocations import declared_by, invoked_in, is_bound
+from seoro.runtime.instances.invocations import declared_by, is_bound
 from seoro.runtime.instances.times import DURATION, Times
 from seoro.runtime.parameters.parameters import Invocation, choose_parameters
 from seoro.runtime.values.environment import Environment, EvaluationError, NoSolution
@@ -49,7 +49,7 @@ class _Search:
             return
         self._visited.add(visit)
         around = scope_of(scenario, known, self._plan)
-        for invocation in invoked_in(scenario.body):
+        for invocation in invocations_in(scenario.body):
             given = fixed_values(invocation.arguments, known, around, self._plan)
             if is_bound(invocation, self._plan):
                 conflict = self._conflict(invocation, given, known, around)
