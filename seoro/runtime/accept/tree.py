@@ -48,7 +48,6 @@ from seoro.runtime.accept.running import (
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Checker
 
-
 _Matched: TypeAlias = plan_.Behavior | None  # None for the run itself
 
 
