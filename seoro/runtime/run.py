@@ -33,7 +33,7 @@ from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.kernel.task import Task
 from seoro.runtime.parameters.parameters import entry_parameters, make_entry
 from seoro.runtime.trace.records import Trace, write_error_text
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import MethodContext
 from seoro.runtime.values.text import value_text
 from seoro.runtime.values.values import Actor, Fields, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict

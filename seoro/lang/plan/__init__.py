@@ -26,6 +26,5 @@ from seoro.lang.plan.events import *
 from seoro.lang.plan.expressions import *
 from seoro.lang.plan.methods import *
 from seoro.lang.plan.modifications import *
-from seoro.lang.plan.operators import *
 from seoro.lang.plan.structures import *
 from seoro.lang.plan.types import *

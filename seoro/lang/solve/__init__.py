@@ -25,8 +25,8 @@ equality exactly. Integers stay within 64 bits; only without such a solution may
 # ruff: noqa: F403 - all names of problems in one place
 from __future__ import annotations
 
-from seoro.lang.solve.cells import *
 from seoro.lang.solve.problem import *
 from seoro.lang.solve.solver import follows as follows
 from seoro.lang.solve.solver import lowest as lowest
 from seoro.lang.solve.solver import solve as solve
+from seoro.lang.solve.terms import *

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias, assert_never, cast
 
 from seoro.lang.integers import wrap_int, wrap_uint
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import Cell, Value
+from seoro.lang.solve.terms import Cell, Value
 
 _Step: TypeAlias = terms.Arithmetic | terms.Compare | terms.Implies
 _STEPS: Final = (terms.Arithmetic, terms.Compare, terms.Implies)

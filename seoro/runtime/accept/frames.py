@@ -188,10 +188,7 @@ def check_end(frame: Frame, end: End, rule: Rule, span: Span, history: History, 
     is_then = history.lasts(end.t, frame.end.t)
     if not is_then and (end.status == FAILED or not frame.held):
         findings.violate(
-            rule,
-            f"its content {end.status} at {end.t:g} s, but it ends at {frame.end.t:g} s",
-            span,
-            *shown,
+            rule, f"its content {end.status} at {end.t:g} s, but it ends at {frame.end.t:g} s", span, *shown
         )
     elif frame.status != end.status and not (
         frame.status in frame.cuts and (is_then or frame.status == CANCELLED)

@@ -154,11 +154,7 @@ class Tree(Checker):
         self._core(behavior, frame)
 
     def _modifier(
-        self,
-        behavior: _Matched,
-        layer: plan_.ModifierApplication,
-        rest: Sequence[Layer],
-        frame: Frame,
+        self, behavior: _Matched, layer: plan_.ModifierApplication, rest: Sequence[Layer], frame: Frame
     ) -> None:
         what = f"the modifier `{layer.modifier}`"
         node = self._only_child(frame, Rule.MODIFIER, what, layer.span, partial(is_modifier, layer))

@@ -51,12 +51,7 @@ class ActionDriver:
     __slots__ = ("_coroutine", "_deadline", "_meter", "_overruns", "_scheduler", "_task", "_watch")
 
     def __init__(
-        self,
-        coroutine: Coroutine[Any, Any, None],
-        task: Task,
-        scheduler: Scheduler,
-        meter: Meter,
-        watch: Watch,
+        self, coroutine: Coroutine[Any, Any, None], task: Task, scheduler: Scheduler, meter: Meter, watch: Watch
     ) -> None:
         self._coroutine = coroutine
         self._task = task

@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any, NoReturn, TypeAlias
 
 from seoro.errors import BackendLost
-from seoro.runtime.behaviors.faults import judge
+from seoro.runtime.behaviors.action import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.contracts.modifiers import Interrupt

@@ -23,7 +23,7 @@ from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import newly_held
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import Occurrence
-from seoro.runtime.kernel.past import CausalPast
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.values import HasFields, Value
 from seoro.runtime.verdict import CANCELLED

@@ -17,7 +17,7 @@ from seoro.runtime.behaviors.limits import BoundedScope
 from seoro.runtime.execution.context import Carry, ExecutionContext
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import Occurrence
-from seoro.runtime.kernel.past import CausalPast
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 

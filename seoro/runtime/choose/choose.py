@@ -13,21 +13,13 @@ from typing import cast
 
 from seoro.errors import CONFLICT
 from seoro.lang import frozen, solve
-from seoro.lang.plan import (
-    Constraint,
-    ConstraintMember,
-    Expression,
-    Latent,
-    ListType,
-    Structure,
-)
+from seoro.lang.plan import Constraint, ConstraintMember, Expression, Latent, ListType, Structure
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import holds
-from seoro.runtime.choose.domains import domain_of
 from seoro.runtime.choose.forms import NotYet, all_of
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.refusals import Rules, no_bounds, no_solution
-from seoro.runtime.choose.slots import Computation, Rule, Slot, assign, mentions
+from seoro.runtime.choose.slots import Computation, Rule, Slot, assign, domain_of, mentions
 from seoro.runtime.choose.symbolic import Translation
 from seoro.runtime.choose.widening import Widening
 from seoro.runtime.instances.applied import Attached

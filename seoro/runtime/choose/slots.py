@@ -9,9 +9,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
 
-from seoro.lang import frozen
+from seoro.lang import frozen, solve
+from seoro.lang.integers import UINT_LIMITS
 from seoro.lang.plan import (
     Binding,
+    EnumType,
+    EnumValue,
     Expression,
     Field,
     Global,
@@ -19,6 +22,8 @@ from seoro.lang.plan import (
     ListType,
     Literal,
     Member,
+    PhysicalType,
+    PrimitiveType,
     Self,
     Size,
     Structure,
@@ -302,3 +307,23 @@ class Computation:
 def assign(slot: Slot, value: Value) -> None:
     """Put a value into the instance that holds it."""
     slot.holder.fields[slot.key] = value  # type: ignore[index] # all holders have a dict
+
+
+def domain_of(type_: ValueType) -> solve.Domain | None:
+    """Return the domain of a scalar; None for other types."""
+    match type_:
+        case PrimitiveType("bool"):
+            return solve.Boolean()
+        case PrimitiveType("int"):
+            return solve.Integer()
+        case PrimitiveType("uint"):
+            return solve.Integer(*UINT_LIMITS)
+        case PrimitiveType("float") | PhysicalType():
+            return solve.Real()
+        case PrimitiveType():
+            return solve.Free()
+        case EnumType(name, members):
+            by_number = {number: EnumValue(name, member, number) for member, number in reversed(members)}
+            return solve.Choice(tuple(reversed(by_number.values())))
+        case _:
+            return None

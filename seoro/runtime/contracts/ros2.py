@@ -222,14 +222,7 @@ class Ros2System(Protocol):
         ...
 
     def recording(
-        self,
-        folder: Path,
-        topics: Sequence[str],
-        note: Note,
-        *,
-        storage: str,
-        hidden: bool,
-        use_sim_time: bool,
+        self, folder: Path, topics: Sequence[str], note: Note, *, storage: str, hidden: bool, use_sim_time: bool
     ) -> AbstractAsyncContextManager[RosRecording]:
         """Record topics into a new bag; all topics if none is named.
 

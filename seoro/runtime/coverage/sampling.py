@@ -25,8 +25,7 @@ from seoro.runtime.coverage.buckets import Tally, bucket_of, number_of
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import newly_held, types_of
 from seoro.runtime.trace.records import Trace
-from seoro.runtime.values.environment import Environment, EvaluationError, Seed
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import Environment, EvaluationError, MethodContext, Seed
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value, plain
 from seoro.runtime.verdict import ItemCoverage
 

@@ -14,8 +14,8 @@ from seoro.lang.plan import OwnEvent, Phase
 from seoro.runtime.events.occurrence import APPLICATION
 from seoro.runtime.instances.instances import Composed, Instance, event_name, phase_name
 from seoro.runtime.kernel.channel import Channel, Occurrence
-from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.values.values import Actor, Struct, Value, plain
 
 

@@ -20,9 +20,8 @@ from seoro.runtime.instances.instances import Composed, Instance
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import OnReceive, Subscription
 from seoro.runtime.kernel.clock import TIME_DIGITS
-from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.kernel.scheduler import Scheduler
-from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task import CausalPast, Task
 from seoro.runtime.values.environment import Environment, Seed
 from seoro.runtime.values.values import HasFields, Value
 from seoro.runtime.verdict import Outcome

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import replace
 
 from seoro.lang import plan as plan_
-from seoro.runtime.choose.domains import domain_of
+from seoro.runtime.choose.slots import domain_of
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.instances.times import DURATION

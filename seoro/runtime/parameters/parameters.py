@@ -8,20 +8,13 @@ from typing import NamedTuple, Protocol
 
 from seoro.errors import UsageError
 from seoro.lang.lazy_dataclass import lazy_dataclass
-from seoro.lang.plan import (
-    Constraint,
-    ConstraintMember,
-    Plan,
-    Structure,
-    Structures,
-)
+from seoro.lang.plan import Constraint, ConstraintMember, Plan, Structure, Structures
 from seoro.runtime.choose.plain import fill, is_plain
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.applied import OF_TYPE, Applied, Modifying, apply, with_nested
 from seoro.runtime.instances.instances import Instance, types_of
 from seoro.runtime.instances.times import ANY_TIME, DURATION, Times, Window
-from seoro.runtime.values.environment import Calls, Environment, EvaluationError, NoSolution, Seed
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import Calls, Environment, EvaluationError, MethodContext, NoSolution, Seed
 from seoro.runtime.values.values import Actor, Fields, HasFields, Value
 
 
@@ -203,11 +196,7 @@ def choose_times(plan: Plan, made: Made, invocation: Invocation) -> None:
 
 
 def _choose(
-    plan: Plan,
-    roots: tuple[Structure, ...],
-    made: Made,
-    invocation: Invocation,
-    overrides: tuple[Constraint, ...],
+    plan: Plan, roots: tuple[Structure, ...], made: Made, invocation: Invocation, overrides: tuple[Constraint, ...]
 ) -> dict[str, Value]:
     given, fields = invocation.given, made.fields
     is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
