@@ -25,15 +25,12 @@ class Watch(Protocol):
     @property
     def grace(self) -> float:
         """Time for its clean-up [s]."""
-        ...
 
     def cancelled(self) -> None:
         """Called when the cancellation is delivered, before the clean-up."""
-        ...
 
     def overrun(self) -> None:
         """Called when the clean-up takes too long."""
-        ...
 
 
 class ActionDriver:

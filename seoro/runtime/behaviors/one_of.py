@@ -30,15 +30,12 @@ class ChoiceGroup(Protocol):
     @property
     def alive(self) -> Sequence[Task]:
         """Members that have not ended."""
-        ...
 
     def cancel(self, child: Task) -> None:
         """Cancel a member at commit."""
-        ...
 
     def choose(self, act: Callable[[], None]) -> None:
         """Call a function when the instant has otherwise settled."""
-        ...
 
 
 class Choice:

@@ -33,33 +33,26 @@ class OverlapGroup(Protocol):
     @property
     def now(self) -> float:
         """Time of the present instant [s]."""
-        ...
 
     @property
     def children(self) -> Sequence[Task]:
         """Started members."""
-        ...
 
     @property
     def alive(self) -> Sequence[Task]:
         """Started members that have not ended."""
-        ...
 
     def cancel(self, child: Task) -> None:
         """Cancel a member at commit."""
-        ...
 
     def end(self, child: Task, outcome: Outcome) -> None:
         """End a member at commit with an outcome."""
-        ...
 
     def after(self, delay: float, act: Callable[[], None]) -> None:
         """Call a function after a delay [s], when that instant has otherwise settled."""
-        ...
 
     def interrupt(self) -> None:
         """Stop waiting for the starts of members."""
-        ...
 
 
 class Overlap:

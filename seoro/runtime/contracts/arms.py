@@ -46,13 +46,11 @@ class Arms(Protocol):
         report: Reporter,
     ) -> str:
         """Move the arm's joints to positions [rad]; return the goal's id. `names` gives their order."""
-        ...
 
     async def move_tool(
         self, robot: str, pose: Pose3D, frame: str, options: MotionOptions, report: Reporter, *, straight: bool
     ) -> str:
         """Move the tool to a pose in a frame (`map` or `base_link`); return the goal's id."""
-        ...
 
     async def move_gripper(
         self, robot: str, opening: float, force: float | None, options: MotionOptions, report: Reporter
@@ -61,26 +59,20 @@ class Arms(Protocol):
 
         Closing succeeds if an object stops the fingers. Return the goal's id.
         """
-        ...
 
     async def hold_entity(self, robot: str, entity: str, duration: float, report: Reporter) -> str:
         """Report when the gripper has held an entity for a duration [s] or dropped it; return the goal's id."""
-        ...
 
     async def watch_joint(
         self, robot: str, joint: str, position: float, tolerance: float, report: Reporter
     ) -> str:
         """Report when a joint is near a position [rad, m] or has passed it; return the watch's id."""
-        ...
 
     async def arm_state(self, robot: str) -> ArmState:
         """Return the state of the arm."""
-        ...
 
     async def cancel_goal(self, goal: str) -> None:
         """Cancel a goal and stop the motion. Goals that have ended are ignored."""
-        ...
 
     async def cancel_watch(self, watch: str) -> None:
         """Cancel a watch. Watches that have fired are ignored."""
-        ...

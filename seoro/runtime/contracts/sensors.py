@@ -20,27 +20,22 @@ class Sensors(Protocol):
 
     async def watch_sample(self, robot: str, sensor: str, report: Reporter) -> str:
         """Report the arrival of the next sample."""
-        ...
 
     async def watch_bumper(self, robot: str, zone: str, entity: str, report: Reporter) -> str:
         """Report when an entity presses a zone of the bumper; empty names match any."""
-        ...
 
     async def watch_range(
         self, robot: str, sensor: str, distance: float, start: float, end: float, report: Reporter
     ) -> str:
         """Report when a lidar measures less than `distance` [m] between two bearings [rad]."""
-        ...
 
     async def check_rate(
         self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
     ) -> str:
         """Report after `duration` [s] whether the rate of samples was within bounds [1/s]."""
-        ...
 
     async def cancel_sensor_watch(self, watch: str) -> None:
         """Cancel a watch. Watches that have fired are ignored."""
-        ...
 
 
 @runtime_checkable
@@ -53,7 +48,6 @@ class Faults(Protocol):
 
     def devices(self) -> Mapping[str, Sequence[str]]:
         """Return the device names of each robot, in their order."""
-        ...
 
     async def inject_fault(self, robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
         """Inject a fault, replacing another of its kind, and measure its effect.
@@ -61,15 +55,12 @@ class Faults(Protocol):
         The measurement is reported as success, or as abortion if no effect was measured within `limit` [s]; the
         fault is then cleared. Return the id of the measurement.
         """
-        ...
 
     async def cancel_fault(self, measurement: str) -> None:
         """Clear a fault whose effect is being measured. Finished measurements are ignored."""
-        ...
 
     async def clear_faults(self, robot: str, device: str, fault: type[Fault] | None = None) -> None:
         """Clear the faults of a device (all devices if empty), of one kind if `fault` is given."""
-        ...
 
 
 class Image(Value):
@@ -95,27 +86,21 @@ class Cameras(Protocol):
             width: Width of its pictures [pixels].
             height: Height of its pictures [pixels].
         """
-        ...
 
     async def cameras(self) -> tuple[str, ...]:
         """Return the names of all cameras."""
-        ...
 
     async def place_camera(self, name: str, pose: Pose3D) -> None:
         """Set the pose of a free camera; it stops following."""
-        ...
 
     async def aim_camera(self, name: str, target: Position3D) -> None:
         """Turn a free camera in place so that a point is in the middle of its pictures."""
-        ...
 
     async def follow_entity(self, name: str, entity: str, offset: Position3D) -> None:
         """Make a free camera follow an entity at an offset along the axes of the map, and look at it."""
-        ...
 
     async def delete_camera(self, name: str) -> None:
         """Delete a spawned camera."""
-        ...
 
     async def take_picture(self, name: str) -> Image:
         """Take a picture, subject to injected faults. Refused if a fault suppresses the picture."""

@@ -52,7 +52,6 @@ class Emitted(Protocol):
             is_derived: Whether its specification occurred, without an `emit`.
             origin: Emitter other than the scenario.
         """
-        ...
 
 
 class Events:

@@ -69,7 +69,6 @@ class Entry(Protocol):
     @property
     def instance(self) -> Instance | Composed:
         """Latest instance."""
-        ...
 
 
 @lazy_dataclass

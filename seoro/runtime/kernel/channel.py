@@ -48,11 +48,9 @@ class Receiver(Protocol):
     @property
     def past(self) -> CausalPast:
         """Occurrences that it must not receive."""
-        ...
 
     def deliver(self, occurrence: Occurrence) -> bool:
         """Receive an occurrence at commit; return whether it counts."""
-        ...
 
 
 class Channel:

@@ -83,35 +83,27 @@ class TaskScheduler(Protocol):
     @property
     def now(self) -> float:
         """Time of the present instant [s]."""
-        ...
 
     def step(self, task: Task) -> Awaitable[None]:
         """End a step; the next one is in the next delta cycle."""
-        ...
 
     def wait(self, waiter: Waiter) -> Coroutine[Any, Any, Any]:
         """End a step until the waiter is woken; return its value."""
-        ...
 
     def wake(self, waiter: Waiter, value: Any = None) -> None:
         """Wake a waiter at the next commit."""
-        ...
 
     def wake_at(self, time: float, waiter: Waiter) -> None:
         """Wake a waiter in the first instant at or after a time [s]."""
-        ...
 
     def at_commit(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Commit an effect that cancels tasks after this delta cycle, in order of paths."""
-        ...
 
     def start(self, task: Task, function: TaskFunction, args: tuple[Any, ...], create: CreateTask) -> None:
         """Schedule the first step of a task in the next delta cycle."""
-        ...
 
     def deliver_cancel(self, task: Task) -> None:
         """Cancel a task in the next delta cycle, before all steps."""
-        ...
 
 
 CreateTask: TypeAlias = Callable[..., "asyncio.Task[None]"]  # `asyncio.TaskGroup.create_task`

@@ -113,12 +113,10 @@ class Made(Protocol):
     @property
     def fields(self) -> Fields:
         """Its values."""
-        ...
 
     @property
     def types(self) -> tuple[str, ...]:
         """Names of its type and the inherited ones as in `plan.Methods`, nearest first."""
-        ...
 
     windows: Mapping[str, Window]  # of its constrained times
 

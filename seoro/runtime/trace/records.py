@@ -85,17 +85,14 @@ class RecordedEvent(Protocol):
     @property
     def name(self) -> str:
         """Name in the trace."""
-        ...
 
     @property
     def short_name(self) -> str:
         """Name within the holder."""
-        ...
 
     @property
     def holder(self) -> Callable[[], object]:
         """Weak reference to the holder."""
-        ...
 
 
 class Trace:

@@ -29,7 +29,6 @@ class AppliedModifier(Protocol):
     @property
     def plan(self) -> ModifierApplication:
         """Its application in the plan."""
-        ...
 
 
 @lazy_dataclass
@@ -84,7 +83,6 @@ class HasFields(Protocol):
     @property
     def fields(self) -> Mapping[str, Value]:
         """Values by name."""
-        ...
 
 
 class Invoker(HasFields, Protocol):
@@ -92,7 +90,6 @@ class Invoker(HasFields, Protocol):
 
     def invoked(self, label: str) -> Invoker | None:
         """Return the last invocation under a label; None before the first one."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
