@@ -11,7 +11,6 @@ from seoro.lang.source import Span
 from seoro.runtime.execution.assignment import ActorAssignment, Contract
 from seoro.runtime.functions.actions import BoundAction
 from seoro.runtime.instances.instances import Instance
-from seoro.runtime.instances.invocations import invocations
 from seoro.runtime.values.values import Actor
 
 if TYPE_CHECKING:
@@ -110,7 +109,7 @@ def check_implementations(
     """
     for name, action in plan.actions.items():
         if name not in actions:
-            invoked = (each.span for each in invocations(plan) if each.action == name)
+            invoked = (each.span for each in plan.action_invocations() if each.action == name)
             raise UsageError(
                 f"the action `{name}` has no implementation",
                 next(invoked, action.span),

@@ -197,7 +197,7 @@ def _modifiers(
 def _empty(plan: InvokeScenario | InvokeAction, context: ExecutionContext) -> Instance:
     """Create an instance without values."""
     plans = context.services.plan
-    declared = plans.scenarios[plan.scenario] if isinstance(plan, InvokeScenario) else plans.actions[plan.action]
+    declared = plans.invoked(plan)
     actor = evaluate(plan.actor, context.environment()) if plan.actor is not None else None
     assert actor is None or isinstance(actor, Actor)
     return Instance(context.path, Fields(), declared, {"actor": actor} if actor is not None else {})

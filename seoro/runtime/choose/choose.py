@@ -154,7 +154,7 @@ class _Choice:
     def _deciding(self, made: Struct | Actor, latent: Latent) -> tuple[terms.Term, ...] | None:
         """Return the conditions of a subtype; None if one needs a field of another subtype."""
         try:
-            return self._translation.subtypes.deciding(made, latent.type)
+            return self._translation.deciding(made, latent.type)
         except NotYet:
             return None
 

@@ -16,10 +16,9 @@ from seoro.lang.solve import terms
 from seoro.runtime.choose import forms
 from seoro.runtime.choose.opaque import Opaques
 from seoro.runtime.choose.slots import Slot, Slots
-from seoro.runtime.choose.subtypes import Subtypes
 from seoro.runtime.functions.methods import MAX_DEPTH, implementation, inside
 from seoro.runtime.values.environment import Deferred, Environment, Evaluate, EvaluationError
-from seoro.runtime.values.values import HasFields, Value
+from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 
 
 class Translation:
@@ -37,7 +36,6 @@ class Translation:
         self._slots = slots
         self._evaluate = evaluate
         self._open: list[Slot] = []
-        self.subtypes = Subtypes(slots, self._field)
         self._opaques = Opaques(slots, evaluate, put, self._open)
 
     def condition(self, expression: plan.Expression, environment: Environment) -> terms.Term:
@@ -137,7 +135,7 @@ class Translation:
         if isinstance(expression, plan.Size) and (size := self._size(expression, environment)) is not None:
             return size
         found = [self._symbolic(part, environment) for part in plan.parts(expression)]
-        if isinstance(expression, plan.Cast) and self.subtypes.deciding_type(found[0], expression.type):
+        if isinstance(expression, plan.Cast) and self._deciding_type(found[0], expression.type):
             raise forms.NotYet(expression.span.text)
         if not any(isinstance(value, forms.UNKNOWN) for value in found):
             return self._evaluate(forms.with_operands(expression, found), environment)
@@ -288,8 +286,29 @@ class Translation:
         self, expression: plan.TypeTest, operand: forms.Symbolic, environment: Environment
     ) -> forms.Symbolic:
         """Translate a type test of a constructed value by the fields that decide."""
-        if conditions := self.subtypes.deciding_type(operand, expression.type):
+        if conditions := self._deciding_type(operand, expression.type):
             return terms.And(conditions)
         if isinstance(operand, forms.UNKNOWN):
             raise forms.NotSymbolic
         return self._evaluate(forms.with_operands(expression, [operand]), environment)
+
+    # ------------------------------------------------------------ conditional subtypes (7.3.8.2.5)
+
+    def _deciding_type(self, value: forms.Symbolic, type_: plan.ValueType) -> tuple[terms.Term, ...]:
+        """Return the conditions for a value to be of a type; empty if decided."""
+        if not isinstance(value, Struct | Actor) or not isinstance(type_, plan.StructType | plan.ActorType):
+            return ()
+        return self.deciding(value, type_.name)
+
+    def deciding(self, value: Struct | Actor, name: str) -> tuple[terms.Term, ...]:
+        """Return the conditions for a value to be of a named type; empty if decided."""
+        slot = self._slots.holding(value)
+        if slot is None or slot.structure is None:
+            return ()
+        latents = {latent.type: latent for latent in slot.structure.latents}
+        conditions: list[terms.Term] = []
+        while name in latents and name not in value.types:
+            latent = latents[name]
+            conditions.append(forms.same(self._field(value, latent.field), latent.value))
+            name = latent.base
+        return tuple(conditions) if name in value.types else ()

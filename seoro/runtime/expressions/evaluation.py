@@ -6,11 +6,11 @@ follow IEEE 754, including division by zero (7.4.2.3, 7.3.2).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, assert_never, cast
 
+from seoro.lang.integers import divide_floats, divide_integers
 from seoro.lang.plan import (
     Arithmetic,
     Binding,
@@ -218,23 +218,10 @@ def _calculate(operator: str, left: int | float, right: int | float, number: Num
 
 def _divide(operator: str, left: int | float, right: int | float, number: Number, span: Span) -> int | float:
     if number is Number.FLOAT:
-        return _divide_floats(operator, float(left), float(right))
+        return divide_floats(operator, float(left), float(right))
     if right == 0:
         raise EvaluationError("division of an integer by zero", span)
-    quotient = abs(int(left)) // abs(int(right))
-    if (left < 0) != (right < 0):
-        quotient = -quotient
-    return held(quotient if operator == "/" else left - quotient * right, number)
-
-
-def _divide_floats(operator: str, left: float, right: float) -> float:
-    if operator == "%":
-        return math.nan if right == 0 or math.isinf(left) else math.fmod(left, right)
-    if right != 0:
-        return left / right
-    if left == 0 or math.isnan(left):
-        return math.nan
-    return math.copysign(math.inf, left) * math.copysign(1.0, right)
+    return held(divide_integers(operator, left, right), number)
 
 
 def _logic(operator: str, first: bool, right: Expression, environment: Environment) -> bool:

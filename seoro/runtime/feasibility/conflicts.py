@@ -9,7 +9,6 @@ from seoro.lang.plan import InvokeAction, InvokeScenario, Plan, Scenario, invoca
 from seoro.runtime.behaviors.timing import times_of
 from seoro.runtime.feasibility.relaxation import Relaxation, fixed_values, is_fixed, known_in, scope_of
 from seoro.runtime.instances.instances import Instance
-from seoro.runtime.instances.invocations import declared_by, is_bound
 from seoro.runtime.instances.times import DURATION, Times
 from seoro.runtime.parameters.parameters import Invocation, choose_parameters
 from seoro.runtime.values.environment import Environment, EvaluationError, NoSolution
@@ -51,7 +50,7 @@ class _Search:
         around = scope_of(scenario, known, self._plan)
         for invocation in invocations_in(scenario.body):
             given = fixed_values(invocation.arguments, known, around, self._plan)
-            if is_bound(invocation, self._plan):
+            if self._plan.is_bound(invocation):
                 conflict = self._conflict(invocation, given, known, around)
                 if conflict is not None:
                     yield conflict
@@ -71,7 +70,7 @@ class _Search:
         known: Mapping[str, Value],
         around: Environment,
     ) -> NoSolution | None:
-        declared = declared_by(invocation, self._plan)
+        declared = self._plan.invoked(invocation)
         passed = frozenset(name for name, _ in invocation.arguments)
         if invocation.modifications or declared.modifiers:  # they may override any default
             passed = frozenset(declared.structure.fields)
@@ -91,7 +90,7 @@ class _Search:
         return None
 
     def _times(self, invocation: InvokeScenario | InvokeAction, around: Environment) -> Times | None:
-        if DURATION in declared_by(invocation, self._plan).structure.fields:
+        if DURATION in self._plan.invoked(invocation).structure.fields:
             return None
         known = set(around.instance.fields)
         if invocation.duration is not None and is_fixed(invocation.duration, known, self._plan.structures):
