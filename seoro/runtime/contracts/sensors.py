@@ -1,4 +1,4 @@
-"""Contracts of backends whose robots have sensors and cameras, and of those that inject faults into them."""
+"""Contracts of backends whose robots have sensors and cameras, and of backends that inject faults into these."""
 
 from __future__ import annotations
 
