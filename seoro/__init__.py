@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from seoro.runtime.functions.actions import action
     from seoro.runtime.functions.modifiers import modifier
     from seoro.runtime.trace.reader import TraceReader
-    from seoro.runtime.values.method_context import MethodContext
+    from seoro.runtime.values.environment import MethodContext
     from seoro.runtime.values.values import Actor, Range, Struct, Variable
     from seoro.runtime.verdict import Outcome, RunStatus, Status, Verdict
 
@@ -100,7 +100,7 @@ _MODULES = {
     "seoro.runtime.contracts.modifiers": ("Child", "ModifierContext"),
     "seoro.runtime.functions.actions": ("action",),
     "seoro.runtime.functions.modifiers": ("modifier",),
-    "seoro.runtime.values.method_context": ("MethodContext",),
+    "seoro.runtime.values.environment": ("MethodContext",),
     "seoro.runtime.events.occurrence": ("Occurrence",),
     "seoro.runtime.trace.reader": ("TraceReader",),
     "seoro.runtime.actions.threads": ("ThreadContext",),

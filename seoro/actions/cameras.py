@@ -9,7 +9,7 @@ from __future__ import annotations
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D, Position3D
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.cameras import Cameras
+from seoro.runtime.contracts.sensors import Cameras
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 

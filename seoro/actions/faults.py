@@ -31,8 +31,7 @@ from seoro.robotics.faults import (
 )
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.pending import Notifier
-from seoro.runtime.contracts.cameras import Cameras
-from seoro.runtime.contracts.faults import Faults
+from seoro.runtime.contracts.sensors import Cameras, Faults
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 

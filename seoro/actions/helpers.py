@@ -15,7 +15,7 @@ from seoro.runtime.functions.actions import action
 from seoro.runtime.functions.modifiers import modifier
 from seoro.runtime.values.comparison import RELATIONS, NotComparable, compare_values
 from seoro.runtime.values.conversions import wrapped
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import MethodContext
 from seoro.runtime.values.values import Variable
 from seoro.runtime.verdict import SUCCEEDED, Outcome, Status
 

@@ -11,8 +11,8 @@ from seoro.actions.reports import finish
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.arms import Arms, MotionOptions
 from seoro.runtime.contracts.backends import Reporter
+from seoro.runtime.contracts.robots import Arms, MotionOptions
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 

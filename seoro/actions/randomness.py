@@ -10,7 +10,7 @@ import random
 from collections.abc import Sequence
 
 from seoro.errors import UsageError
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import MethodContext
 
 
 def _stream(run: MethodContext) -> random.Random:

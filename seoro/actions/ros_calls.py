@@ -20,8 +20,8 @@ from seoro.actions.ros_support import (
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.backends import GoalStatus
-from seoro.runtime.contracts.faults import Faults
 from seoro.runtime.contracts.ros2 import GoalResult, Members, Ros2System, RosGoal, Wanted
+from seoro.runtime.contracts.sensors import Faults
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Variable
 

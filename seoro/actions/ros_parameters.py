@@ -13,7 +13,7 @@ from seoro.actions.faults import inject
 from seoro.errors import ActionFailed
 from seoro.robotics.faults import BeamLoss, Fault, GaussianNoise, Quantity
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.faults import Faults
+from seoro.runtime.contracts.sensors import Faults
 
 NODE = "laserscan_modification"
 DEVICE = "lidar"

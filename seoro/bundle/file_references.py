@@ -17,7 +17,6 @@ from seoro.lang.plan import InvokeAction
 from seoro.lang.plan.expressions import Literal
 from seoro.lang.source import Span
 from seoro.runtime.functions.actions import Mark
-from seoro.runtime.instances.invocations import invocations
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ def referenced_files(scenario: Scenario, options: Options, folder: Path) -> Iter
     if not any(mark.files or mark.uris for mark in marks.values()):
         return
     overrides, _ = split_selectors(options.overrides)
-    for invocation in invocations(lower(scenario.checked, options.name, overrides)):
+    for invocation in lower(scenario.checked, options.name, overrides).action_invocations():
         mark = marks.get(invocation.action)
         if mark is not None:
             yield from _named_by(invocation, mark, folder)

@@ -27,7 +27,7 @@ from seoro.files.inputs import Kind, open_input
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around
 from seoro.lang.loader import Sources, path_of
-from seoro.lang.lower.entry import find_entry
+from seoro.lang.lower.lower import find_entry
 
 if TYPE_CHECKING:
     from seoro.lab.reading import Lab as ReadLab

@@ -29,7 +29,7 @@ from seoro.embed.parameter_files import read_parameters
 from seoro.errors import CONFLICT, UsageError
 from seoro.lab.selectors import split_selectors
 from seoro.lang.frontend import lower
-from seoro.lang.lower.entry import find_entry
+from seoro.lang.lower.lower import find_entry
 from seoro.runtime.verdict import RunStatus
 from seoro.sweep.axes import Axis, combinations, find_axes
 from seoro.sweep.emit import emitted

@@ -9,7 +9,6 @@ from seoro.errors import CONFLICT, InvalidScenario, UsageError
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.frontend import lower
 from seoro.lang.plan import Plan
-from seoro.runtime.instances.invocations import may_conflict
 
 
 def find_contradictions(scenario: Scenario) -> Iterator[Diagnostic]:
@@ -30,7 +29,7 @@ def find_contradictions(scenario: Scenario) -> Iterator[Diagnostic]:
 
 
 def _entry_conflict(plan: Plan) -> Iterator[Diagnostic]:
-    from seoro.runtime.parameters.entry import make_entry  # noqa: PLC0415 - loads most of the runtime
+    from seoro.runtime.parameters.parameters import make_entry  # noqa: PLC0415 - loads most of the runtime
 
     try:
         make_entry(plan, 0)
@@ -41,7 +40,7 @@ def _entry_conflict(plan: Plan) -> Iterator[Diagnostic]:
 
 
 def _invocation_conflicts(plan: Plan) -> Iterator[Diagnostic]:
-    if not may_conflict(plan):
+    if not any(map(plan.is_bound, plan.invocations())):
         return
     from seoro.runtime.feasibility.conflicts import find_conflicts  # noqa: PLC0415 - loads most of the runtime
 

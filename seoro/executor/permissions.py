@@ -27,7 +27,6 @@ from seoro.lang.libraries import Origin, library_files
 from seoro.lang.loader import Reader, Sources, Unreadable, read_file
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
-from seoro.runtime.instances.invocations import invocations
 
 PYTHON: Final = "python"
 NETWORK: Final = "network"
@@ -84,7 +83,7 @@ def vet_plan(plan: Plan, allowed: Collection[str]) -> None:
         InvalidScenario: An action of the plan is not allowed.
     """
     found = []
-    for invocation in invocations(plan):
+    for invocation in plan.action_invocations():
         name = invocation.action.rpartition(".")[2]
         needed = PYTHON if name == _FILES else name
         if needed in PERMISSIONS and needed not in allowed:

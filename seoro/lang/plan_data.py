@@ -28,11 +28,13 @@ _CONTAINERS: Final[Mapping[type, int]] = {
     plan.Structures: _STRUCTURES,
     plan.Methods: _METHODS,
 }
+_DEFINED: Final = [
+    found
+    for found in vars(plan).values()
+    if isinstance(found, type) and issubclass(found, Frozen | Enum) and found.__module__.startswith(plan.__name__)
+]
 _CLASSES: Final[Mapping[int, type[Frozen | Enum]]] = dict(
-    enumerate(
-        (found for found in vars(plan).values() if isinstance(found, type) and issubclass(found, Frozen | Enum)),
-        _FIRST_CLASS,
-    )
+    enumerate(sorted(_DEFINED, key=lambda found: (found.__module__, found.__name__)), _FIRST_CLASS)
 )
 _NUMBERS: Final[Mapping[type, int]] = {cls: number for number, cls in _CLASSES.items()}
 _FIELDS: Final = {bool, float, int, str, type(None)}  # of nodes

@@ -21,7 +21,7 @@ from seoro.embed import Scenario, check_file
 from seoro.embed.directives import INVALID, Directives, FileDirectives, directives_of_file, top_scenarios
 from seoro.embed.options import OptionFields
 from seoro.errors import InvalidScenario, UsageError
-from seoro.lang.lower.entry import find_entry
+from seoro.lang.lower.lower import find_entry
 from seoro.lang.symbols import TypeSymbol
 from seoro.pytest_plugin.marks import read_marks
 from seoro.pytest_plugin.runner import Case, run_case

@@ -22,7 +22,7 @@ from seoro.runtime.contracts.backends import CONTACT, DEPARTURE, WARNING, Backen
 from seoro.runtime.events.declared import Events
 from seoro.runtime.execution.assignment import ActorAssignment
 from seoro.runtime.execution.context import ExecutionContext, Invoked
-from seoro.runtime.execution.guest import shielded
+from seoro.runtime.execution.guest import end_backends, shielded
 from seoro.runtime.execution.names import Location
 from seoro.runtime.execution.outputs import OutputFile, Outputs
 from seoro.runtime.execution.services import Decision, Services
@@ -31,13 +31,11 @@ from seoro.runtime.instances.applied import with_nested
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.kernel.task import Task
-from seoro.runtime.parameters.entry import make_entry
-from seoro.runtime.parameters.parameters import entry_parameters
+from seoro.runtime.parameters.parameters import entry_parameters, make_entry
 from seoro.runtime.trace.records import Trace, write_error_text
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import MethodContext
 from seoro.runtime.values.text import value_text
-from seoro.runtime.values.values import Actor, plain
+from seoro.runtime.values.values import Actor, Fields, plain
 from seoro.runtime.verdict import Outcome, RunStatus, Verdict
 
 if TYPE_CHECKING:
@@ -235,8 +233,6 @@ class Execution:
             except asyncio.CancelledError:
                 cancelled = True
             if self._settings.backends:
-                from seoro.runtime.execution.backends import end_backends  # noqa: PLC0415 - loads anyio
-
                 await end_backends(self._settings.backends, self._settings.grace)
             verdict = self.verdict = self._conclude(time.monotonic() - wall_start)
             if self._application is not None:

@@ -6,7 +6,7 @@ import pytest
 
 from seoro import UsageError
 from seoro.actions import randomness
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import MethodContext
 from tests.runtime.conftest import Prepare, RunText
 
 SCENARIO = """

@@ -13,8 +13,8 @@ from seoro.bridges.conformance import ArmFacts, Make, Rule, arms, check_arm
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.errors import BackendRefused
 from seoro.robotics.geometry import Pose3D
-from seoro.runtime.contracts.arms import MotionOptions
 from seoro.runtime.contracts.backends import GoalStatus, Report, Reporter
+from seoro.runtime.contracts.robots import MotionOptions
 from tests.bridges.nodes import CELL, Connect, running
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 

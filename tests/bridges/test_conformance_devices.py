@@ -15,7 +15,7 @@ from seoro.errors import BackendRefused
 from seoro.robotics.faults import Fault, PowerLoss
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.contracts.backends import Report, Reporter
-from seoro.runtime.contracts.cameras import Image
+from seoro.runtime.contracts.sensors import Image
 from tests.bridges.nodes import OPTIONS, Connect
 from tests.bridges.spoiling import Spoil, do_nothing, expect_broken, replace_method, spoiled
 from tests.sim_nodes.engines import needs_pictures

@@ -23,11 +23,8 @@ from seoro.bridges.conformance import advance, arms, cameras, entities, faults, 
 from seoro.bridges.conformance.arms import ArmBench, ArmFacts
 from seoro.bridges.conformance.bench import Make, SimulatedBackend, has, started, started_with
 from seoro.errors import BackendError, BackendLost, BackendRefused
-from seoro.runtime.contracts.arms import Arms
-from seoro.runtime.contracts.cameras import Cameras
-from seoro.runtime.contracts.faults import Faults
-from seoro.runtime.contracts.robots import DrivenRobots, MobileRobots
-from seoro.runtime.contracts.sensors import Sensors
+from seoro.runtime.contracts.robots import Arms, DrivenRobots, MobileRobots
+from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
 from seoro.runtime.contracts.worlds import Simulation, Snapshots
 
 __all__ = [

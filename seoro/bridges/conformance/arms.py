@@ -21,8 +21,8 @@ from seoro.bridges.conformance.bench import (
     place,
 )
 from seoro.bridges.wire import Result
-from seoro.runtime.contracts.arms import Arms, MotionOptions
 from seoro.runtime.contracts.backends import GoalStatus
+from seoro.runtime.contracts.robots import Arms, MotionOptions
 
 ARM = ("arm", "robot", "osc_actor")
 SUCCEEDED = GoalStatus.SUCCEEDED

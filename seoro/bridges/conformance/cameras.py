@@ -8,7 +8,7 @@ from seoro.bridges.conformance.bench import BOX, Bench, Make, expect, expect_ref
 from seoro.bridges.wire import Result, SpawnResult
 from seoro.errors import BackendRefused
 from seoro.robotics.geometry import Position3D
-from seoro.runtime.contracts.cameras import Cameras, Image
+from seoro.runtime.contracts.sensors import Cameras, Image
 from seoro.runtime.contracts.worlds import Simulation
 
 EYE = "eye"

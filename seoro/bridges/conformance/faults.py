@@ -20,9 +20,8 @@ from seoro.bridges.conformance.bench import (
 from seoro.bridges.wire import Result
 from seoro.robotics.faults import MessageLoss, PowerLoss, WheelSlip
 from seoro.runtime.contracts.backends import GoalStatus
-from seoro.runtime.contracts.faults import Faults
 from seoro.runtime.contracts.robots import DrivenRobots
-from seoro.runtime.contracts.sensors import Sensors
+from seoro.runtime.contracts.sensors import Faults, Sensors
 
 MOTORS = "motors"
 NO_SENSORS = (MOTORS, "robot")

@@ -8,8 +8,8 @@ from typing import Any
 from seoro.bridges import wire
 from seoro.bridges.sim.requests import Requests
 from seoro.robotics.geometry import Pose3D
-from seoro.runtime.contracts.arms import ArmState, MotionOptions
 from seoro.runtime.contracts.backends import Reporter
+from seoro.runtime.contracts.robots import ArmState, MotionOptions
 
 
 class ArmRequests(Requests):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from seoro.bridges import wire
 from seoro.bridges.sim.requests import Requests
 from seoro.robotics.geometry import Pose3D, Position3D
-from seoro.runtime.contracts.cameras import Image
+from seoro.runtime.contracts.sensors import Image
 
 PICTURE_TIMEOUT = 30.0  # [s] of the machine's clock; the first picture loads the renderer
 

@@ -6,11 +6,8 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from seoro.bridges import wire
-from seoro.runtime.contracts.arms import Arms
-from seoro.runtime.contracts.cameras import Cameras
-from seoro.runtime.contracts.faults import Faults
-from seoro.runtime.contracts.robots import DrivenRobots, LocalisedRobots, MobileRobots
-from seoro.runtime.contracts.sensors import Sensors
+from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots
+from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
 from seoro.runtime.contracts.worlds import Simulation, Snapshots, Worlds
 
 _VERBS: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {

@@ -22,7 +22,7 @@ from seoro.bridges.sim.world import WorldRequests
 from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
-from seoro.runtime.contracts.faults import Faults
+from seoro.runtime.contracts.sensors import Faults
 
 ANY_ACTOR = "osc_actor"
 WORLD_FILES = frozenset({".yaml", ".yml"})

@@ -1,13 +1,12 @@
-"""Invocations of the entry scenario by name, for overrides of their parameters."""
+"""Invocations of the entry scenario by name, for overrides of their parameters; applied modifiers."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from seoro.lang import plan
-from seoro.lang.lower import reach
 
 Invocation = plan.InvokeAction | plan.InvokeScenario
 
@@ -18,7 +17,7 @@ def named_invocations(body: plan.Behavior | None) -> Mapping[str, Invocation]:
     The name is the label, else the name of the invoked behavior, without its actor. Equal names get a number:
     `name[0]`, `name[1]`.
     """
-    found = list(reach.invocations(body))
+    found = list(plan.invocations_in(body))
     names = [each.label or _bare_name(each) for each in found]
     total, seen = Counter(names), Counter[str]()
     named: dict[str, Invocation] = {}
@@ -46,3 +45,15 @@ def constrained(behavior: plan.Behavior, added: Mapping[Invocation, Sequence[pla
             return replace(behavior, constraints=(*behavior.constraints, *added[behavior]))
         case _:
             return behavior
+
+
+def applied_in(body: plan.Behavior | None) -> Iterator[str]:
+    """Yield the names of all modifiers that are applied in a behavior."""
+    for behavior in plan.behaviors_in(body):
+        if isinstance(behavior, plan.Composition | plan.Invocation):
+            yield from applied(behavior.modifications)
+
+
+def applied(modifications: Iterable[plan.Modification]) -> Iterator[str]:
+    """Yield the names of the modifiers among modifications."""
+    return (each.modifier for each in modifications if isinstance(each, plan.ModifierApplication))

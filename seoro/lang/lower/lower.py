@@ -1,4 +1,7 @@
-"""Creation of the plan of a scenario: its parameters with their values, and all reached scenarios and actions."""
+"""Creation of the plan of a scenario: its parameters with their values, and all reached scenarios and actions.
+
+The scenario (7.7.2) is the requested one, the only one, or `main` of the entry file.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,59 @@ from seoro.lang.check.checker import Checked
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import scope_of
-from seoro.lang.diagnostic import Bag
+from seoro.lang.diagnostic import Bag, Message
 from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.lower import reach
-from seoro.lang.lower.entry import find_entry
-from seoro.lang.lower.invocations import constrained, invoked_name, named_invocations
+from seoro.lang.lower.invocations import applied, applied_in, constrained, invoked_name, named_invocations
 from seoro.lang.lower.overrides import Overrides
 from seoro.lang.source import Span
 from seoro.lang.symbols import TypeSymbol, lineage, may_lack_values
+
+DEFAULT = "main"
+
+
+def find_entry(checked: Checked, name: str | None) -> TypeSymbol:
+    """Return the scenario to run.
+
+    Raises:
+        InvalidScenario: The scenario is missing or ambiguous.
+    """
+    file = checked.sources.entry.file
+    top = Span(file, 0, 0)
+    candidates = checked.scenarios
+    if name is not None:
+        named = _named(name, candidates)
+        if len(named) != 1:
+            missing = messages.UnknownEntry(top, name, candidates)
+            raise _invalid(messages.AmbiguousEntry(top, named) if named else missing)
+        chosen = named[0]
+    elif not candidates:
+        raise _invalid(messages.MissingScenario(top))
+    elif len(candidates) == 1:
+        chosen = candidates[0]
+    elif len(named := _named(DEFAULT, candidates)) == 1:
+        chosen = named[0]
+    else:
+        raise _invalid(messages.AmbiguousEntry(top, candidates))
+    symbol = next(
+        symbol
+        for symbol in checked.program.behaviors.values()
+        if symbol.plan_name == chosen and symbol.span.file is file
+    )
+    if symbol.actor is not None:
+        raise _invalid(messages.ActorEntry(symbol.span, chosen))
+    return symbol
+
+
+def _named(name: str, candidates: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the scenario with exactly this name, else those with it in any namespace."""
+    if name in candidates:
+        return (name,)
+    return tuple(candidate for candidate in candidates if candidate.endswith(f"::{name}"))
+
+
+def _invalid(message: Message) -> InvalidScenario:
+    return InvalidScenario((message.diagnostic(),))
+
 
 _NO_OVERRIDES: Final[Mapping[str, str]] = {}
 
@@ -51,7 +99,7 @@ def lower(
     actions: dict[str, plan.Action] = {}
     pending = [first]
     while pending:
-        for invocation in reach.invocations(pending.pop().body):
+        for invocation in plan.invocations_in(pending.pop().body):
             if isinstance(invocation, plan.InvokeAction):
                 if invocation.action not in actions:
                     actions[invocation.action] = lowering.action(invocation.action)
@@ -132,16 +180,15 @@ class _Lowering:
     ) -> dict[str, plan.Modifier]:
         """Create all modifiers that are applied in a plan."""
         symbols = {symbol.plan_name: symbol for symbol in self._program.modifiers.values()}
-        pending = [name for scenario in scenarios for name in reach.modifiers(scenario.body)]
-        pending += [name for scenario in scenarios for name in reach.applied(scenario)]
-        pending += [name for action in actions for name in reach.applied(action)]
-        pending += [name for type_ in objects for name in reach.applied(type_)]
+        pending = [name for scenario in scenarios for name in applied_in(scenario.body)]
+        declared: list[plan.Declaration | plan.ObjectType] = [*scenarios, *actions, *objects]
+        pending += [name for each in declared for name in applied(each.modifiers)]
         found: dict[str, plan.Modifier] = {}
         while pending:
             name = pending.pop(0)
             if name not in found:
                 found[name] = self._modifier(symbols[name])
-                pending += reach.applied(found[name])
+                pending += applied(found[name].modifiers)
         return found
 
     def _modifier(self, symbol: TypeSymbol) -> plan.Modifier:

@@ -10,6 +10,7 @@ In the `constraints` of a composition, the fields of the binding `it` are its pa
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import Enum
 from typing import TypeAlias
 
@@ -169,3 +170,18 @@ class On(Value):
     event: EventSpecification
     members: tuple[Emit | CallMethod, ...]
     span: Span
+
+
+def behaviors_in(body: Behavior | None) -> Iterator[Behavior]:
+    """Yield a behavior and its descendants in source order."""
+    pending = [body] if body is not None else []
+    while pending:
+        behavior = pending.pop()
+        yield behavior
+        if isinstance(behavior, Composition):
+            pending += reversed(behavior.members)
+
+
+def invocations_in(body: Behavior | None) -> Iterator[InvokeAction | InvokeScenario]:
+    """Yield all invocations in a behavior, in source order."""
+    return (each for each in behaviors_in(body) if isinstance(each, InvokeAction | InvokeScenario))

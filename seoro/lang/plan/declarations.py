@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan.behaviors import Behavior, On, Sample
+from seoro.lang.plan.behaviors import Behavior, InvokeAction, InvokeScenario, On, Sample, invocations_in
 from seoro.lang.plan.coverage import Coverage
 from seoro.lang.plan.events import EventSpecification
 from seoro.lang.plan.expressions import Expression
@@ -136,3 +136,22 @@ class Plan(Value):
     def object_type(self, types: Iterable[str]) -> ObjectType | None:
         """Return the reactions of a value with these types, nearest first; the nearest type has all of them."""
         return next((self.objects[name] for name in types if name in self.objects), None)
+
+    def invocations(self) -> Iterator[InvokeAction | InvokeScenario]:
+        """Yield all invocations in scenarios."""
+        for scenario in self.scenarios.values():
+            yield from invocations_in(scenario.body)
+
+    def action_invocations(self) -> Iterator[InvokeAction]:
+        """Yield all invocations of actions."""
+        return (each for each in self.invocations() if isinstance(each, InvokeAction))
+
+    def invoked(self, invocation: InvokeAction | InvokeScenario) -> Action | Scenario:
+        """Return the declaration that an invocation invokes."""
+        if isinstance(invocation, InvokeScenario):
+            return self.scenarios[invocation.scenario]
+        return self.actions[invocation.action]
+
+    def is_bound(self, invocation: InvokeAction | InvokeScenario) -> bool:
+        """Whether constraints affect the parameters of an invocation."""
+        return bool(invocation.constraints) or not self.invoked(invocation).structure.is_plain

@@ -3,12 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from enum import Enum
 from typing import Final, TypeAlias, get_args
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan.operators import Bulk, Number, Side, StringMethod
 from seoro.lang.plan.types import EnumValue, StructType, ValueType
 from seoro.lang.source import Span
+
+
+class Number(Enum):
+    """Arithmetic of an operator (7.4.2.3.1); physical values are floats."""
+
+    INT = "int"
+    UINT = "uint"
+    FLOAT = "float"
+
+
+class Bulk(Enum):
+    """Operators that evaluate an expression for each member of a list (7.4.2.7.3)."""
+
+    FILTER = "filter"
+    FIRST_INDEX = "first_index"
+    COUNT = "count"
+    HAS = "has"
+    MAP = "map"
+
+
+class Side(Enum):
+    """The bounds of a range."""
+
+    LOWER = "lower"
+    UPPER = "upper"
+
+
+class StringMethod(Enum):
+    """The methods of strings (8.13)."""
+
+    LENGTH = "length"
+    CONTAINS = "contains"
+    SUBSTRING = "substring"
+    SPLIT = "split"
+    JOIN = "join"
+    REPLACE = "replace"
+    TRIM = "trim"
 
 
 class Reference(Value):

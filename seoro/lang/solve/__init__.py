@@ -22,41 +22,11 @@ Equal reals are identical if they are given, drawn or computed. Where a cell was
 equality exactly. Integers stay within 64 bits; only without such a solution may they wrap.
 """
 
+# ruff: noqa: F403 - all names of problems in one place
 from __future__ import annotations
 
-from seoro.lang.solve.cells import Boolean, Cell, Choice, Domain, Free, Integer, Real, Value
-from seoro.lang.solve.problem import (
-    Conflict,
-    Constraint,
-    NeedsSolver,
-    Problem,
-    Solution,
-    Strength,
-    Unbounded,
-    Undecided,
-    Unsolved,
-)
-from seoro.lang.solve.solver import follows, lowest, solve
-
-__all__ = [
-    "Boolean",
-    "Cell",
-    "Choice",
-    "Conflict",
-    "Constraint",
-    "Domain",
-    "Free",
-    "Integer",
-    "NeedsSolver",
-    "Problem",
-    "Real",
-    "Solution",
-    "Strength",
-    "Unbounded",
-    "Undecided",
-    "Unsolved",
-    "Value",
-    "follows",
-    "lowest",
-    "solve",
-]
+from seoro.lang.solve.problem import *
+from seoro.lang.solve.solver import follows as follows
+from seoro.lang.solve.solver import lowest as lowest
+from seoro.lang.solve.solver import solve as solve
+from seoro.lang.solve.terms import *

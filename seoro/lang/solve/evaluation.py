@@ -7,9 +7,9 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeAlias, assert_never, cast
 
-from seoro.lang.integers import wrap_int, wrap_uint
+from seoro.lang.integers import divide_floats, divide_integers, wrap_int, wrap_uint
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import Cell, Value
+from seoro.lang.solve.terms import Cell, Value
 
 _Step: TypeAlias = terms.Arithmetic | terms.Compare | terms.Implies
 _STEPS: Final = (terms.Arithmetic, terms.Compare, terms.Implies)
@@ -145,25 +145,10 @@ def wrap(value: float, number: terms.Number) -> int | float:
 
 def _divide(operation: terms.Operation, left: float, right: float, number: terms.Number) -> int | float:
     if number is terms.Number.FLOAT:
-        return _remainder(left, right) if operation == "%" else _quotient(left, right)
+        return divide_floats(operation, left, right)
     if right == 0:
         raise terms.Unevaluable("division of an integer by zero")
-    quotient = int(abs(left)) // int(abs(right))
-    if (left < 0) != (right < 0):
-        quotient = -quotient
-    return wrap(quotient if operation == "/" else left - quotient * right, number)
-
-
-def _quotient(left: float, right: float) -> float:
-    if right != 0:
-        return left / right
-    if left == 0 or math.isnan(left):
-        return math.nan
-    return math.copysign(math.inf, left) * math.copysign(1.0, right)
-
-
-def _remainder(left: float, right: float) -> float:
-    return math.nan if right == 0 or math.isinf(left) else math.fmod(left, right)
+    return wrap(divide_integers(operation, left, right), number)
 
 
 def _number(term: terms.Term, values: Mapping[Cell, Value]) -> float:

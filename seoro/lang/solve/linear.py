@@ -13,11 +13,11 @@ from heapq import heapify, heappop, heappush
 from typing import Final
 
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import Integer, Real
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.propagate import Store
 from seoro.lang.solve.search import Exhausted
 from seoro.lang.solve.sets import MISSING, Empty, Range, hull, is_bounded, meet, only
+from seoro.lang.solve.terms import Integer, Real
 
 # Relative tolerance of a real that was solved for; less than `sets.NARROW`.
 BAND: Final = 2e-13

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import Cell, Integer, Real
 from seoro.lang.solve.parts import Part
 from seoro.lang.solve.propagate import Store
+from seoro.lang.solve.terms import Cell, Integer, Real
 
 # Limit of the length of a cycle of reals, relative to its edges, that is more than rounding.
 CERTAIN: Final = 1e-9

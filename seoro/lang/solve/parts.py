@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 
 from seoro.lang import frozen
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import Cell
 from seoro.lang.solve.problem import Constraint
 from seoro.lang.solve.sets import ANYTHING, ValueSet, single
+from seoro.lang.solve.terms import Cell
 
 
 class Node(frozen.Frozen):

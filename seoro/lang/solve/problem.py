@@ -7,8 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from seoro.lang import frozen
-from seoro.lang.solve.cells import Cell, Value
-from seoro.lang.solve.terms import Term
+from seoro.lang.solve.terms import Cell, Term, Value
 
 if TYPE_CHECKING:
     from seoro.lang.source import Span

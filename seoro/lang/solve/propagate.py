@@ -11,7 +11,6 @@ import math
 from collections.abc import Iterable
 from typing import Final
 
-from seoro.lang.solve.cells import Cell, Value
 from seoro.lang.solve.contract import backward, forward
 from seoro.lang.solve.evaluation import TOLERANCE, evaluate
 from seoro.lang.solve.parts import Part
@@ -31,7 +30,7 @@ from seoro.lang.solve.sets import (
     single,
     union,
 )
-from seoro.lang.solve.terms import Implies, Or, Term, Unevaluable
+from seoro.lang.solve.terms import Cell, Implies, Or, Term, Unevaluable, Value
 
 # Number of times that any change of a cell wakes other parts; afterwards only large steps do. Otherwise `a < b`
 # and `b < a` would continue number by number.
@@ -58,11 +57,7 @@ class Store:
     """
 
     def __init__(
-        self,
-        cells: tuple[Cell, ...],
-        parts: tuple[Part, ...],
-        sets: list[ValueSet],
-        wrapping: bool,
+        self, cells: tuple[Cell, ...], parts: tuple[Part, ...], sets: list[ValueSet], wrapping: bool
     ) -> None:
         self.cells = cells
         self.numbers = {cell: number for number, cell in enumerate(cells)}

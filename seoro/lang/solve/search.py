@@ -4,17 +4,20 @@ Cells that share constraints form a group; groups are independent. In a group, a
 domains until the constraints hold, so that the result is uniform over the solutions. Equalities determine some
 cells, which are computed. After too many draws, cells are chosen one after the other, each uniformly from the
 values that earlier choices leave, with backtracking and restarts.
+
+Each cell has its own random stream, so that unrelated cells do not affect each other. A stream is the sequence of
+SHA-256 digests of seed, name and a counter: the same on every machine and in every version of Python, unlike the
+methods of `random.Random`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from hashlib import sha256
 from itertools import islice
-from typing import Final, cast
+from typing import Final, TypeVar, cast
 
-from seoro.lang.solve.cells import Value
-from seoro.lang.solve.draw import Streams
 from seoro.lang.solve.evaluation import holds
 from seoro.lang.solve.orders import impossible_order
 from seoro.lang.solve.problem import Unbounded
@@ -30,7 +33,62 @@ from seoro.lang.solve.sets import (
     members,
     single,
 )
-from seoro.lang.solve.terms import OPAQUE_COST
+from seoro.lang.solve.terms import OPAQUE_COST, Cell, Value
+
+Item = TypeVar("Item")
+
+
+class Stream:
+    """An endless sequence of random numbers.
+
+    Args:
+        seed: Seed of the run.
+        name: Name of the cell.
+    """
+
+    def __init__(self, seed: int, name: str) -> None:
+        self._prefix = f"{seed}\0{name}\0".encode()
+        self._count = 0
+
+    def bits(self, count: int) -> int:
+        """Return an integer of `count` random bits, at most 256."""
+        digest = sha256(self._prefix + str(self._count).encode()).digest()
+        self._count += 1
+        return int.from_bytes(digest, "big") >> (256 - count)
+
+    def below(self, limit: int) -> int:
+        """Return an integer from 0 to `limit` - 1, uniformly."""
+        size = (limit - 1).bit_length()
+        while (found := self.bits(size)) >= limit:
+            pass
+        return found
+
+    def real(self, low: float, high: float) -> float:
+        """Return a real from `low` to `high`, uniformly."""
+        share = self.bits(53) / 2**53
+        return min(max(low * (1 - share) + high * share, low), high)
+
+    def shuffled(self, items: tuple[Item, ...]) -> list[Item]:
+        """Return items in random order (Fisher and Yates)."""
+        rest, order = list(items), []
+        while rest:
+            order.append(rest.pop(self.below(len(rest))))
+        return order
+
+
+class Streams:
+    """Random streams of cells, created on first use."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self._streams: dict[str, Stream] = {}
+
+    def of(self, cell: Cell) -> Stream:
+        """Return the stream of a cell at its current position."""
+        if cell.name not in self._streams:
+            self._streams[cell.name] = Stream(self._seed, cell.name)
+        return self._streams[cell.name]
+
 
 # Limits of draws of a whole group, and of their effort [examined terms], before cells are chosen one by one.
 TRIES: Final = 64

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Final, NamedTuple, TypeAlias, cast
 
-from seoro.lang.solve.cells import Boolean, Cell, Choice, Free, Integer, Real, Value
+from seoro.lang.solve.terms import Boolean, Cell, Choice, Free, Integer, Real, Value
 
 # Limit of the size of integer ranges that can become a list of values, without some in the middle.
 SMALL: Final = 256

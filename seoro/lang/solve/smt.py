@@ -15,14 +15,12 @@ from typing import Any, Final
 
 import z3
 
-from seoro.lang.solve.cells import Value
-from seoro.lang.solve.draw import Streams
 from seoro.lang.solve.evaluation import TOLERANCE, holds
 from seoro.lang.solve.propagate import Clash, Store
-from seoro.lang.solve.search import Exhausted, GivenUp, any_of, halves, involved, next_cell, solved_for
+from seoro.lang.solve.search import Exhausted, GivenUp, Streams, any_of, halves, involved, next_cell, solved_for
 from seoro.lang.solve.sets import Finite, Range, ValueSet, contains, is_bounded, is_narrow, members, single
 from seoro.lang.solve.smt_terms import Translation
-from seoro.lang.solve.terms import Opaque
+from seoro.lang.solve.terms import Opaque, Value
 
 # Limits of the work of z3 for an answer, and for an offer, in units of z3: a million take a second or longer.
 WORK: Final = 1_000_000

@@ -11,9 +11,9 @@ import z3
 
 from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
 from seoro.lang.solve import terms
-from seoro.lang.solve.cells import Boolean, Cell, Choice, Free, Integer, Real, Value
 from seoro.lang.solve.evaluation import RELATIONS
 from seoro.lang.solve.sets import Anything, Finite, Range, ValueSet
+from seoro.lang.solve.terms import Boolean, Cell, Choice, Free, Integer, Real, Value
 
 Expression = Any  # z3 has no types
 

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections import deque
 from contextlib import suppress
 
-from seoro.lang.solve.attempt import Contradiction, Engine, attempt, has_whole_arithmetic, store_of
-from seoro.lang.solve.cells import Cell, Value
-from seoro.lang.solve.conflict import smallest_conflict
+from seoro.lang.solve.attempt import (
+    Contradiction,
+    Engine,
+    attempt,
+    has_whole_arithmetic,
+    smallest_conflict,
+    store_of,
+)
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.parts import conjuncts
 from seoro.lang.solve.problem import Conflict, Constraint, Problem, Solution, Unsolved
 from seoro.lang.solve.propagate import Clash
 from seoro.lang.solve.sets import contains, hull, natural
-from seoro.lang.solve.terms import CellRef, Compare, Not, Term, Unevaluable
+from seoro.lang.solve.terms import Cell, CellRef, Compare, Not, Term, Unevaluable, Value
 
 
 def solve(problem: Problem, seed: int, *, engine: Engine = "auto", explain: bool = True) -> Solution:

@@ -1,4 +1,4 @@
-"""Terms: expressions of cells in constraints, as a closed union of frozen nodes.
+"""Terms: expressions of cells in constraints, as a closed union of frozen nodes; cells are the unknowns.
 
 The operands of a comparison or an operation have one type. Only `ToReal` converts integers to reals, and only
 `ToWhole` converts them to the other integer type. Integers have 64 bits and wrap, `/` truncates toward zero, and
@@ -7,12 +7,65 @@ The operands of a comparison or an operation have one type. Only `ToReal` conver
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from enum import Enum
-from typing import Final, Literal, TypeAlias, assert_never
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias, assert_never
 
 from seoro.lang import frozen
-from seoro.lang.solve.cells import Cell, Value
+from seoro.lang.integers import INT_LIMITS
+
+if TYPE_CHECKING:
+    from seoro.lang.source import Span
+
+
+# A bool, an int, a float, a string, or a token. Tokens are other objects that can only be compared for equality,
+# such as members of enumerations or references to actors.
+Value: TypeAlias = Hashable
+
+
+class Boolean(frozen.Value):
+    """True or false."""
+
+
+class Choice(frozen.Value):
+    """One of a few different values, such as the members of an enumeration; at least one."""
+
+    values: tuple[Value, ...]
+
+
+class Integer(frozen.Value):
+    """An integer, bounds included. The limits of its type do not count as bounds."""
+
+    low: int = INT_LIMITS[0]
+    high: int = INT_LIMITS[1]
+
+
+class Real(frozen.Value):
+    """A float, or a physical value in the SI unit of its dimension; bounds included."""
+
+    low: float = float("-inf")
+    high: float = float("inf")
+
+
+class Free(frozen.Value):
+    """A value that only an equality can determine: a string, a reference."""
+
+
+Domain: TypeAlias = Boolean | Choice | Integer | Real | Free
+
+
+class Cell(frozen.Frozen):
+    """One unknown; a cell equals only itself.
+
+    Args:
+        name: Its path for people, such as `robot.goal.x`; unique in a problem, and the name of its random stream.
+        span: Its declaration.
+        domain: Values of its type.
+    """
+
+    name: str
+    span: Span
+    domain: Domain
 
 
 class Number(Enum):

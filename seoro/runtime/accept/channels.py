@@ -1,23 +1,17 @@
-"""Resolution of event references (7.3.10) to events of instances, and their occurrences."""
+"""Resolution of event references (7.3.10) to events of instances, and their occurrences.
+
+Without a subscriber that is met, a derived event does not occur (7.3.10.4). Subscribers are tracked where a rule
+computes when a specification is met. Events with other possible subscribers are not decided.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import cast
 
-from seoro.lang.plan import (
-    DeclaredEvent,
-    Event,
-    EventReference,
-    EventSpecification,
-    LabelEvent,
-    MemberEvent,
-    OnEvent,
-    PhaseEvent,
-    Plan,
-)
+from seoro.lang import plan as plan_
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.history import History, LoggedEvent, Mark
 from seoro.runtime.accept.instances import Instance
@@ -44,7 +38,7 @@ class Channel:
     of: int
     name: str
     environment: Environment
-    declared: Event | None
+    declared: plan_.Event | None
     start: Mark
     end: float
 
@@ -59,7 +53,7 @@ class Channels:
         world: Values of the trace.
     """
 
-    plan: Plan
+    plan: plan_.Plan
     history: History
     world: World
 
@@ -75,14 +69,19 @@ class Channels:
         return found[first:last]
 
     def sources(
-        self, specification: EventSpecification, environment: Environment, start: Mark, t: float, depth: int = 0
+        self,
+        specification: plan_.EventSpecification,
+        environment: Environment,
+        start: Mark,
+        t: float,
+        depth: int = 0,
     ) -> tuple[set[int], bool]:
         """Return the records that may have met a specification in an instant, and whether the list is complete.
 
         Raises:
             Undecided: The trace lacks the data.
         """
-        if not isinstance(specification, OnEvent) or depth > _NESTING:
+        if not isinstance(specification, plan_.OnEvent) or depth > _NESTING:
             return set(), False
         found: set[int] = set()
         is_all = True
@@ -97,7 +96,7 @@ class Channels:
         return found, is_all
 
     def resolve(
-        self, reference: EventReference, environment: Environment, start: Mark, end: float = float("inf")
+        self, reference: plan_.EventReference, environment: Environment, start: Mark, end: float = float("inf")
     ) -> Iterator[Channel]:
         """Yield the events that a reference resolves to from a record on.
 
@@ -105,20 +104,20 @@ class Channels:
             Undecided: The trace lacks the data.
         """
         match reference:
-            case DeclaredEvent(name):
+            case plan_.DeclaredEvent(name):
                 holder = environment.instance
                 yield Channel(self._number(holder), name, environment, self.event_of(holder, name), start, end)
-            case PhaseEvent(label, phase):
+            case plan_.PhaseEvent(label, phase):
                 name = f"{label}.{phase.value}" if label is not None else phase.value
                 yield Channel(self._number(environment.instance), name, environment, None, start, end)
-            case MemberEvent(base, event):
+            case plan_.MemberEvent(base, event):
                 found = cast(HasFields, self.world.value(base, environment, start.seq))
                 yield from self.resolve(event, self.world.scope_of(found, environment), start, end)
-            case LabelEvent(label, event):
+            case plan_.LabelEvent(label, event):
                 yield from self._of_label(label, event, environment, start, end)
 
     def _of_label(
-        self, label: str, event: EventReference, environment: Environment, start: Mark, end: float
+        self, label: str, event: plan_.EventReference, environment: Environment, start: Mark, end: float
     ) -> Iterator[Channel]:
         """Yield the events of the last invocation under a label, and of later ones."""
         holder = environment.instance
@@ -138,11 +137,78 @@ class Channels:
             raise Undecided("the trace does not identify the instance of an event")
         return number
 
-    def event_of(self, holder: HasFields, name: str) -> Event | None:
+    def event_of(self, holder: HasFields, name: str) -> plan_.Event | None:
         """Return an event that a holder declares; None if unknown."""
-        events: Sequence[Event] = ()
+        events: Sequence[plan_.Event] = ()
         if isinstance(holder, Instance):
             events = holder.declaration.events
         elif isinstance(holder, Struct | Actor) and (declared := self.plan.object_type(holder.types)) is not None:
             events = declared.events
         return next((event for event in events if event.name == name), None)
+
+
+_ROUNDING = 1e-9  # [s]
+
+
+@dataclass(eq=False)
+class Received:
+    """Received derived events.
+
+    Args:
+        plan: The plan.
+    """
+
+    plan: plan_.Plan
+    due: dict[tuple[int, str, float], None] = field(default_factory=dict)  # certainly received, with the time [s]
+    _received: dict[tuple[int, str], list[tuple[float, float]]] = field(default_factory=dict)
+    _names: set[str] = field(default_factory=set)  # names of events with other possible subscribers
+
+    def __post_init__(self) -> None:
+        for modifier in self.plan.modifiers.values():
+            for event in (*(on.event for on in modifier.on), *(sample.event for sample in modifier.samples)):
+                self.give_up(event)
+        for items in self.plan.coverage.values():
+            self._names |= {item.event.name for item in items if isinstance(item.event, plan_.DeclaredEvent)}
+
+    def add(self, of: int, name: str, first: float, last: float) -> None:
+        """Note that a subscriber receives a derived event of an instance once between two times [s]."""
+        self._received.setdefault((of, name), []).append((first, last))
+
+    def give_up(self, specification: plan_.EventSpecification) -> None:
+        """Note a subscriber for which the times are unknown."""
+        self._names.update(_names(specification))
+
+    def check(self, of: int, name: str, t: float) -> bool:
+        """Whether a subscriber may receive a derived event at a time [s]."""
+        heard = self._received.get((of, name), ())
+        return any(first - _ROUNDING <= t <= last + _ROUNDING for first, last in heard) or name in self._unknown()
+
+    def _unknown(self) -> set[str]:
+        """Names of undecided events, including their sources."""
+        found, pending = set[str](), list(self._names)
+        while pending:
+            name = pending.pop()
+            if name in found:
+                continue
+            found.add(name)
+            for event in self._declared():
+                if event.name == name and event.specification is not None:
+                    pending += _names(event.specification)
+        return found
+
+    def _declared(self) -> Iterator[plan_.Event]:
+        plan = self.plan
+        for declared in (plan.scenarios, plan.actions, plan.modifiers, plan.objects):
+            for each in declared.values():
+                yield from each.events
+
+
+def _names(specification: plan_.EventSpecification) -> Iterator[str]:
+    """Yield the name of the event that a specification refers to, if any."""
+    if not isinstance(specification, plan_.OnEvent):
+        return
+    event = specification.event
+    while isinstance(event, plan_.MemberEvent | plan_.LabelEvent):
+        event = event.event
+    if isinstance(event, plan_.DeclaredEvent):
+        yield event.name

@@ -6,23 +6,20 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seoro.lang.plan import Plan
-from seoro.runtime.accept.channels import Channels
+from seoro.runtime.accept.channels import Channels, Received
 from seoro.runtime.accept.compositions import was_overridden
-from seoro.runtime.accept.constraining import ValueChecker
+from seoro.runtime.accept.constraining import ValueChecker, VariableChecker
 from seoro.runtime.accept.emitting import EventChecker
 from seoro.runtime.accept.findings import Acceptance, Findings, Rule
 from seoro.runtime.accept.fixed_actions import ActionChecker
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Matched
 from seoro.runtime.accept.history import History
-from seoro.runtime.accept.modifying import ModifierChecker
+from seoro.runtime.accept.modifying import ModifierChecker, OverrideChecker
 from seoro.runtime.accept.moments import Moments
-from seoro.runtime.accept.overriding import OverrideChecker
 from seoro.runtime.accept.pasts import Pasts
 from seoro.runtime.accept.reacting import ReactionChecker
-from seoro.runtime.accept.received import Received
 from seoro.runtime.accept.structure import read_history
 from seoro.runtime.accept.tree import Tree
-from seoro.runtime.accept.variables import VariableChecker
 from seoro.runtime.accept.waiting import WaitChecker
 from seoro.runtime.accept.world import World
 

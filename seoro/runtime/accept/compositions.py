@@ -128,11 +128,7 @@ def end_of_serial(plan: Serial, frame: Frame, checking: Checking) -> tuple[list[
 
 
 def _check_next(
-    node: Node,
-    member: Behavior,
-    due: tuple[float, int],
-    before: Node | None,
-    checking: Checking,
+    node: Node, member: Behavior, due: tuple[float, int], before: Node | None, checking: Checking
 ) -> None:
     """Check that a member starts when the previous one has ended without failure.
 
@@ -206,11 +202,7 @@ class _Choice:
             if index in self._guarded:
                 if node.start.t != frame.start.t:
                     findings.violate(
-                        Rule.ONE_OF,
-                        f"`{node.name}` waits too late",
-                        span,
-                        *frame.records[:1],
-                        node.start.seq,
+                        Rule.ONE_OF, f"`{node.name}` waits too late", span, *frame.records[:1], node.start.seq
                     )
                 continue
             if previous is not None and previous.status != FAILED:

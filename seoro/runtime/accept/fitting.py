@@ -6,41 +6,31 @@ import math
 from collections.abc import Mapping
 from typing import assert_never
 
-from seoro.lang.plan import (
-    ActorType,
-    EnumType,
-    EnumValue,
-    ListType,
-    PhysicalType,
-    PrimitiveType,
-    RangeType,
-    StructType,
-    ValueType,
-)
+from seoro.lang import plan
 from seoro.runtime.trace.jsonl import to_json
 from seoro.runtime.values.values import INTEGER_LIMITS, Actor, Range, Struct, Value, Variable, plain
 
 
-def fits(value: Value, type_: ValueType) -> bool:
+def fits(value: Value, type_: plan.ValueType) -> bool:
     """Whether a value has a type."""
     match type_:
-        case PrimitiveType("bool"):
+        case plan.PrimitiveType("bool"):
             return isinstance(value, bool)
-        case PrimitiveType("string"):
+        case plan.PrimitiveType("string"):
             return isinstance(value, str)
-        case PrimitiveType("float") | PhysicalType():
+        case plan.PrimitiveType("float") | plan.PhysicalType():
             return isinstance(value, int | float) and not isinstance(value, bool)
-        case PrimitiveType(name):
+        case plan.PrimitiveType(name):
             low, high = INTEGER_LIMITS[name]
             return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-        case EnumType(name, members):
-            is_enum = isinstance(value, EnumValue) and value.type_name == name
+        case plan.EnumType(name, members):
+            is_enum = isinstance(value, plan.EnumValue) and value.type_name == name
             return is_enum and (value.member, value.number) in members  # type: ignore[union-attr] # an enumeration
-        case StructType(name) | ActorType(name):
+        case plan.StructType(name) | plan.ActorType(name):
             return isinstance(value, Struct | Actor) and name in value.types
-        case ListType(element):
+        case plan.ListType(element):
             return isinstance(value, tuple) and all(fits(item, element) for item in value)
-        case RangeType(element):
+        case plan.RangeType(element):
             return isinstance(value, Range) and fits(value.low, element) and fits(value.high, element)
         case _:
             assert_never(type_)

@@ -8,29 +8,11 @@ has to match.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 
-from seoro.lang.plan import (
-    Behavior,
-    CallMethod,
-    Emit,
-    InvokeAction,
-    InvokeScenario,
-    Modifier,
-    ModifierApplication,
-    On,
-    OneOf,
-    Override,
-    Parallel,
-    Phase,
-    PhaseEvent,
-    Plan,
-    Scenario,
-    Serial,
-    Wait,
-)
+from seoro.lang import plan as plan_
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Findings, Rule
 from seoro.runtime.accept.history import History, Mark, Node
@@ -106,19 +88,21 @@ UNKNOWN = End("unknown")  # overridden, or not in the trace
 class Matched:
     """Matched behaviors: places in the trace where rules apply."""
 
-    plans: dict[int, Behavior] = field(default_factory=dict)  # by number of the behavior
-    waits: list[tuple[Wait, Node, Instance]] = field(default_factory=list)
-    emits: list[tuple[Emit, Node, Instance]] = field(default_factory=list)
+    plans: dict[int, plan_.Behavior] = field(default_factory=dict)  # by number of the behavior
+    waits: list[tuple[plan_.Wait, Node, Instance]] = field(default_factory=list)
+    emits: list[tuple[plan_.Emit, Node, Instance]] = field(default_factory=list)
     untils: list[tuple[Untils, Frame, Environment]] = field(default_factory=list)
     durations: list[tuple[Duration, Frame, Instance | None]] = field(default_factory=list)
-    modifiers: list[tuple[ModifierApplication, Modifier, Node, Environment]] = field(default_factory=list)
-    overrides: list[tuple[Override, Frame, Instance]] = field(default_factory=list)
-    invocations: list[tuple[InvokeScenario | InvokeAction | None, Instance, Instance]] = field(
+    modifiers: list[tuple[plan_.ModifierApplication, plan_.Modifier, Node, Environment]] = field(
+        default_factory=list
+    )
+    overrides: list[tuple[plan_.Override, Frame, Instance]] = field(default_factory=list)
+    invocations: list[tuple[plan_.InvokeScenario | plan_.InvokeAction | None, Instance, Instance]] = field(
         default_factory=list
     )
     executions: list[tuple[Instance, Frame]] = field(default_factory=list)
     labels: list[tuple[str, Node, Instance]] = field(default_factory=list)
-    reactions: list[tuple[Instance, On, tuple[Node, ...]]] = field(default_factory=list)
+    reactions: list[tuple[Instance, plan_.On, tuple[Node, ...]]] = field(default_factory=list)
     around: dict[int, Instance] = field(default_factory=dict)  # surrounding scenarios, by number of the behavior
 
     @property
@@ -127,29 +111,29 @@ class Matched:
         return frozenset(override.overridden[-1] for override, _, _ in self.overrides)
 
 
-def kind_of(behavior: Behavior) -> str:
+def kind_of(behavior: plan_.Behavior) -> str:
     """Return the kind of a behavior, as in the trace."""
     return _KINDS[type(behavior)]
 
 
-_KINDS: Mapping[type[Behavior], str] = {
-    Serial: "serial",
-    Parallel: "parallel",
-    OneOf: "one_of",
-    Wait: "wait",
-    Emit: "emit",
-    CallMethod: "call",
-    InvokeAction: "action",
-    InvokeScenario: "scenario",
+_KINDS: Mapping[type[plan_.Behavior], str] = {
+    plan_.Serial: "serial",
+    plan_.Parallel: "parallel",
+    plan_.OneOf: "one_of",
+    plan_.Wait: "wait",
+    plan_.Emit: "emit",
+    plan_.CallMethod: "call",
+    plan_.InvokeAction: "action",
+    plan_.InvokeScenario: "scenario",
 }
 
 
-def title_of(behavior: Behavior) -> str:
+def title_of(behavior: plan_.Behavior) -> str:
     """Return the name of a behavior for messages."""
     if behavior.label:
         return behavior.label
     match behavior:
-        case InvokeAction(action=name) | InvokeScenario(scenario=name):
+        case plan_.InvokeAction(action=name) | plan_.InvokeScenario(scenario=name):
             return name
         case _:
             return kind_of(behavior)
@@ -176,7 +160,7 @@ def stands_at(node: Node, span: Span) -> bool:
     return recorded_location(node) == location_of(span)
 
 
-def is_of(node: Node, behavior: Behavior) -> bool:
+def is_of(node: Node, behavior: plan_.Behavior) -> bool:
     """Whether a behavior of the trace is a given one of the plan."""
     return node.type == kind_of(behavior) and stands_at(node, behavior.span)
 
@@ -204,10 +188,7 @@ def check_end(frame: Frame, end: End, rule: Rule, span: Span, history: History, 
     is_then = history.lasts(end.t, frame.end.t)
     if not is_then and (end.status == FAILED or not frame.held):
         findings.violate(
-            rule,
-            f"its content {end.status} at {end.t:g} s, but it ends at {frame.end.t:g} s",
-            span,
-            *shown,
+            rule, f"its content {end.status} at {end.t:g} s, but it ends at {frame.end.t:g} s", span, *shown
         )
     elif frame.status != end.status and not (
         frame.status in frame.cuts and (is_then or frame.status == CANCELLED)
@@ -220,29 +201,19 @@ def ended(status: str) -> str:
     return "was cancelled" if status == CANCELLED else status
 
 
-def emits_of_end(instance: Instance) -> list[Emit]:
+def emits_of_end(instance: Instance) -> list[plan_.Emit]:
     """Return all `emit end` and `emit fail` in the text of a scenario."""
     declared = instance.declaration
-    found = [member for directive in declared.on for member in directive.members if isinstance(member, Emit)]
-    if isinstance(declared, Scenario):
-        found += [behavior for behavior in behaviors_in(declared) if isinstance(behavior, Emit)]
+    found = [member for directive in declared.on for member in directive.members if isinstance(member, plan_.Emit)]
+    if isinstance(declared, plan_.Scenario):
+        found += [each for each in plan_.behaviors_in(declared.body) if isinstance(each, plan_.Emit)]
     return [emit for emit in found if is_ending(emit)]
 
 
-def behaviors_in(scenario: Scenario) -> Iterator[Behavior]:
-    """Yield the behaviors in the text of a scenario."""
-    pending = [scenario.body] if scenario.body is not None else []
-    while pending:
-        behavior = pending.pop()
-        yield behavior
-        if isinstance(behavior, Serial | Parallel | OneOf):
-            pending += behavior.members
-
-
-def is_ending(emit: Emit) -> bool:
+def is_ending(emit: plan_.Emit) -> bool:
     """Whether an `emit` ends its scenario."""
     event = emit.event
-    return isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START
+    return isinstance(event, plan_.PhaseEvent) and event.label is None and event.phase is not plan_.Phase.START
 
 
 def ending_emit(instance: Instance, frame: Frame) -> Node | None:
@@ -257,16 +228,18 @@ def ending_emit(instance: Instance, frame: Frame) -> Node | None:
     return None
 
 
-def is_modifier(application: ModifierApplication, node: Node) -> bool:
+def is_modifier(application: plan_.ModifierApplication, node: Node) -> bool:
     """Whether a behavior of the trace is the modifier of an application."""
     return node.type == "modifier" and node.name == application.modifier and stands_at(node, application.span)
 
 
-def modifier_of_held(frame: Frame, plan: Plan) -> ModifierApplication | None:
+def modifier_of_held(frame: Frame, plan: plan_.Plan) -> plan_.ModifierApplication | None:
     """Return the next modifier of a held struct or actor in a frame."""
     nodes = [child for child in frame.children if child.type == "modifier"]
     for type_ in plan.objects.values():
         for applied in type_.modifiers:
-            if isinstance(applied, ModifierApplication) and any(is_modifier(applied, node) for node in nodes):
+            if isinstance(applied, plan_.ModifierApplication) and any(
+                is_modifier(applied, node) for node in nodes
+            ):
                 return applied
     return None

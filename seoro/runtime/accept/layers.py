@@ -1,37 +1,64 @@
 """Layers around a behavior, the outermost first: `until`, modifiers, overrides, and its duration.
 
 Adjacent directives `until` form one layer, which any of their events meets (7.6.2.5.4).
+
+Constraints may bound the times of a behavior: `duration`, `overlap` and offsets of `it` (7.3.13).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from itertools import chain
+from typing import Final, TypeAlias, cast
 
-from seoro.lang.plan import (
-    Behavior,
-    CallMethod,
-    Emit,
-    Expression,
-    InvokeAction,
-    InvokeScenario,
-    Modification,
-    ModifierApplication,
-    Override,
-    Plan,
-    Until,
-    Wait,
-)
+from seoro.lang import plan as plan_
 from seoro.lang.source import Span
-from seoro.runtime.accept.constrained_times import has_times
+
+_TIMES: Final = frozenset({"duration", "overlap", "start_to_start", "end_to_end"})
+
+
+def times_in(expression: plan_.Expression) -> frozenset[str]:
+    """Return the times of `it` in an expression."""
+    return frozenset(cast(plan_.Member, part).name for part in plan_.walk(expression) if is_time(part))
+
+
+def has_times(behavior: plan_.Behavior | None, applied: Iterable[object], plan: plan_.Plan) -> bool:
+    """Whether constraints affect times of a behavior: its own, those of its modifiers, or of held objects."""
+    members: list[object] = list(getattr(behavior, "constraints", ()))
+    held = (each for type_ in plan.objects.values() for each in type_.modifiers)
+    pending = [each for each in chain(applied, held) if isinstance(each, plan_.ModifierApplication)]
+    while pending:
+        modifier = plan.modifiers[pending.pop().modifier]
+        members += modifier.structure.members
+        pending += [each for each in modifier.modifiers if isinstance(each, plan_.ModifierApplication)]
+    return any(times_in(expression) for expression in expressions_of(members))
+
+
+def expressions_of(members: Iterable[object]) -> Iterator[plan_.Expression]:
+    """Yield the conditions and defaults among members of a declaration."""
+    for member in members:
+        if isinstance(member, plan_.Constraint):
+            yield member.condition
+        elif isinstance(member, plan_.FieldDeclaration) and member.default is not None:
+            yield member.default
+
+
+def is_time(expression: plan_.Expression) -> bool:
+    """Whether an expression is a time of `it`."""
+    return (
+        isinstance(expression, plan_.Member)
+        and expression.name in _TIMES
+        and isinstance(expression.base, plan_.Binding)
+        and expression.base.name == "it"
+    )
 
 
 @dataclass(frozen=True)
 class Untils:
     """Adjacent directives `until`."""
 
-    directives: tuple[Until, ...]
+    directives: tuple[plan_.Until, ...]
 
 
 @dataclass(frozen=True)
@@ -43,22 +70,22 @@ class Duration:
         behavior: Behavior whose constraints may bound it; None for the run itself.
     """
 
-    expression: Expression | None
-    behavior: Behavior | None
+    expression: plan_.Expression | None
+    behavior: plan_.Behavior | None
     span: Span
 
 
-Layer: TypeAlias = Untils | ModifierApplication | Override | Duration
+Layer: TypeAlias = Untils | plan_.ModifierApplication | plan_.Override | Duration
 
 
-def layers_of(behavior: Behavior, plan: Plan) -> tuple[Layer, ...]:
+def layers_of(behavior: plan_.Behavior, plan: plan_.Plan) -> tuple[Layer, ...]:
     """Return the layers of a behavior."""
     match behavior:
-        case Wait() | Emit() | CallMethod():
+        case plan_.Wait() | plan_.Emit() | plan_.CallMethod():
             return ()
-        case InvokeScenario(scenario=name):
+        case plan_.InvokeScenario(scenario=name):
             own = layers_in(plan.scenarios[name].modifiers)
-        case InvokeAction(action=name):
+        case plan_.InvokeAction(action=name):
             own = layers_in(plan.actions[name].modifiers)
         case _:
             own = ()
@@ -70,19 +97,19 @@ def layers_of(behavior: Behavior, plan: Plan) -> tuple[Layer, ...]:
     return (*outer, *own)
 
 
-def layers_of_run(plan: Plan) -> tuple[Layer, ...]:
+def layers_of_run(plan: plan_.Plan) -> tuple[Layer, ...]:
     """Return the layers of the run itself."""
     declared = plan.scenarios[plan.entry]
     own = layers_in(declared.modifiers)
     return (*own, Duration(None, None, declared.span)) if has_times(None, own, plan) else own
 
 
-def layers_in(modifications: Iterable[Modification]) -> tuple[Layer, ...]:
+def layers_in(modifications: Iterable[plan_.Modification]) -> tuple[Layer, ...]:
     """Return the layers of a `with` block or a declaration."""
     layers: list[Layer] = []
-    row: list[Until] = []
+    row: list[plan_.Until] = []
     for modification in modifications:
-        if isinstance(modification, Until):
+        if isinstance(modification, plan_.Until):
             row.append(modification)
             continue
         if row:

@@ -13,24 +13,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import assert_never
 
-from seoro.lang.plan import (
-    Elapsed,
-    EventCondition,
-    EventReference,
-    EventSpecification,
-    Every,
-    Expression,
-    Fall,
-    Holds,
-    OnEvent,
-    Rise,
-)
-from seoro.runtime.accept.channels import Channel, Channels
+from seoro.lang import plan
+from seoro.runtime.accept.channels import Channel, Channels, Received
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.history import TIME_DIGITS, History, LoggedEvent, Mark
 from seoro.runtime.accept.instances import Holder, TimedFields
 from seoro.runtime.accept.pasts import Past
-from seoro.runtime.accept.received import Received
 from seoro.runtime.accept.world import NothingInvoked, World, has_labels
 from seoro.runtime.values.environment import Environment, Reads
 from seoro.runtime.values.values import Range
@@ -98,7 +86,7 @@ class Moments:
     channels: Channels
     received: Received
 
-    def of(self, specification: EventSpecification, listening: Listening, depth: int = 0) -> list[Moment]:
+    def of(self, specification: plan.EventSpecification, listening: Listening, depth: int = 0) -> list[Moment]:
         """Return all moments within an event context, in the order of time.
 
         Raises:
@@ -111,10 +99,10 @@ class Moments:
             raise
         return sorted(found, key=lambda moment: (moment.first, moment.last))
 
-    def _of(self, specification: EventSpecification, listening: Listening, depth: int) -> Iterator[Moment]:
+    def _of(self, specification: plan.EventSpecification, listening: Listening, depth: int) -> Iterator[Moment]:
         if depth > _NESTING:
             raise Undecided("derived events are nested too deeply")
-        if isinstance(specification, OnEvent):
+        if isinstance(specification, plan.OnEvent):
             occurrences = self._occurrences(specification.event, listening, depth)
             yield from self._guarded(specification, listening, occurrences, depth)
         else:
@@ -122,7 +110,7 @@ class Moments:
 
     # -------------------------------------------------------- events
 
-    def _occurrences(self, reference: EventReference, listening: Listening, depth: int) -> Iterator[Moment]:
+    def _occurrences(self, reference: plan.EventReference, listening: Listening, depth: int) -> Iterator[Moment]:
         for channel in self.channels.resolve(reference, listening.environment, listening.since):
             yield from self._emitted(channel, listening)
             declared = channel.declared
@@ -162,22 +150,22 @@ class Moments:
                 yield Moment(t, t, True, occurrence)
 
     def _guarded(
-        self, specification: OnEvent, listening: Listening, occurrences: Iterator[Moment], depth: int
+        self, specification: plan.OnEvent, listening: Listening, occurrences: Iterator[Moment], depth: int
     ) -> Iterator[Moment]:
         """Yield the occurrences for which the condition of an event holds."""
         match specification.condition:
             case None:
                 yield from occurrences
-            case Holds(expression):
+            case plan.Holds(expression):
                 for moment in occurrences:
                     yield from self._if_holds(expression, specification.name, listening, moment)
-            case Elapsed(duration):
+            case plan.Elapsed(duration):
                 low, high = self._seconds(duration, listening)
                 for moment in occurrences:
                     if moment.last >= round(listening.start.t + low, TIME_DIGITS):
                         is_sure = moment.first >= round(listening.start.t + high, TIME_DIGITS)
                         yield replace(moment, sure=moment.sure and is_sure)
-            case Rise() | Fall() | Every() as condition:
+            case plan.Rise() | plan.Fall() | plan.Every() as condition:
                 turns = self.of(condition, listening, depth + 1)
                 for moment in occurrences:
                     meeting = [turn for turn in turns if turn.first <= moment.last and moment.first <= turn.last]
@@ -188,7 +176,7 @@ class Moments:
                 assert_never(specification.condition)
 
     def _if_holds(
-        self, expression: Expression, name: str | None, listening: Listening, moment: Moment
+        self, expression: plan.Expression, name: str | None, listening: Listening, moment: Moment
     ) -> Iterator[Moment]:
         """Yield a moment if a condition holds then; the condition sees the occurrence by its name."""
         environment, occurrence = listening.environment, moment.occurrence
@@ -217,7 +205,7 @@ class Moments:
                 places.append(seq + 1)
         return places
 
-    def values_at(self, expression: Expression, environment: Environment, t: float) -> set[bool]:
+    def values_at(self, expression: plan.Expression, environment: Environment, t: float) -> set[bool]:
         """Return the possible values of a condition in an instant.
 
         Raises:
@@ -226,7 +214,7 @@ class Moments:
         states = self._states(0, t)
         return {self._holds(expression, environment, seq) for seq in (states[0] - 1, *states)}
 
-    def _holds(self, expression: Expression, environment: Environment, seq: int) -> bool:
+    def _holds(self, expression: plan.Expression, environment: Environment, seq: int) -> bool:
         try:
             return bool(self.world.value(expression, environment, seq))
         except NothingInvoked:
@@ -234,24 +222,24 @@ class Moments:
 
     # -------------------------------------------------------- conditions
 
-    def _of_condition(self, condition: EventCondition, listening: Listening) -> Iterator[Moment]:
+    def _of_condition(self, condition: plan.EventCondition, listening: Listening) -> Iterator[Moment]:
         match condition:
-            case Holds(expression):
+            case plan.Holds(expression):
                 yield from self._turns(expression, True, listening, counts_from_start=True)
-            case Rise(expression):
+            case plan.Rise(expression):
                 yield from self._turns(expression, True, listening, counts_from_start=False)
-            case Fall(expression):
+            case plan.Fall(expression):
                 yield from self._turns(expression, False, listening, counts_from_start=False)
-            case Elapsed(duration):
+            case plan.Elapsed(duration):
                 low, high = self._seconds(duration, listening)
                 start, since, reached = listening.start.t, listening.since.t, self.history.reached
                 yield Moment(max(reached(start + low), since), max(reached(start + high), since), True)
-            case Every():
+            case plan.Every():
                 yield from self._ticks(condition, listening)
             case _:
                 assert_never(condition)
 
-    def _seconds(self, expression: Expression, listening: Listening) -> tuple[float, float]:
+    def _seconds(self, expression: plan.Expression, listening: Listening) -> tuple[float, float]:
         found = self.world.value(expression, listening.environment, listening.start.seq)
         low, high = (found.low, found.high) if isinstance(found, Range) else (found, found)
         if not all(
@@ -260,7 +248,7 @@ class Moments:
             raise Undecided(f"`{expression.span.text}` is not a duration")
         return float(low), float(high)  # type: ignore[arg-type] # numbers
 
-    def _ticks(self, every: Every, listening: Listening) -> Iterator[Moment]:
+    def _ticks(self, every: plan.Every, listening: Listening) -> Iterator[Moment]:
         period, _ = self._seconds(every.period, listening)
         offset = self._seconds(every.offset, listening)[0] if every.offset is not None else 0.0
         first = listening.start.t + offset
@@ -279,7 +267,7 @@ class Moments:
     # -------------------------------------------------------- expressions
 
     def _turns(
-        self, expression: Expression, awaited: bool, listening: Listening, *, counts_from_start: bool
+        self, expression: plan.Expression, awaited: bool, listening: Listening, *, counts_from_start: bool
     ) -> Iterator[Moment]:
         """Yield the moments at which an expression becomes true, or false."""
         last: bool | None = None  # certain value before
@@ -296,7 +284,7 @@ class Moments:
             if is_sure or last is None:
                 last = value
 
-    def _values_before(self, expression: Expression, listening: Listening) -> set[bool]:
+    def _values_before(self, expression: plan.Expression, listening: Listening) -> set[bool]:
         """Return the values of an expression in the instant of the start, before that. Of invocations in the same
         delta cycle, the subscriber sees the earlier state."""
         if not has_labels(expression, self.world.plan.methods):
@@ -304,7 +292,7 @@ class Moments:
         places = self.world.instances_before(*listening.since)
         return {self._holds(expression, listening.environment, seq) for seq in places}
 
-    def _values(self, expression: Expression, listening: Listening) -> Iterator[tuple[float, bool, bool]]:
+    def _values(self, expression: plan.Expression, listening: Listening) -> Iterator[tuple[float, bool, bool]]:
         """Yield possible changes of an expression: time, value, and whether it is certain."""
         (seq, t), last = listening.since, None
         depends_on_labels = has_labels(expression, self.world.plan.methods)

@@ -1,26 +1,86 @@
 """`on` and `sample`: reactions of an instance to events (7.6.2.5.5, 7.3.6.1.2).
 
 Their event contexts start with the execution of the instance. The instant of its end may be too late.
+
+The event contexts of held objects start with the execution that held them first.
 """
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample, Scenario
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.frames import CANCELLED, Frame, Matched
-from seoro.runtime.accept.held import Held
-from seoro.runtime.accept.history import LoggedEvent, Node
+from seoro.runtime.accept.history import History, LoggedEvent, Node
 from seoro.runtime.accept.instances import Holder, Instance
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
-from seoro.runtime.accept.world import Checker
+from seoro.runtime.accept.world import Checker, World
 from seoro.runtime.values.environment import Environment
-from seoro.runtime.values.values import HasFields
+from seoro.runtime.values.values import Actor, HasFields, Struct, Value
+
+
+def _first_holders(
+    world: World, history: History, matched: Matched
+) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
+    """Return the executions that held each struct and actor first.
+
+    None if unknown: several may have started at once, one may not have started, or a modifier received the object
+    before."""
+    found: dict[Struct | Actor, tuple[Instance, Frame] | None] = {}
+    for instance, frame in sorted(matched.executions, key=lambda each: each[1].start.seq):
+        has_begun = frame.start.t < frame.end.t or frame.status not in frame.cuts
+        for holder in _held(list(dict(instance.fields).values())):
+            first = found.setdefault(holder, (instance, frame) if has_begun else None)
+            if first is not None and _are_beside(first[1], frame):
+                found[holder] = None
+    for node in history.nodes.values():
+        for number in _numbers(node.arguments):
+            given = world.objects.get(number)
+            first = found.get(given) if given is not None else None
+            if given is not None and first is not None and node.start.seq < first[1].start.seq:
+                found[given] = None
+    return found
+
+
+def _are_beside(first: Frame, second: Frame) -> bool:
+    """Whether either execution may have started first."""
+    if first.start.t != second.start.t or first.end.seq < second.start.seq:
+        return False
+    node: Node | None = second.node
+    while node is not None and node is not first.node:
+        node = node.parent
+    return node is None
+
+
+def _held(values: list[Value]) -> Iterator[Struct | Actor]:
+    seen: set[int] = set()
+    while values:
+        value = values.pop()
+        if isinstance(value, tuple):
+            values += value
+        elif isinstance(value, Struct | Actor) and id(value) not in seen:
+            seen.add(id(value))
+            yield value
+            values += dict(value.fields).values()
+
+
+def _numbers(recorded: Any) -> Iterator[int]:
+    """Yield the numbers of instances in an encoded value."""
+    if isinstance(recorded, dict):
+        if isinstance(recorded.get("object"), int):
+            yield recorded["object"]
+        for value in recorded.values():
+            yield from _numbers(value)
+    elif isinstance(recorded, list):
+        for value in recorded:
+            yield from _numbers(value)
 
 
 @dataclass(eq=False)
@@ -43,8 +103,7 @@ class ReactionChecker(Checker):
                 self._on(directive, instance, frame, reactions.get((instance.number, id(directive)), ()))
             for sample in instance.declaration.samples:
                 self._sample(sample, instance, instance, frame)
-        held = Held(self.world, self.history, matched)
-        for holder, within in held.first_by().items():
+        for holder, within in _first_holders(self.world, self.history, matched).items():
             for sample in self.world.samples_of(holder):
                 if within is None:
                     reason = f"the trace does not show which scenario held a `{holder.types[0]}` first"

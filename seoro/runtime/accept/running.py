@@ -1,11 +1,20 @@
-"""Instances that run in frames, and environments of their modifications."""
+"""Instances that run in frames, environments of their modifications, and reactions.
+
+Reactions of modifiers (7.6.2.5.5) may end the modified behavior.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice, takewhile
+from typing import Final
 
-from seoro.lang.plan import Override
-from seoro.runtime.accept.frames import Frame
+from seoro.lang.plan import Emit, Modifier, Override, Phase, PhaseEvent
+from seoro.runtime.accept.findings import Findings, Rule
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, is_ending, is_of
+from seoro.runtime.accept.history import History, Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
@@ -35,3 +44,51 @@ def override_scope(override: Override, frame: Frame, world: World) -> Instance:
     if instance is not None and any(each is override for each in instance.declaration.modifiers):
         return instance
     return frame.around
+
+
+_STATUSES: Final = {Phase.END: SUCCEEDED, Phase.FAIL: FAILED}  # by the emitted event
+
+
+@dataclass(eq=False)
+class Reactions:
+    """Reactions of a modifier.
+
+    Args:
+        modifier: The modifier.
+        node: Its behavior in the trace.
+    """
+
+    modifier: Modifier
+    node: Node
+
+    def __post_init__(self) -> None:
+        members = [member for directive in self.modifier.on for member in directive.members]
+        self.nodes = [child for child in self.node.children if any(is_of(child, each) for each in members)]
+        self._ends = [each for each in members if isinstance(each, Emit) and is_ending(each)]
+
+    def end_it(self, history: History) -> bool:
+        """Whether they end the modified behavior."""
+        return any(True for _ in self._endings(history))
+
+    def _endings(self, history: History) -> Iterator[tuple[Node, Emit]]:
+        for node in self.nodes:
+            if history.lasts(node.start.t, self.node.end.t):
+                yield from ((node, emit) for emit in self._ends if is_of(node, emit))
+
+    def check_end(self, frame: Frame, history: History, findings: Findings) -> None:
+        """Check the end of a modifier that ends itself, unless the modified behavior ended in that instant too."""
+        endings = list(self._endings(history))
+        statuses = {_STATUSES[emit.event.phase] for _, emit in endings if isinstance(emit.event, PhaseEvent)}
+        ended = {child.status for child in frame.children if child.end.t == frame.end.t}
+        if frame.status not in statuses | ended | {CANCELLED}:
+            [(node, emit), *_] = endings
+            message = f"`{self.modifier.name}` {frame.status}, but its own `emit` ends it otherwise"
+            findings.violate(Rule.EMIT, message, emit.span, node.start.seq, frame.end.seq)
+
+
+def late_reactions(instance: Instance, frame: Frame) -> Iterator[Node]:
+    """Yield the reactions of an instance to its own end, in the same instant."""
+    nodes, path = frame.node.children, f"{instance.recorded.get('path')}/on["
+    first = bisect(nodes, frame.end.seq, key=lambda node: node.start.seq)
+    then = takewhile(lambda node: node.start.t == frame.end.t, islice(nodes, first, None))
+    return (node for node in then if node.path.startswith(path))

@@ -15,24 +15,11 @@ from itertools import product
 from math import inf
 from typing import Final
 
-from seoro.lang.plan import (
-    Behavior,
-    Bound,
-    Compare,
-    Constraint,
-    ConstraintMember,
-    Contains,
-    EnumType,
-    EnumValue,
-    Expression,
-    Logic,
-    Not,
-    Overlap,
-)
-from seoro.runtime.accept.constrained_times import expressions_of, is_time, times_in
+from seoro.lang import plan
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.frames import Frame, Matched
 from seoro.runtime.accept.instances import Holder, Instance
+from seoro.runtime.accept.layers import expressions_of, is_time, times_in
 from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import HasFields, Range, Value
@@ -40,7 +27,9 @@ from seoro.runtime.values.values import HasFields, Range, Value
 _FOREVER: Final = 1e9  # [s]; upper limit of all times
 _BESIDE: Final = 1e-9  # [s]
 _MOST: Final = 24  # values to try
-_KINDS: Final = EnumType("overlap_kind", tuple((kind.value, number) for number, kind in enumerate(Overlap)))
+_KINDS: Final = plan.EnumType(
+    "overlap_kind", tuple((kind.value, number) for number, kind in enumerate(plan.Overlap))
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +42,7 @@ class TimeConstraint:
         names: The times that it bounds.
     """
 
-    constraint: Constraint
+    constraint: plan.Constraint
     environment: Environment
     names: frozenset[str]
 
@@ -83,7 +72,7 @@ class Timing:
     world: World
     matched: Matched
 
-    def said(self, behavior: Behavior | None, frame: Frame, it: Instance | None) -> list[TimeConstraint]:
+    def said(self, behavior: plan.Behavior | None, frame: Frame, it: Instance | None) -> list[TimeConstraint]:
         """Return the constraints on times of the content of a frame.
 
         Raises:
@@ -109,13 +98,13 @@ class Timing:
         return found
 
     def _of(
-        self, members: Iterable[ConstraintMember | object], environment: Environment
+        self, members: Iterable[plan.ConstraintMember | object], environment: Environment
     ) -> Iterator[TimeConstraint]:
         for member in members:
-            if isinstance(member, Constraint) and (names := times_in(member.condition)):
+            if isinstance(member, plan.Constraint) and (names := times_in(member.condition)):
                 yield TimeConstraint(member, environment, names)
 
-    def duration(self, behavior: Behavior | None, frame: Frame, it: Instance | None) -> Window | None:
+    def duration(self, behavior: plan.Behavior | None, frame: Frame, it: Instance | None) -> Window | None:
         """Return the permitted durations; None without a decided constraint.
 
         Raises:
@@ -138,7 +127,7 @@ class Timing:
         is_all = is_all and len(found) == sum(least <= most for least, most in product(lows, highs))
         return Window(Range(min(lows), inf if high >= _FOREVER else high), is_all)
 
-    def offset(self, name: str, behavior: Behavior, frame: Frame) -> Range | None:
+    def offset(self, name: str, behavior: plan.Behavior, frame: Frame) -> Range | None:
         """Return the permitted values of an offset [s]; None without a constraint.
 
         Raises:
@@ -154,7 +143,7 @@ class Timing:
         low, high = min(found), max(found)
         return Range(-inf if low <= -_FOREVER else low, inf if high >= _FOREVER else high)
 
-    def overlap(self, behavior: Behavior, frame: Frame) -> Overlap | None:
+    def overlap(self, behavior: plan.Behavior, frame: Frame) -> plan.Overlap | None:
         """Return the permitted kind of overlap; None without a constraint.
 
         Raises:
@@ -163,12 +152,12 @@ class Timing:
         said = self._all_of("overlap", behavior, frame)
         if not said:
             return None
-        found = [kind for kind in Overlap if self._holds(said, None, frame, {"overlap": _kind(kind)})]
+        found = [kind for kind in plan.Overlap if self._holds(said, None, frame, {"overlap": _kind(kind)})]
         if len(found) != 1:
             raise Undecided("constraints leave several kinds of `overlap`")
         return found[0]
 
-    def _all_of(self, name: str, behavior: Behavior, frame: Frame) -> list[TimeConstraint]:
+    def _all_of(self, name: str, behavior: plan.Behavior, frame: Frame) -> list[TimeConstraint]:
         said = [each for each in self.said(behavior, frame, None) if name in each.names]
         if any(each.names != {name} or each.constraint.is_default for each in said):
             raise Undecided(f"constraints on `{name}` may be overridden, or also constrain other times")
@@ -206,36 +195,36 @@ class Timing:
         return sorted(found)
 
 
-def _only_compares(expression: Expression) -> bool:
+def _only_compares(expression: plan.Expression) -> bool:
     """Whether times in a condition are only compared, without computation."""
     match expression:
-        case Logic(_, left, right):
+        case plan.Logic(_, left, right):
             return _only_compares(left) and _only_compares(right)
-        case Not(operand):
+        case plan.Not(operand):
             return _only_compares(operand)
-        case Compare(_, left, right) | Contains(left, right):
+        case plan.Compare(_, left, right) | plan.Contains(left, right):
             return all(_is_bare(each) or not times_in(each) for each in (left, right))
         case _:
             return not times_in(expression)
 
 
-def _operands(expression: Expression) -> Iterator[Expression]:
+def _operands(expression: plan.Expression) -> Iterator[plan.Expression]:
     """Yield the values that a condition compares with times."""
     match expression:
-        case Logic(_, left, right):
+        case plan.Logic(_, left, right):
             yield from _operands(left)
             yield from _operands(right)
-        case Not(operand):
+        case plan.Not(operand):
             yield from _operands(operand)
-        case Compare(_, left, right) | Contains(left, right) if times_in(expression):
+        case plan.Compare(_, left, right) | plan.Contains(left, right) if times_in(expression):
             yield from (each for each in (left, right) if not _is_bare(each))
         case _:
             pass
 
 
-def _is_bare(expression: Expression) -> bool:
-    return is_time(expression) or (isinstance(expression, Bound) and is_time(expression.range))
+def _is_bare(expression: plan.Expression) -> bool:
+    return is_time(expression) or (isinstance(expression, plan.Bound) and is_time(expression.range))
 
 
-def _kind(kind: Overlap) -> EnumValue:
-    return EnumValue(_KINDS.name, kind.value, dict(_KINDS.members)[kind.value])
+def _kind(kind: plan.Overlap) -> plan.EnumValue:
+    return plan.EnumValue(_KINDS.name, kind.value, dict(_KINDS.members)[kind.value])

@@ -12,21 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
+from typing import TypeAlias
 
-from seoro.lang.plan import (
-    Behavior,
-    CallMethod,
-    Emit,
-    InvokeAction,
-    InvokeScenario,
-    ModifierApplication,
-    OneOf,
-    Override,
-    Parallel,
-    Scenario,
-    Serial,
-    Wait,
-)
+from seoro.lang import plan as plan_
 from seoro.lang.source import Span
 from seoro.runtime.accept.compositions import Checking, end_of_one_of, end_of_serial
 from seoro.runtime.accept.findings import Rule, Undecided
@@ -48,25 +36,19 @@ from seoro.runtime.accept.frames import (
 from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of, layers_of_run
-from seoro.runtime.accept.modifier_reactions import Reactions, late_reactions
-from seoro.runtime.accept.overriding import overrides_in
+from seoro.runtime.accept.modifying import overrides_in
 from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
-from seoro.runtime.accept.running import environment_in, override_scope, running_instance
+from seoro.runtime.accept.running import (
+    Reactions,
+    environment_in,
+    late_reactions,
+    override_scope,
+    running_instance,
+)
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.accept.world import Checker
 
-
-@dataclass(frozen=True, eq=False)
-class _Course:
-    """A behavior being matched.
-
-    Args:
-        plan: The behavior; None for the run itself.
-        span: Its place in the scenario.
-    """
-
-    plan: Behavior | None
-    span: Span
+_Matched: TypeAlias = plan_.Behavior | None  # None for the run itself
 
 
 @dataclass(eq=False)
@@ -90,17 +72,15 @@ class Tree(Checker):
         if entry is None:
             self.findings.violate(Rule.STRUCTURE, "the values of the run are missing", None, root.start.seq)
             return None
-        declared = self.world.plan.scenarios[self.world.plan.entry]
-        course = _Course(None, declared.span)
         frame = Frame(root, root, root.start, root.end, root.status, tuple(root.children), entry)
-        self._layers(course, layers_of_run(self.world.plan), frame)
+        self._layers(None, layers_of_run(self.world.plan), frame)
         while self._pending:
             self._pending.pop()()
         return self.matched
 
     # -------------------------------------------------------- behaviors
 
-    def _behavior(self, plan: Behavior, node: Node, around: Instance, cuts: frozenset[str]) -> None:
+    def _behavior(self, plan: plan_.Behavior, node: Node, around: Instance, cuts: frozenset[str]) -> None:
         """Match a behavior with its plan."""
         self.matched.plans[node.number] = plan
         self.matched.around[node.number] = around
@@ -112,15 +92,15 @@ class Tree(Checker):
         children, is_secondary = tuple(node.children), SUCCEEDED in cuts
         frame = Frame(node, node, node.start, node.end, node.status, children, around, cuts, 0, is_secondary)
         match plan:
-            case Wait():
+            case plan_.Wait():
                 self._alone(node, plan)
                 self.matched.waits.append((plan, node, around))
-            case Emit():
+            case plan_.Emit():
                 self._zero_time(node, plan)
                 self.matched.emits.append((plan, node, around))
-            case CallMethod():
+            case plan_.CallMethod():
                 self._zero_time(node, plan)
-            case InvokeAction() | InvokeScenario():
+            case plan_.InvokeAction() | plan_.InvokeScenario():
                 for number, recorded in enumerate(node.instances):
                     instance = self.world.instances.get(recorded)
                     if instance is not None:
@@ -129,22 +109,22 @@ class Tree(Checker):
                         if plan.label is not None:
                             insort(around.labels.setdefault(plan.label, []), instance, key=attrgetter("seq"))
                     self._check_declared(plan, node, number)
-                self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
-            case Serial() | Parallel() | OneOf():
-                self._layers(_Course(plan, plan.span), layers_of(plan, self.world.plan), frame)
+                self._layers(plan, layers_of(plan, self.world.plan), frame)
+            case plan_.Serial() | plan_.Parallel() | plan_.OneOf():
+                self._layers(plan, layers_of(plan, self.world.plan), frame)
 
-    def _check_declared(self, plan: InvokeAction | InvokeScenario, node: Node, number: int) -> None:
+    def _check_declared(self, plan: plan_.InvokeAction | plan_.InvokeScenario, node: Node, number: int) -> None:
         instance = self.world.instances.get(node.instances[number])
-        name = plan.action if isinstance(plan, InvokeAction) else plan.scenario
+        name = plan.action if isinstance(plan, plan_.InvokeAction) else plan.scenario
         if instance is not None and instance.declaration.name != name:
             message = f"`{instance.declaration.name}` is invoked; expected `{name}`"
             self.findings.violate(Rule.DIRECT, message, plan.span, node.start.seq, instance.seq)
 
-    def _alone(self, node: Node, plan: Behavior) -> None:
+    def _alone(self, node: Node, plan: plan_.Behavior) -> None:
         for child in node.children:
             self.findings.violate(Rule.TREE, f"`{child.name}` is not part of it", plan.span, child.start.seq)
 
-    def _zero_time(self, node: Node, plan: Behavior) -> None:
+    def _zero_time(self, node: Node, plan: plan_.Behavior) -> None:
         """Check a behavior that takes no time: it succeeds, or the run ends as an error."""
         self._alone(node, plan)
         if node.start.t != node.end.t:
@@ -156,7 +136,7 @@ class Tree(Checker):
 
     # -------------------------------------------------------- layers
 
-    def _layers(self, course: _Course, layers: Sequence[Layer], frame: Frame) -> None:
+    def _layers(self, behavior: _Matched, layers: Sequence[Layer], frame: Frame) -> None:
         """Remove the layers around a behavior, the outermost first."""
         for position, layer in enumerate(layers):
             match layer:
@@ -166,14 +146,16 @@ class Tree(Checker):
                 case Duration():
                     self.matched.durations.append((layer, frame, running_instance(frame, self.world)))
                     frame = frame.loose(SUCCEEDED, FAILED)
-                case Override():
+                case plan_.Override():
                     self.matched.overrides.append((layer, frame, override_scope(layer, frame, self.world)))
-                case ModifierApplication():
-                    self._modifier(course, layer, layers[position + 1 :], frame)
+                case plan_.ModifierApplication():
+                    self._modifier(behavior, layer, layers[position + 1 :], frame)
                     return
-        self._core(course, frame)
+        self._core(behavior, frame)
 
-    def _modifier(self, course: _Course, layer: ModifierApplication, rest: Sequence[Layer], frame: Frame) -> None:
+    def _modifier(
+        self, behavior: _Matched, layer: plan_.ModifierApplication, rest: Sequence[Layer], frame: Frame
+    ) -> None:
         what = f"the modifier `{layer.modifier}`"
         node = self._only_child(frame, Rule.MODIFIER, what, layer.span, partial(is_modifier, layer))
         if node is None:
@@ -195,7 +177,7 @@ class Tree(Checker):
             if not children and node.status == FAILED:
                 return  # its function failed before it ran the behavior
             inside = replace(inside, cuts=inside.cuts | frame.cuts)
-            self._pending.append(partial(self._layers, course, (*layers_in(modifier.modifiers), *rest), inside))
+            self._pending.append(partial(self._layers, behavior, (*layers_in(modifier.modifiers), *rest), inside))
             return
         starts = [child.start.seq for child in children]
         for attempt in node.attempts:
@@ -207,7 +189,7 @@ class Tree(Checker):
                 status=attempt.status,
                 children=tuple(children[first:last]),
             )
-            self._pending.append(partial(self._layers, course, rest, again))
+            self._pending.append(partial(self._layers, behavior, rest, again))
 
     def _only_child(
         self, frame: Frame, rule: Rule, what: str, span: Span, is_it: Callable[[Node], bool]
@@ -226,22 +208,26 @@ class Tree(Checker):
 
     # -------------------------------------------------------- content
 
-    def _core(self, course: _Course, frame: Frame) -> None:
-        match course.plan:
-            case None | InvokeScenario() | InvokeAction():
+    def _span(self, behavior: _Matched) -> Span:
+        """Return the place of a behavior in the scenario; None is the run itself."""
+        return behavior.span if behavior is not None else self.world.plan.scenarios[self.world.plan.entry].span
+
+    def _core(self, behavior: _Matched, frame: Frame) -> None:
+        match behavior:
+            case None | plan_.InvokeScenario() | plan_.InvokeAction():
                 held = modifier_of_held(frame, self.world.plan)
                 if held is None:
-                    self._invocation(course, frame)
+                    self._invocation(behavior, frame)
                 else:
-                    self._modifier(course, held, (), frame)
+                    self._modifier(behavior, held, (), frame)
                 return
-            case Serial() as plan:
+            case plan_.Serial() as plan:
                 members, end = end_of_serial(plan, frame, self._checking)
                 rule = Rule.SERIAL
-            case OneOf() as plan:
+            case plan_.OneOf() as plan:
                 members, end = end_of_one_of(plan, frame, self._checking)
                 rule = Rule.ONE_OF
-            case Parallel() as plan:
+            case plan_.Parallel() as plan:
                 self._parallel(plan, frame)
                 return
             case _:
@@ -250,7 +236,7 @@ class Tree(Checker):
         for member, node in members:
             self._pending.append(partial(self._behavior, member, node, frame.around, frozenset({CANCELLED})))
 
-    def _parallel(self, plan: Parallel, frame: Frame) -> None:
+    def _parallel(self, plan: plan_.Parallel, frame: Frame) -> None:
         try:
             bounds = bounds_of(plan, frame, self.world, Timing(self.world, self.matched))
         except Undecided as why:
@@ -263,14 +249,14 @@ class Tree(Checker):
             cuts = frozenset({CANCELLED, SUCCEEDED} if may_be_ended else {CANCELLED})
             self._pending.append(partial(self._behavior, member, node, frame.around, cuts))
 
-    def _invocation(self, course: _Course, frame: Frame) -> None:
+    def _invocation(self, behavior: _Matched, frame: Frame) -> None:
         """Match an instance: the `do` of a scenario, and reactions."""
-        owner = frame.owner
+        owner, span = frame.owner, self._span(behavior)
         instance = running_instance(frame, self.world)
         is_cut = frame.status in frame.cuts and frame.start.t == frame.end.t
         if instance is None or (instance.number in self._executed and not is_cut):
             if not is_cut:
-                self.findings.violate(Rule.STRUCTURE, "its values are missing", course.span, *frame.records)
+                self.findings.violate(Rule.STRUCTURE, "its values are missing", span, *frame.records)
             return
         instance.node = owner
         if not is_cut:
@@ -279,22 +265,22 @@ class Tree(Checker):
         t, due = instance.recorded["t"], frame.start
         if t != due.t if is_inside else not owner.start.t <= t <= due.t:
             message = f"it gets its values at {t:g} s, but starts at {due.t:g} s"
-            self.findings.violate(Rule.VALUE, message, course.span, due.seq, instance.seq)
-        if course.plan is None and instance.number == owner.instances[0]:
+            self.findings.violate(Rule.VALUE, message, span, due.seq, instance.seq)
+        if behavior is None and instance.number == owner.instances[0]:
             self.matched.invocations.append((None, instance, instance))
         self.matched.executions.append((instance, frame))
         others = self._reactions(instance, frame)
-        body = instance.declaration.body if isinstance(instance.declaration, Scenario) else None
+        body = instance.declaration.body if isinstance(instance.declaration, plan_.Scenario) else None
         frame = replace(frame, children=tuple(others))
         if body is not None:
             self._body(body, instance, frame)
             return
         for child in others:
             message = f"`{child.name}` is not part of `{instance.declaration.name}`"
-            self.findings.violate(Rule.TREE, message, course.span, child.start.seq)
-        if isinstance(instance.declaration, Scenario):
+            self.findings.violate(Rule.TREE, message, span, child.start.seq)
+        if isinstance(instance.declaration, plan_.Scenario):
             end = End(SUCCEEDED, frame.start.t)
-            check_end(frame, end, Rule.DIRECT, course.span, self.history, self.findings)
+            check_end(frame, end, Rule.DIRECT, span, self.history, self.findings)
 
     def _reactions(self, instance: Instance, frame: Frame) -> list[Node]:
         """Match the reactions of an instance; return the other behaviors."""
@@ -311,7 +297,7 @@ class Tree(Checker):
             self.matched.reactions.append((instance, directive, tuple(mine)))
         return others
 
-    def _body(self, body: Behavior, instance: Instance, frame: Frame) -> None:
+    def _body(self, body: plan_.Behavior, instance: Instance, frame: Frame) -> None:
         """Match the `do` of a scenario, which lasts as long, unless `emit end` or `emit fail` ends it before."""
         node = self._only_child(frame, Rule.DIRECT, "its `do`", body.span, lambda child: is_of(child, body))
         if node is None:

@@ -11,19 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
-from seoro.lang.plan import (
-    Call,
-    Construct,
-    EnumValue,
-    Expression,
-    External,
-    FieldDeclaration,
-    Labelled,
-    Methods,
-    Plan,
-    Sample,
-    parts,
-)
+from seoro.lang import plan as plan_
 from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.fitting import is_plain_form
 from seoro.runtime.accept.history import History, LoggedEvent, Record
@@ -46,7 +34,7 @@ class World:
         findings: Collects contradictions.
     """
 
-    def __init__(self, plan: Plan, history: History, findings: Findings) -> None:
+    def __init__(self, plan: plan_.Plan, history: History, findings: Findings) -> None:
         self.plan = plan
         self.present = Present()
         self.instances: dict[int, Instance] = {}
@@ -56,7 +44,7 @@ class World:
         self._history = history
         self._findings = findings
         self._of_modifiers = {name for modifier in plan.modifiers.values() for name in modifier.structure.fields}
-        self._undecidable: dict[int, tuple[Expression, str | None]] = {}
+        self._undecidable: dict[int, tuple[plan_.Expression, str | None]] = {}
         changes = {occurrence.mark.seq: occurrence for found in history.changes.values() for occurrence in found}
         events = (occurrence for found in history.events.values() for occurrence in found)
         events_by_seq = {occurrence.mark.seq: occurrence for occurrence in events}
@@ -135,7 +123,7 @@ class World:
             case list():
                 return tuple(self.decode(item) for item in recorded)
             case {"enum": str(type_name), "member": str(member), "number": int(number)}:
-                return EnumValue(type_name, member, number)
+                return plan_.EnumValue(type_name, member, number)
             case {"float": "nan" | "inf" | "-inf" as text}:
                 return float(text)
             case {"low": int() | float() as low, "high": int() | float() as high}:
@@ -198,16 +186,16 @@ class World:
             return holder.environment
         return replace(around, instance=holder, bindings={}, scenario=around.outermost)
 
-    def declared(self, holder: Instance | Struct | Actor, name: str) -> FieldDeclaration | None:
+    def declared(self, holder: Instance | Struct | Actor, name: str) -> plan_.FieldDeclaration | None:
         """Return the declaration of a field of an instance."""
         if isinstance(holder, Instance):
             return holder.declaration.structure.fields.get(name) or self.plan.globals.fields.get(name)
         structure = self.plan.structures.of(holder.type)
         latent = [member for each in structure.latents if each.type in holder.latent for member in each.members]
-        fields = {member.name: member for member in latent if isinstance(member, FieldDeclaration)}
+        fields = {member.name: member for member in latent if isinstance(member, plan_.FieldDeclaration)}
         return structure.fields.get(name) or fields.get(name)
 
-    def samples_of(self, holder: Instance | Struct | Actor) -> tuple[Sample, ...]:
+    def samples_of(self, holder: Instance | Struct | Actor) -> tuple[plan_.Sample, ...]:
         """Return the sampled variables of a holder."""
         if isinstance(holder, Instance):
             return holder.declaration.samples
@@ -217,7 +205,7 @@ class World:
     # -------------------------------------------------------- expressions
 
     def value(
-        self, expression: Expression, environment: Environment, seq: int, reads: Reads | None = None
+        self, expression: plan_.Expression, environment: Environment, seq: int, reads: Reads | None = None
     ) -> Value:
         """Evaluate an expression as of a record.
 
@@ -237,7 +225,7 @@ class World:
         except (KeyError, AssertionError, AttributeError, TypeError, IndexError, RecursionError):
             raise Undecided(f"the trace has no value for `{_short(expression)}`") from None
 
-    def _why_undecidable(self, expression: Expression) -> str | None:
+    def _why_undecidable(self, expression: plan_.Expression) -> str | None:
         known = self._undecidable.get(id(expression))
         if known is None:
             reason = next(
@@ -251,13 +239,15 @@ class World:
             known = self._undecidable[id(expression)] = (expression, reason)  # kept, so that the id stays unique
         return known[1]
 
-    def _why_not(self, part: Expression) -> str | None:
+    def _why_not(self, part: plan_.Expression) -> str | None:
         match part:
-            case Call(method=name):
-                external = next((m for m in self.plan.methods.named(name) if isinstance(m.body, External)), None)
+            case plan_.Call(method=name):
+                external = next(
+                    (m for m in self.plan.methods.named(name) if isinstance(m.body, plan_.External)), None
+                )
                 if external is not None:
                     return f"`{external.name}` is an external method, whose results are not in the trace"
-            case Construct(type=type_) if not self.plan.structures.of(type_).is_plain:
+            case plan_.Construct(type=type_) if not self.plan.structures.of(type_).is_plain:
                 return f"a value of `{type_.name}` is chosen where it is constructed"
             case _:
                 pass
@@ -279,23 +269,23 @@ class Checker:
     findings: Findings
 
 
-def walk_calls(expression: Expression, methods: Methods) -> Iterator[Expression]:
+def walk_calls(expression: plan_.Expression, methods: plan_.Methods) -> Iterator[plan_.Expression]:
     """Yield an expression with all of its parts, including the bodies of called methods."""
     pending, seen = [expression], set()
     while pending:
         part = pending.pop()
         yield part
-        pending += parts(part)
-        if isinstance(part, Call) and part.method not in seen:
+        pending += plan_.parts(part)
+        if isinstance(part, plan_.Call) and part.method not in seen:
             seen.add(part.method)
             bodies = (method.body for method in methods.named(part.method))
-            pending += [body for body in bodies if isinstance(body, Expression)]
+            pending += [body for body in bodies if isinstance(body, plan_.Expression)]
 
 
-def has_labels(expression: Expression, methods: Methods) -> bool:
+def has_labels(expression: plan_.Expression, methods: plan_.Methods) -> bool:
     """Whether an expression depends on invocations under labels."""
-    return any(isinstance(part, Labelled) for part in walk_calls(expression, methods))
+    return any(isinstance(part, plan_.Labelled) for part in walk_calls(expression, methods))
 
 
-def _short(expression: Expression) -> str:
+def _short(expression: plan_.Expression) -> str:
     return " ".join(expression.span.text.split())

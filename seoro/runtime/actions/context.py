@@ -13,7 +13,6 @@ from seoro.errors import ActionFailed, BackendLost
 from seoro.runtime.actions.pending import Notifier, Pending
 from seoro.runtime.contracts.backends import GoalStatus, Report
 from seoro.runtime.execution.outputs import Outputs
-from seoro.runtime.instances.invocations import invocations
 from seoro.runtime.kernel.task import Waiter
 from seoro.runtime.values.text import message_text
 from seoro.runtime.verdict import Cancelled, RunStatus
@@ -61,7 +60,7 @@ class ActionContext:
 
     def labels_of(self, actions: Collection[str]) -> frozenset[str]:
         """Return the labels of all invocations of the given actions in the scenario."""
-        found = (each.label for each in invocations(self._context.services.plan) if each.action in actions)
+        found = (each.label for each in self._context.services.plan.action_invocations() if each.action in actions)
         return frozenset(label for label in found if label is not None)
 
     @property

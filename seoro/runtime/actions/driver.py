@@ -25,15 +25,12 @@ class Watch(Protocol):
     @property
     def grace(self) -> float:
         """Time for its clean-up [s]."""
-        ...
 
     def cancelled(self) -> None:
         """Called when the cancellation is delivered, before the clean-up."""
-        ...
 
     def overrun(self) -> None:
         """Called when the clean-up takes too long."""
-        ...
 
 
 class ActionDriver:
@@ -51,12 +48,7 @@ class ActionDriver:
     __slots__ = ("_coroutine", "_deadline", "_meter", "_overruns", "_scheduler", "_task", "_watch")
 
     def __init__(
-        self,
-        coroutine: Coroutine[Any, Any, None],
-        task: Task,
-        scheduler: Scheduler,
-        meter: Meter,
-        watch: Watch,
+        self, coroutine: Coroutine[Any, Any, None], task: Task, scheduler: Scheduler, meter: Meter, watch: Watch
     ) -> None:
         self._coroutine = coroutine
         self._task = task

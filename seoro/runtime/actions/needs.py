@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, get_args
 
 from seoro.errors import UsageError
-from seoro.lang.plan import Field, InvokeAction, Plan
+from seoro.lang.plan import Field, InvokeAction, Plan, invocations_in
 from seoro.lang.source import Span
 from seoro.runtime.execution.assignment import ActorAssignment, Contract
 from seoro.runtime.functions.actions import BoundAction
 from seoro.runtime.instances.instances import Instance
-from seoro.runtime.instances.invocations import invocations, invocations_in
 from seoro.runtime.values.values import Actor
 
 if TYPE_CHECKING:
@@ -41,6 +40,8 @@ def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction],
     """
     for scenario in plan.scenarios.values():
         for invocation in invocations_in(scenario.body):
+            if not isinstance(invocation, InvokeAction):
+                continue
             mark = actions[invocation.action].mark
             if mark.anywhere is not None and not homes.serve(mark.anywhere):
                 raise _nobody(invocation, mark.anywhere, homes)
@@ -108,7 +109,7 @@ def check_implementations(
     """
     for name, action in plan.actions.items():
         if name not in actions:
-            invoked = (each.span for each in invocations(plan) if each.action == name)
+            invoked = (each.span for each in plan.action_invocations() if each.action == name)
             raise UsageError(
                 f"the action `{name}` has no implementation",
                 next(invoked, action.span),

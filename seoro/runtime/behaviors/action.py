@@ -9,22 +9,87 @@ is open-ended until it returns, if its function is.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Coroutine, Mapping
 from functools import partial
+from typing import Any, cast
 
+from seoro.errors import ActionFailed, BackendLost, BackendRefused, BackendStopped
 from seoro.lang.plan import InvokeAction
-from seoro.runtime.actions.calling import call_action
+from seoro.lang.source import Span
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.driver import ActionDriver
-from seoro.runtime.behaviors.faults import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.execution.blocking import Meter, place_of_thread
 from seoro.runtime.execution.context import ExecutionContext
-from seoro.runtime.execution.exclusive_use import Use
 from seoro.runtime.execution.names import invoked_name, name_of
+from seoro.runtime.execution.resources import Use
 from seoro.runtime.functions.actions import BoundAction
 from seoro.runtime.instances.instances import Instance
-from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus
+from seoro.runtime.values.environment import EvaluationError
+from seoro.runtime.values.values import Actor, Value
+from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure
+
+
+def judge(error: Exception, name: str, span: Span, context: ExecutionContext) -> Outcome:
+    """Return the outcome of a function that raised. Faults and lost backends end the run; stops cancel it.
+
+    Args:
+        error: The exception.
+        name: Name of the action or modifier.
+        span: Its invocation.
+        context: Context of the invocation.
+    """
+    services = context.services
+    match _cause(error):
+        case BackendStopped() as stopped:
+            services.decide(RunStatus.CANCELLED, str(stopped), span)
+        case ActionFailed() | BackendRefused() as refusal:
+            from seoro.runtime.explain.explain import explain_action  # noqa: PLC0415 - for failures
+
+            invoked = context.invoked.instance if context.invoked is not None else None
+            instance = invoked if isinstance(invoked, Instance) else context.instance
+            return failure(f"`{name}` failed: {refusal}", span, explain_action(context, instance))
+        case BackendLost() as lost:
+            services.decide(RunStatus.ERROR, str(lost), span)
+        case EvaluationError() as valueless:
+            services.decide(RunStatus.ERROR, str(valueless), valueless.span)
+        case fault:
+            services.fault = fault
+            services.decide(RunStatus.ERROR, f"`{name}` raised {type(fault).__name__}: {fault}", span)
+    return SUCCEEDED  # has no effect: the run is ending
+
+
+def _cause(error: Exception) -> Exception:
+    """Return the decisive exception of a group: a fault or a lost backend takes precedence over a failure."""
+    if not isinstance(error, ExceptionGroup):
+        return error
+    causes = [_cause(part) for part in error.exceptions]
+    return next((cause for cause in causes if not _is_failure(cause)), causes[0])
+
+
+def _is_failure(error: Exception) -> bool:
+    return isinstance(error, ActionFailed | BackendRefused) and not isinstance(error, BackendStopped)
+
+
+def call_action(
+    bound: BoundAction, context: ActionContext, actor: Actor | None, fields: Mapping[str, Value]
+) -> Coroutine[Any, Any, None]:
+    """Call the function of an action. Values refused by the types of the function are a fault of the function.
+
+    Args:
+        bound: The action.
+        context: Context of the invocation.
+        actor: Actor of the invocation, if it has one.
+        fields: Values of the parameters; others are ignored.
+    """
+    converted = {name: convert(fields[name]) for name, convert in bound.converters.items()}
+    leading = (actor,) if bound.declaration.has_actor else ()
+    if bound.mark.thread:
+        from seoro.runtime.actions.threads import run_in_thread  # noqa: PLC0415 - few actions have threads
+
+        return run_in_thread(context, lambda inside: bound.function(inside, *leading, **converted))
+    # It is `async`: checked when the scenario was loaded.
+    return cast(Coroutine[Any, Any, None], bound.function(context, *leading, **converted))
 
 
 def run_action(plan: InvokeAction, instance: Instance, context: ExecutionContext) -> Awaitable[Outcome]:

@@ -11,10 +11,9 @@ import time
 from functools import partial
 from math import inf
 
-from seoro.runtime.behaviors.contract import Carry
 from seoro.runtime.behaviors.limits import BoundedScope, is_all_open_ended, within_limit
-from seoro.runtime.behaviors.times import check_duration
-from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.behaviors.timing import check_duration
+from seoro.runtime.execution.context import Carry, ExecutionContext
 from seoro.runtime.instances.times import DURATION, Window
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.verdict import SUCCEEDED, Outcome, RunStatus, failure

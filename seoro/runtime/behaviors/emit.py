@@ -11,7 +11,7 @@ from seoro.lang.plan import DeclaredEvent, Emit, Phase, PhaseEvent
 from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.kernel.cancel_scope import CancelScope
-from seoro.runtime.kernel.past import CausalPast
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Value
 from seoro.runtime.verdict import SUCCEEDED, Outcome, failure

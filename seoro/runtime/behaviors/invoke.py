@@ -17,12 +17,11 @@ from functools import partial
 from typing import NamedTuple
 
 from seoro.lang.plan import InvokeAction, InvokeScenario, Literal, OneOf, Parallel, Phase, Serial
-from seoro.runtime.behaviors.contract import Carry
 from seoro.runtime.behaviors.reactions import arm_reactions
 from seoro.runtime.behaviors.records import record_instance
-from seoro.runtime.behaviors.times import times_of
+from seoro.runtime.behaviors.timing import times_of
 from seoro.runtime.choose.plain import is_given
-from seoro.runtime.execution.context import ExecutionContext, Invoked
+from seoro.runtime.execution.context import Carry, ExecutionContext, Invoked
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.applied import OF_BLOCK, OF_TYPE, Applied, Modifying, apply, with_nested
 from seoro.runtime.instances.instances import Composed, Instance
@@ -30,8 +29,7 @@ from seoro.runtime.instances.times import DURATION
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.parameters.parameters import Invocation, choose_parameters, choose_times, take_given
 from seoro.runtime.values.environment import Environment
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, Value
+from seoro.runtime.values.values import Actor, Fields, Value
 from seoro.runtime.verdict import CANCELLED, Outcome, Status
 
 
@@ -199,7 +197,7 @@ def _modifiers(
 def _empty(plan: InvokeScenario | InvokeAction, context: ExecutionContext) -> Instance:
     """Create an instance without values."""
     plans = context.services.plan
-    declared = plans.scenarios[plan.scenario] if isinstance(plan, InvokeScenario) else plans.actions[plan.action]
+    declared = plans.invoked(plan)
     actor = evaluate(plan.actor, context.environment()) if plan.actor is not None else None
     assert actor is None or isinstance(actor, Actor)
     return Instance(context.path, Fields(), declared, {"actor": actor} if actor is not None else {})

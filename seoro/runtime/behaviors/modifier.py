@@ -18,18 +18,17 @@ from functools import partial
 from typing import Any, NoReturn, TypeAlias
 
 from seoro.errors import BackendLost
-from seoro.runtime.behaviors.contract import Carry
-from seoro.runtime.behaviors.faults import judge
+from seoro.runtime.behaviors.action import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.contracts.modifiers import Interrupt
 from seoro.runtime.execution.contacts import senses
-from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.context import Carry, ExecutionContext
 from seoro.runtime.explanation import Explanation
 from seoro.runtime.instances.applied import Applied, Modifying
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.task import Waiter
-from seoro.runtime.parameters.modifiers import actor_of, enter_modifier
+from seoro.runtime.parameters.parameters import actor_of, enter_modifier
 from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 

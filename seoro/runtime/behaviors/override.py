@@ -12,8 +12,7 @@ from dataclasses import replace
 from functools import partial
 
 from seoro.lang.plan import LabelPath, Override, OverrideMode
-from seoro.runtime.behaviors.contract import Carry
-from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.context import Carry, ExecutionContext
 from seoro.runtime.execution.services import Overriding
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.kernel.cancel_scope import CancelScope

@@ -25,7 +25,6 @@ from seoro.lang.plan import (
 )
 from seoro.runtime.behaviors.action import run_action
 from seoro.runtime.behaviors.call import run_call
-from seoro.runtime.behaviors.contract import Carry
 from seoro.runtime.behaviors.duration import run_duration
 from seoro.runtime.behaviors.emit import run_emit
 from seoro.runtime.behaviors.invoke import begin_composition, begin_invocation, run_composed
@@ -38,12 +37,10 @@ from seoro.runtime.behaviors.serial import run_serial
 from seoro.runtime.behaviors.timing import timing_of
 from seoro.runtime.behaviors.until import run_until
 from seoro.runtime.behaviors.wait import run_wait
-from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.context import BehaviorScope, Carry, ExecutionContext
 from seoro.runtime.execution.names import type_of
-from seoro.runtime.execution.running import BehaviorScope
 from seoro.runtime.instances.applied import Applied, Modifying, modifiers_of, with_nested
-from seoro.runtime.instances.holding import newly_held
-from seoro.runtime.instances.instances import Instance
+from seoro.runtime.instances.instances import Instance, newly_held
 from seoro.runtime.instances.times import DURATION
 from seoro.runtime.kernel.stack import descend
 from seoro.runtime.kernel.task import Task

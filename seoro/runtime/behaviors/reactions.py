@@ -20,10 +20,10 @@ from seoro.runtime.behaviors.emit import run_emit
 from seoro.runtime.behaviors.records import record_end, record_start
 from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.expressions.evaluation import evaluate
-from seoro.runtime.instances.holding import newly_held
+from seoro.runtime.instances.instances import newly_held
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import Occurrence
-from seoro.runtime.kernel.past import CausalPast
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.values import HasFields, Value
 from seoro.runtime.verdict import CANCELLED

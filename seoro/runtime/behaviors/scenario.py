@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Awaitable
 
 from seoro.lang.plan import Scenario
-from seoro.runtime.behaviors.contract import Perform
 from seoro.runtime.behaviors.invoke import run_instance
-from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.context import ExecutionContext, Perform
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 

@@ -7,8 +7,7 @@
 from __future__ import annotations
 
 from seoro.lang.plan import Serial
-from seoro.runtime.behaviors.contract import Perform
-from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.context import ExecutionContext, Perform
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 

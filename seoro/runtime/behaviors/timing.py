@@ -1,4 +1,6 @@
-"""Timing of the members of `parallel` relative to the first, the primary one (7.3.13.2, 7.6.2.1.4).
+"""Timing arguments of behaviors, and timing of the members of `parallel` (7.3.13.2, 7.6.2.1.4).
+
+Times of members are relative to the first member, the primary one.
 
 An offset is the start or end of a secondary member minus that of the primary one [s]. The kind of overlap and the
 arguments `start_to_start` and `end_to_end` bound offsets. If that leaves a choice, all members start together; an
@@ -13,33 +15,62 @@ from random import Random
 from typing import Final
 
 from seoro.lang.frozen import Value
-from seoro.lang.plan import EnumValue, Overlap, Parallel
-from seoro.runtime.behaviors.times import times_of
+from seoro.lang.plan import EnumValue, InvokeAction, InvokeScenario, OneOf, Overlap, Parallel, Serial
+from seoro.lang.source import Span
 from seoro.runtime.execution.context import ExecutionContext
-from seoro.runtime.instances.times import END_TO_END, OVERLAP, START_TO_START, Window
-from seoro.runtime.values.environment import EvaluationError
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.instances.times import DURATION, END_TO_END, OVERLAP, START_TO_START, Times, Window
+from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.values import Range
 
+
+def times_of(plan: Serial | Parallel | OneOf | InvokeScenario | InvokeAction, environment: Environment) -> Times:
+    """Evaluate the timing arguments of a behavior.
+
+    Raises:
+        EvaluationError: An argument has no value, or a duration is negative.
+    """
+    if plan.duration is None and not isinstance(plan, Parallel):
+        return Times(plan.span, {})
+    arguments = {DURATION: plan.duration}
+    if isinstance(plan, Parallel):
+        arguments |= {START_TO_START: plan.start_to_start, END_TO_END: plan.end_to_end}
+    given: dict[str, tuple[Range, Span]] = {}
+    for name, argument in arguments.items():
+        if argument is not None:
+            bounds = evaluate(argument, environment)
+            assert isinstance(bounds, Range), "checked: a single time becomes a range"
+            if name == DURATION:
+                check_duration(bounds, argument.span)
+            given[name] = bounds, argument.span
+    if isinstance(plan, Parallel):
+        return Times(plan.span, given, plan.overlap, plan.is_overlap_given)
+    return Times(plan.span, given)
+
+
+def check_duration(duration: Range, span: Span) -> None:
+    """Check the bounds of a duration [s].
+
+    Raises:
+        EvaluationError: A bound is negative.
+    """
+    if duration.low < 0:
+        raise EvaluationError(f"invalid duration: expected at least 0 s, found {duration.low:g} s", span)
+
+
 _ANY: Final = Range(-inf, inf)
-_STARTS: Final[Mapping[Overlap, Range]] = {
-    Overlap.EQUAL: Range(0.0, 0.0),
-    Overlap.START: Range(0.0, 0.0),
-    Overlap.END: _ANY,
-    Overlap.INITIAL: Range(-inf, 0.0),
-    Overlap.FINAL: _ANY,
-    Overlap.INSIDE: Range(0.0, inf),
-    Overlap.FULL: Range(-inf, 0.0),
-    Overlap.ANY: _ANY,
-}
-_ENDS: Final[Mapping[Overlap, Range]] = {
-    Overlap.EQUAL: Range(0.0, 0.0),
-    Overlap.START: _ANY,
-    Overlap.END: Range(0.0, 0.0),
-    Overlap.INITIAL: _ANY,
-    Overlap.FINAL: Range(0.0, inf),
-    Overlap.INSIDE: Range(-inf, 0.0),
-    Overlap.FULL: Range(0.0, inf),
-    Overlap.ANY: _ANY,
+_SAME: Final = Range(0.0, 0.0)
+_BEFORE: Final = Range(-inf, 0.0)
+_AFTER: Final = Range(0.0, inf)
+_ALLOWED: Final[Mapping[Overlap, tuple[Range, Range]]] = {  # offsets of starts and of ends
+    Overlap.EQUAL: (_SAME, _SAME),
+    Overlap.START: (_SAME, _ANY),
+    Overlap.END: (_ANY, _SAME),
+    Overlap.INITIAL: (_BEFORE, _ANY),
+    Overlap.FINAL: (_ANY, _AFTER),
+    Overlap.INSIDE: (_AFTER, _BEFORE),
+    Overlap.FULL: (_BEFORE, _AFTER),
+    Overlap.ANY: (_ANY, _ANY),
 }
 
 
@@ -65,15 +96,15 @@ def timing_of(plan: Parallel, context: ExecutionContext) -> Timing:
     """
     secondaries = len(plan.members) - 1
     overlap, windows = _overlap_of(plan, context)
-    if not windows and _ENDS[overlap].high == inf:  # the usual case; nothing is drawn
-        return Timing((0.0,) * (secondaries + 1), _ENDS[overlap], (inf,) * (secondaries + 1))
+    allowed_starts, ends = _ALLOWED[overlap]
+    if not windows and ends.high == inf:  # the usual case; nothing is drawn
+        return Timing((0.0,) * (secondaries + 1), ends, (inf,) * (secondaries + 1))
     random = context.services.random(f"{context.purpose()} offsets")
     offsets = [0.0] * (secondaries + 1)
     if START_TO_START in windows:
-        starts = _bounds(windows[START_TO_START], _STARTS[overlap], overlap)
+        starts = _bounds(windows[START_TO_START], allowed_starts, overlap)
         offsets[1:] = [_offset(starts, windows[START_TO_START], random) for _ in range(secondaries)]
     first = min(offsets)
-    ends = _ENDS[overlap]
     if END_TO_END in windows:
         ends = _bounds(windows[END_TO_END], ends, overlap)
     last = Range(max(ends.low, 0.0), max(ends.high, 0.0))

@@ -13,12 +13,11 @@ from contextlib import ExitStack
 from functools import partial
 
 from seoro.lang.plan import Until
-from seoro.runtime.behaviors.contract import Carry
 from seoro.runtime.behaviors.limits import BoundedScope
-from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.context import Carry, ExecutionContext
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import Occurrence
-from seoro.runtime.kernel.past import CausalPast
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.verdict import SUCCEEDED, Outcome
 
 

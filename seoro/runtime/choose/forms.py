@@ -1,15 +1,19 @@
-"""Symbolic values: values that depend on unchosen ones, decomposed until only scalars are terms."""
+"""Symbolic values: values that depend on unchosen ones, decomposed until only scalars are terms.
+
+Chains of operators (`a + b + c`, `a and b and c` and the like) may be long, so they are terms of their own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias, cast, get_args
 
 from seoro.lang import frozen, solve
-from seoro.lang.plan import Expression, Literal, Number
+from seoro.lang.plan import Arithmetic, Bulk, Compare, Concatenate, Expression, Index, Literal, Logic, Number
 from seoro.lang.solve import terms
 from seoro.runtime.values.conversions import to_number
+from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.values.values import Actor, HasFields, Range, Struct, Value
 
 
@@ -186,3 +190,78 @@ def with_operands(expression: Expression, found: list[Symbolic]) -> Expression:
 
 def _literal(value: Symbolic, operand: Expression) -> Literal:
     return Literal(cast(bool, value), operand.span)
+
+
+Operation = Arithmetic | Concatenate | Compare | Logic
+
+
+def joined(operation: Operation) -> object:
+    """Return a key that is equal for adjacent operators translated together: `and`, `or`, `+` of strings."""
+    match operation:
+        case Logic("and" | "or" as operator):
+            return operator
+        case Concatenate():
+            return Concatenate
+        case _:
+            return id(operation)
+
+
+def operated(operation: Operation, left: Symbolic, right: Symbolic) -> terms.Term:
+    """Return the term of an operation with an unknown operand.
+
+    Raises:
+        NotSymbolic: It has no term.
+    """
+    match operation:
+        case Arithmetic(operator, number=number):
+            kind = cast(terms.Operation, operator)
+            return terms.Arithmetic(kind, as_term(left), as_term(right), NUMBERS[number])
+        case Compare(operator):
+            return compare(operator, left, right)
+        case _:
+            raise NotSymbolic
+
+
+def junction(operator: str, members: list[Symbolic]) -> Symbolic:
+    """Return the term of `and` or `or`; all members but the last are unknown."""
+    if len(members) == 1:
+        return members[0]
+    if not members:
+        return operator == "and"
+    whole = tuple(as_term(member) for member in members)
+    return terms.Or(whole) if operator == "or" else terms.And(whole)
+
+
+def member(items: tuple[Symbolic, ...], position: Symbolic, expression: Index) -> Symbolic:
+    """Return a member of a list.
+
+    Raises:
+        NotSymbolic: The position is unknown.
+        EvaluationError: It is outside the list.
+    """
+    if not isinstance(position, int):
+        raise NotSymbolic
+    if not 0 <= position < len(items):
+        raise EvaluationError(f"index {position} is outside of a list of {len(items)}", expression.span)
+    return items[position]
+
+
+def gathered(operator: Bulk, items: tuple[Symbolic, ...], results: Sequence[Symbolic]) -> Symbolic:
+    """Return the result of a list method from the results for its members.
+
+    Raises:
+        NotSymbolic: It depends on unknown results.
+    """
+    match operator:
+        case Bulk.MAP:
+            return listed(tuple(results))
+        case Bulk.HAS:
+            return any_of([as_term(result) for result in results])
+        case Bulk.COUNT:
+            return count_of([as_term(result) for result in results])
+        case Bulk.FILTER if all(isinstance(result, bool) for result in results):
+            return listed(tuple(item for item, result in zip(items, results, strict=True) if result))
+        case Bulk.FIRST_INDEX if all(isinstance(result, bool) for result in results):
+            return results.index(True) if True in results else -1
+        case _:
+            raise NotSymbolic

@@ -11,31 +11,14 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from seoro.lang.plan import (
-    ActorType,
-    Constraint,
-    ConstraintMember,
-    Construct,
-    Expression,
-    FieldDeclaration,
-    Latent,
-    ListType,
-    Literal,
-    Plan,
-    RangeType,
-    RemoveDefault,
-    StructType,
-    Structure,
-    StructureMember,
-)
+from seoro.lang import plan as plan_
 from seoro.runtime.choose.plain import empty, scope_of
 from seoro.runtime.choose.slots import Holder, Rule, Slot, Slots, slots_named
 from seoro.runtime.choose.subjects import Removal, Subjects
 from seoro.runtime.instances.applied import Applied, apply, with_nested
 from seoro.runtime.instances.times import OVERLAP, Times, kind_value
 from seoro.runtime.values.environment import Calls, Environment, EvaluationError, NoSolution
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Struct, Value
+from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 NESTED = 8  # nested instances of one type
 INVOCATION = 1  # negated depth of constraints around the instance
@@ -50,10 +33,10 @@ class Gathering:
         plan: The plan.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: plan_.Plan) -> None:
         self.slots = Slots()
         self.rules: list[Rule] = []
-        self.latents: list[tuple[Slot, Latent]] = []
+        self.latents: list[tuple[Slot, plan_.Latent]] = []
         self._arguments: list[tuple[Slot, tuple[int, int]]] = []  # with their places in the order
         self._plan = plan
         self._subjects = Subjects(self.slots)
@@ -65,7 +48,7 @@ class Gathering:
 
     def add_root(
         self,
-        structure: Structure,
+        structure: plan_.Structure,
         holder: HasFields,
         given: Mapping[str, Value],
         environment: Environment,
@@ -76,7 +59,7 @@ class Gathering:
         order = self._order(-level)
         self._arguments += [(slot, order) for name, slot in self.slots.of(holder).items() if name in given]
 
-    def add_value(self, slot: Slot, structure: Structure, given: Mapping[str, Value]) -> None:
+    def add_value(self, slot: Slot, structure: plan_.Structure, given: Mapping[str, Value]) -> None:
         """Add a constructed value: its fields, constraints and possible subtypes."""
         assert slot.made is not None
         slot.structure, slot.is_given = structure, False
@@ -90,7 +73,9 @@ class Gathering:
             self._add_field(declared, holder, environment, 0, given)
             self.slots.of(holder)[declared.name].limits = limits
 
-    def add_constraints(self, members: Sequence[ConstraintMember], environment: Environment, level: int) -> None:
+    def add_constraints(
+        self, members: Sequence[plan_.ConstraintMember], environment: Environment, level: int
+    ) -> None:
         """Add constraints from outside the instance.
 
         Args:
@@ -105,21 +90,21 @@ class Gathering:
 
     def _add_members(
         self,
-        members: Sequence[StructureMember],
+        members: Sequence[plan_.StructureMember],
         holder: Struct | Actor | HasFields,
         environment: Environment,
         depth: int,
         given: Mapping[str, Value],
     ) -> None:
         for member in members:
-            if isinstance(member, FieldDeclaration):
+            if isinstance(member, plan_.FieldDeclaration):
                 self._add_field(member, holder, environment, depth, given)
             else:
                 self._add_constraint(member, environment, depth)
 
     def _add_field(
         self,
-        declared: FieldDeclaration,
+        declared: plan_.FieldDeclaration,
         holder: Struct | Actor | HasFields,
         environment: Environment,
         depth: int,
@@ -141,12 +126,12 @@ class Gathering:
         self.slots.add(slot)
         self._queue.append(slot)
 
-    def _add_constraint(self, member: ConstraintMember, environment: Environment, depth: int) -> None:
+    def _add_constraint(self, member: plan_.ConstraintMember, environment: Environment, depth: int) -> None:
         order = self._order(depth)
         match member:
-            case Constraint(condition, is_default, span):
+            case plan_.Constraint(condition, is_default, span):
                 self._add_rule(Rule(order, environment, condition, is_default, span))
-            case RemoveDefault(parameter):
+            case plan_.RemoveDefault(parameter):
                 self._subjects.add(Removal(order, environment, parameter))
 
     def _add_rule(self, rule: Rule) -> None:
@@ -166,27 +151,27 @@ class Gathering:
             if slot.is_given:
                 continue
             match slot.type:
-                case StructType() | ActorType():
+                case plan_.StructType() | plan_.ActorType():
                     self._expand_instance(slot, slot.type)
-                case ListType() | RangeType():
+                case plan_.ListType() | plan_.RangeType():
                     slot.definition = self._definition(slot)
                     self._subjects.fill(slot)
-                    if slot.definition is None and isinstance(slot.type, RangeType):
+                    if slot.definition is None and isinstance(slot.type, plan_.RangeType):
                         self._expand_range(slot, slot.type)
                 case _:
                     definition = self._definition(slot)
                     if slot.is_variable or (definition is not None and _is_no_number(definition.value)):
                         slot.definition = definition
 
-    def _expand_instance(self, slot: Slot, type_: StructType | ActorType) -> None:
+    def _expand_instance(self, slot: Slot, type_: plan_.StructType | plan_.ActorType) -> None:
         definition = self._definition(slot)
-        if definition is not None and not isinstance(definition.value, Construct):
+        if definition is not None and not isinstance(definition.value, plan_.Construct):
             slot.definition = definition
             self._subjects.fill(slot)
             return
-        arguments: tuple[tuple[str, Expression], ...] = ()
+        arguments: tuple[tuple[str, plan_.Expression], ...] = ()
         if definition is not None:
-            assert isinstance(definition.value, Construct)
+            assert isinstance(definition.value, plan_.Construct)
             definition.is_done = True
             type_, arguments = definition.value.type, definition.value.arguments
         if slot.within.count(type_.name) >= NESTED:
@@ -205,7 +190,7 @@ class Gathering:
             rule = replace(definition, condition=None, subject=part, value=value, span=value.span, is_done=False)
             self._add_rule(rule)
 
-    def _add_made(self, slot: Slot, structure: Structure, given: Mapping[str, Value]) -> None:
+    def _add_made(self, slot: Slot, structure: plan_.Structure, given: Mapping[str, Value]) -> None:
         made = slot.instance
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         self._add_members(structure.members, made, inside, slot.depth, given)
@@ -231,30 +216,30 @@ class Gathering:
             for constraint in attached.constraints:
                 self._add_constraint(constraint, attached.around, slot.depth)
 
-    def _expand_range(self, slot: Slot, type_: RangeType) -> None:
+    def _expand_range(self, slot: Slot, type_: plan_.RangeType) -> None:
         self._add_parts(slot, ("lower", "upper"), type_)
 
     def size_list(self, slot: Slot, size: int) -> None:
         """Add the members of a list."""
-        assert isinstance(slot.type, ListType)
+        assert isinstance(slot.type, plan_.ListType)
         self._add_parts(slot, tuple(str(position) for position in range(len(slot.parts), size)), slot.type)
 
-    def _add_parts(self, slot: Slot, keys: tuple[str, ...], type_: ListType | RangeType) -> None:
+    def _add_parts(self, slot: Slot, keys: tuple[str, ...], type_: plan_.ListType | plan_.RangeType) -> None:
         holder = next((part.holder for part in slot.parts.values()), Holder(Fields()))
         for key in keys:
-            path = f"{slot.path}[{key}]" if isinstance(type_, ListType) else f"{slot.path}.{key}()"
+            path = f"{slot.path}[{key}]" if isinstance(type_, plan_.ListType) else f"{slot.path}.{key}()"
             part = Slot(path, type_.element, slot.environment, holder, key, slot.depth + 1, slot.span)
             part.within, part.limits = slot.within, slot.limits
             slot.parts[key] = part
             self._add_slot(part)
         self._subjects.fill(slot)
 
-    def add_latent(self, slot: Slot, latent: Latent) -> None:
+    def add_latent(self, slot: Slot, latent: plan_.Latent) -> None:
         """Add the members of a conditional subtype to a value of that type."""
         made = slot.instance
         made.latent.insert(0, latent.type)
         for member in latent.members:
-            if isinstance(member, FieldDeclaration) and member.name in self.slots.of(made):
+            if isinstance(member, plan_.FieldDeclaration) and member.name in self.slots.of(made):
                 reason = f"this is of two conditional types that both have a field `{member.name}`"
                 raise EvaluationError(reason, slot.span)
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
@@ -263,12 +248,12 @@ class Gathering:
         self._subjects.fill(slot)
         self._subjects.add_fields()
 
-    def rules_of(self, slot: Slot, latent: Latent) -> Iterator[Rule]:
+    def rules_of(self, slot: Slot, latent: plan_.Latent) -> Iterator[Rule]:
         """Yield the hard constraints of a possible conditional subtype."""
         made = slot.instance
         inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
         for member in latent.members:
-            if isinstance(member, Constraint) and not member.is_default:
+            if isinstance(member, plan_.Constraint) and not member.is_default:
                 yield Rule(self._order(slot.depth), inside, member.condition, False, member.span)
 
     # ------------------------------------------------------------ what overrides what
@@ -307,6 +292,6 @@ class Gathering:
                 rule.is_void = any(overriding.get(id(slot), rule.order) > rule.order for slot in concerned)
 
 
-def _is_no_number(value: Expression | None) -> bool:
+def _is_no_number(value: plan_.Expression | None) -> bool:
     """Whether a value is `nan`, which equals nothing."""
-    return isinstance(value, Literal) and value.value != value.value
+    return isinstance(value, plan_.Literal) and value.value != value.value

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from seoro.lang.plan import ActorType, FieldDeclaration, ListType, StructType, Structure, Structures
 from seoro.runtime.values.environment import Environment, Evaluate, EvaluationError
-from seoro.runtime.values.fields import Fields, make_room
-from seoro.runtime.values.values import Actor, HasFields, Struct, Value
+from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value, make_room
 
 
 def is_plain(structure: Structure, given: Mapping[str, Value]) -> bool:

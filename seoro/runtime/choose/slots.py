@@ -1,14 +1,20 @@
-"""Slots: places of an instance and its objects that get values when it is created."""
+"""Slots: places of an instance and its objects that get values when it is created.
+
+Equalities, ranges and lists have no cells: their values are computed on access.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, cast
 
-from seoro.lang.frozen import Value
+from seoro.lang import frozen, solve
+from seoro.lang.integers import UINT_LIMITS
 from seoro.lang.plan import (
     Binding,
+    EnumType,
+    EnumValue,
     Expression,
     Field,
     Global,
@@ -16,21 +22,24 @@ from seoro.lang.plan import (
     ListType,
     Literal,
     Member,
+    PhysicalType,
+    PrimitiveType,
     Self,
+    Size,
     Structure,
     ValueType,
     parts,
+    walk,
 )
 from seoro.lang.source import Span
-from seoro.runtime.values.environment import Deferred, Environment
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Struct
+from seoro.runtime.values.environment import Deferred, Environment, Evaluate, EvaluationError
+from seoro.runtime.values.values import Actor, Compute, Fields, HasFields, Range, Struct, Value
 
 if TYPE_CHECKING:
     from seoro.lang.solve import Cell
 
 
-class Holder(Value):
+class Holder(frozen.Value):
     """Holder of the members of a list or the bounds of a range while they are chosen."""
 
     fields: Fields
@@ -224,3 +233,97 @@ def value_slot(made: Struct | Actor, environment: Environment, span: Span) -> Sl
     holder = Holder(Fields())
     holder.fields["value"] = made
     return Slot(environment.path or span.text, made.type, environment, holder, "value", 0, span, made=made)
+
+
+def mentions(rules: Iterable[Rule], slots: Slots) -> tuple[dict[int, int], set[int]]:
+    """Return the mentioned numbers of members of lists, and the lists with mentioned sizes, by identity."""
+    least: dict[int, int] = {}
+    sized: set[int] = set()
+    for rule in rules:
+        for current in walk(rule.condition) if rule.condition is not None else ():
+            match current:
+                case Index(items, Literal(int(position))):
+                    slot = slots.find(items, rule.environment)
+                    if slot is not None:
+                        least[id(slot)] = max(least.get(id(slot), 0), position + 1)
+                case Size(items):
+                    slot = slots.find(items, rule.environment)
+                    if slot is not None:
+                        sized.add(id(slot))
+                case _:
+                    pass
+    return least, sized
+
+
+class Computation:
+    """Computes values without cells.
+
+    Args:
+        slots: The slots of the choice.
+        evaluate: Evaluates expressions.
+    """
+
+    def __init__(self, slots: Slots, evaluate: Evaluate) -> None:
+        self._slots = slots
+        self._evaluate = evaluate
+        self._open: set[int] = set()  # slots being computed, by identity
+        self.is_final = False  # whether all cells have their values, so that results are kept
+
+    def of(self, holder: object) -> Compute:
+        """Return the function that computes missing fields of an instance."""
+        slots = self._slots.of(holder)
+
+        def compute(name: str) -> Value:
+            return self._value(slots[name])
+
+        return compute
+
+    def _value(self, slot: Slot) -> Value:
+        """Return the value of a slot without a cell; kept once all cells are final."""
+        if slot.definition is not None:
+            value = self._defined(slot, slot.definition)
+        elif "lower" in slot.parts:
+            low, high = (part.holder.fields[part.key] for part in slot.parts.values())
+            value = Range(cast(float, low), cast(float, high))
+        elif isinstance(slot.type, ListType):
+            value = tuple(part.holder.fields[part.key] for part in slot.parts.values())
+        else:
+            raise KeyError(slot.key)
+        if self.is_final:
+            assign(slot, value)
+        return value
+
+    def _defined(self, slot: Slot, definition: Rule) -> Value:
+        assert definition.value is not None
+        if id(slot) in self._open:
+            raise EvaluationError(f"the value of `{slot.path}` depends on itself", slot.span)
+        self._open.add(id(slot))
+        try:
+            return self._evaluate(definition.value, replace(definition.environment, path=slot.path))
+        finally:
+            self._open.remove(id(slot))
+
+
+def assign(slot: Slot, value: Value) -> None:
+    """Put a value into the instance that holds it."""
+    slot.holder.fields[slot.key] = value  # type: ignore[index] # all holders have a dict
+
+
+def domain_of(type_: ValueType) -> solve.Domain | None:
+    """Return the domain of a scalar; None for other types."""
+    match type_:
+        case PrimitiveType("bool"):
+            return solve.Boolean()
+        case PrimitiveType("int"):
+            return solve.Integer()
+        case PrimitiveType("uint"):
+            return solve.Integer(*UINT_LIMITS)
+        case PrimitiveType("float") | PhysicalType():
+            return solve.Real()
+        case PrimitiveType():
+            return solve.Free()
+        case EnumType(name, members):
+            by_number = {number: EnumValue(name, member, number) for member, number in reversed(members)}
+            return solve.Choice(tuple(reversed(by_number.values())))
+        case _:
+            return None

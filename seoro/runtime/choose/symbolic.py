@@ -13,31 +13,12 @@ from typing import cast
 
 from seoro.lang import plan, solve
 from seoro.lang.solve import terms
-from seoro.runtime.choose.chains import Operation, joined, junction, operated
-from seoro.runtime.choose.forms import (
-    NUMBERS,
-    UNKNOWN,
-    NotSymbolic,
-    NotYet,
-    Symbolic,
-    SymbolicList,
-    SymbolicRange,
-    as_term,
-    contains,
-    converted,
-    items_of,
-    listed,
-    ordered_range,
-    same,
-    with_operands,
-)
+from seoro.runtime.choose import forms
 from seoro.runtime.choose.opaque import Opaques
 from seoro.runtime.choose.slots import Slot, Slots
-from seoro.runtime.choose.subtypes import Subtypes
-from seoro.runtime.choose.symbolic_lists import gathered, member
 from seoro.runtime.functions.methods import MAX_DEPTH, implementation, inside
 from seoro.runtime.values.environment import Deferred, Environment, Evaluate, EvaluationError
-from seoro.runtime.values.values import HasFields, Value
+from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 
 
 class Translation:
@@ -55,7 +36,6 @@ class Translation:
         self._slots = slots
         self._evaluate = evaluate
         self._open: list[Slot] = []
-        self.subtypes = Subtypes(slots, self._field)
         self._opaques = Opaques(slots, evaluate, put, self._open)
 
     def condition(self, expression: plan.Expression, environment: Environment) -> terms.Term:
@@ -64,25 +44,25 @@ class Translation:
         Raises:
             NotYet: It is about a subtype that a value may not have.
         """
-        return as_term(self._symbolic(expression, environment))
+        return forms.as_term(self._symbolic(expression, environment))
 
     def equality(self, slot: Slot, expression: plan.Expression, environment: Environment) -> terms.Term:
         """Return the term of the equality of a slot and an expression."""
-        return same(self._of_slot(slot), self._symbolic(expression, environment))
+        return forms.same(self._of_slot(slot), self._symbolic(expression, environment))
 
     # ------------------------------------------------------------ names
 
-    def _field(self, holder: Symbolic, name: str) -> Symbolic:
+    def _field(self, holder: forms.Symbolic, name: str) -> forms.Symbolic:
         slot = self._slots.of(holder).get(name)
         if slot is not None:
             return self._of_slot(slot)
-        if isinstance(holder, UNKNOWN):
-            raise NotSymbolic
+        if isinstance(holder, forms.UNKNOWN):
+            raise forms.NotSymbolic
         if name not in cast(HasFields, holder).fields:
-            raise NotYet(name)
+            raise forms.NotYet(name)
         return cast(HasFields, holder).fields[name]
 
-    def _of_slot(self, slot: Slot) -> Symbolic:
+    def _of_slot(self, slot: Slot) -> forms.Symbolic:
         if slot.is_given:
             return slot.holder.fields[slot.key]
         if slot.cell is not None:
@@ -92,12 +72,12 @@ class Translation:
         if slot.definition is not None:
             return self._definition(slot)
         if "lower" in slot.parts:
-            return SymbolicRange(self._of_slot(slot.parts["lower"]), self._of_slot(slot.parts["upper"]))
+            return forms.SymbolicRange(self._of_slot(slot.parts["lower"]), self._of_slot(slot.parts["upper"]))
         if slot.size is not None or not slot.is_sized:
-            raise NotYet(slot.path)
-        return SymbolicList(tuple(self._of_slot(part) for part in slot.parts.values()))
+            raise forms.NotYet(slot.path)
+        return forms.SymbolicList(tuple(self._of_slot(part) for part in slot.parts.values()))
 
-    def _definition(self, slot: Slot) -> Symbolic:
+    def _definition(self, slot: Slot) -> forms.Symbolic:
         rule = slot.definition
         assert rule is not None and rule.value is not None
         if slot in self._open:
@@ -110,15 +90,15 @@ class Translation:
 
     # ------------------------------------------------------------ expressions
 
-    def _symbolic(self, expression: plan.Expression, environment: Environment) -> Symbolic:
+    def _symbolic(self, expression: plan.Expression, environment: Environment) -> forms.Symbolic:
         if environment.depth > MAX_DEPTH:
             raise EvaluationError(f"method calls are nested more than {MAX_DEPTH} deep", expression.span)
         try:
             return self._form(expression, environment)
-        except NotSymbolic:
+        except forms.NotSymbolic:
             return self._opaques.term(expression, environment)
 
-    def _form(self, expression: plan.Expression, environment: Environment) -> Symbolic:
+    def _form(self, expression: plan.Expression, environment: Environment) -> forms.Symbolic:
         match expression:
             case plan.Literal(value):
                 return value
@@ -144,56 +124,56 @@ class Translation:
             case plan.Not() | plan.Conditional() | plan.Contains() | plan.TypeTest():
                 return self._truth(expression, environment)
             case plan.ListOf(items):
-                return listed(tuple(self._symbolic(item, environment) for item in items))
+                return forms.listed(tuple(self._symbolic(item, environment) for item in items))
             case plan.ForEach():
                 return self._for_each(expression, environment)
             case _:
                 return self._operation(expression, environment)
 
-    def _operation(self, expression: plan.Expression, environment: Environment) -> Symbolic:
+    def _operation(self, expression: plan.Expression, environment: Environment) -> forms.Symbolic:
         """Translate an operation, or compute it if all operands are known."""
         if isinstance(expression, plan.Size) and (size := self._size(expression, environment)) is not None:
             return size
         found = [self._symbolic(part, environment) for part in plan.parts(expression)]
-        if isinstance(expression, plan.Cast) and self.subtypes.deciding_type(found[0], expression.type):
-            raise NotYet(expression.span.text)
-        if not any(isinstance(value, UNKNOWN) for value in found):
-            return self._evaluate(with_operands(expression, found), environment)
+        if isinstance(expression, plan.Cast) and self._deciding_type(found[0], expression.type):
+            raise forms.NotYet(expression.span.text)
+        if not any(isinstance(value, forms.UNKNOWN) for value in found):
+            return self._evaluate(forms.with_operands(expression, found), environment)
         match expression, found:
             case plan.Negate(number=number), [operand]:
-                return terms.Negate(as_term(operand), NUMBERS[number])
+                return terms.Negate(forms.as_term(operand), forms.NUMBERS[number])
             case plan.Convert(number=number), [operand]:
-                return converted(operand, number)
+                return forms.converted(operand, number)
             case plan.RangeOf(), [low, high]:
-                return ordered_range(as_term(low), as_term(high))
-            case plan.Bound(side), [SymbolicRange(low, high)]:
+                return forms.ordered_range(forms.as_term(low), forms.as_term(high))
+            case plan.Bound(side), [forms.SymbolicRange(low, high)]:
                 return low if side is plan.Side.LOWER else high
             case plan.Size(), [items]:
-                return len(items_of(items))
+                return len(forms.items_of(items))
             case plan.Index(), [items, position]:
-                return member(items_of(items), position, expression)
+                return forms.member(forms.items_of(items), position, expression)
             case plan.Join(), lists:
-                return listed(tuple(item for each in lists for item in items_of(each)))
+                return forms.listed(tuple(item for each in lists for item in forms.items_of(each)))
             case _:
-                raise NotSymbolic
+                raise forms.NotSymbolic
 
     # ------------------------------------------------------------ chains
 
-    def _chain(self, expression: Operation, environment: Environment) -> Symbolic:
+    def _chain(self, expression: forms.Operation, environment: Environment) -> forms.Symbolic:
         """Translate a chain of operators from its left end, without recursion: chains may be long."""
         chain = [expression]
-        while isinstance(left := chain[-1].left, Operation):
+        while isinstance(left := chain[-1].left, forms.Operation):
             chain.append(left)
         found = self._symbolic(left, environment)
-        for _, steps in groupby(reversed(chain), key=joined):
+        for _, steps in groupby(reversed(chain), key=forms.joined):
             run = list(steps)
             try:
                 found = self._run(run, found, environment)
-            except NotSymbolic:
+            except forms.NotSymbolic:
                 found = self._opaques.term(run[-1], environment)
         return found
 
-    def _run(self, run: list[Operation], left: Symbolic, environment: Environment) -> Symbolic:
+    def _run(self, run: list[forms.Operation], left: forms.Symbolic, environment: Environment) -> forms.Symbolic:
         """Translate adjacent operators of one kind of `joined` with a known left operand."""
         last = run[-1]
         match last:
@@ -202,60 +182,60 @@ class Translation:
             case plan.Logic(_, _, conclusion):
                 if isinstance(left, bool):
                     return self._symbolic(conclusion, environment) if left else True
-                return terms.Implies(as_term(left), as_term(self._symbolic(conclusion, environment)))
+                return terms.Implies(forms.as_term(left), forms.as_term(self._symbolic(conclusion, environment)))
             case _:
                 pass
         for step in run:
             right = self._symbolic(step.right, environment)
-            if not isinstance(left, UNKNOWN) and not isinstance(right, UNKNOWN):
-                left = self._evaluate(with_operands(step, [left, right]), environment)
+            if not isinstance(left, forms.UNKNOWN) and not isinstance(right, forms.UNKNOWN):
+                left = self._evaluate(forms.with_operands(step, [left, right]), environment)
             else:
-                left = operated(step, left, right)
+                left = forms.operated(step, left, right)
         return left
 
     def _junction(
-        self, operator: str, operands: list[plan.Expression], left: Symbolic, environment: Environment
-    ) -> Symbolic:
+        self, operator: str, operands: list[plan.Expression], left: forms.Symbolic, environment: Environment
+    ) -> forms.Symbolic:
         """Combine a known left operand of `and` or `or` with the right one; skip that if the left one decides."""
         decides = operator == "or"
         if left is decides:
             return left
-        members = [left] if isinstance(left, UNKNOWN) else []
+        members = [left] if isinstance(left, forms.UNKNOWN) else []
         for operand in operands:
             found = self._symbolic(operand, environment)
-            if isinstance(found, UNKNOWN):
+            if isinstance(found, forms.UNKNOWN):
                 members.append(found)
             elif found is decides and not members:
                 return found
             elif found is decides:
                 members.append(found)
                 break  # the rest is not evaluated
-        return junction(operator, members)
+        return forms.junction(operator, members)
 
     # ------------------------------------------------------------ lists and methods
 
-    def _size(self, expression: plan.Size, environment: Environment) -> Symbolic | None:
+    def _size(self, expression: plan.Size, environment: Environment) -> forms.Symbolic | None:
         """Return the size of a constructed list without a size yet."""
         slot = self._slots.find(expression.items, environment)
         return terms.CellRef(slot.size) if slot is not None and slot.size is not None else None
 
-    def _for_each(self, expression: plan.ForEach, environment: Environment) -> Symbolic:
-        items = items_of(self._symbolic(expression.items, environment))
-        results: list[Symbolic] = []
+    def _for_each(self, expression: plan.ForEach, environment: Environment) -> forms.Symbolic:
+        items = forms.items_of(self._symbolic(expression.items, environment))
+        results: list[forms.Symbolic] = []
         for item in items:
             results.append(self._symbolic(expression.body, environment.bind(it=cast(Value, item))))
-        return gathered(expression.operator, items, results)
+        return forms.gathered(expression.operator, items, results)
 
-    def _call(self, expression: plan.Call, environment: Environment) -> Symbolic:
+    def _call(self, expression: plan.Call, environment: Environment) -> forms.Symbolic:
         """Inline the expression of a method; other methods wait for their arguments."""
         receiver = expression.receiver
         holder = self._symbolic(receiver, environment) if receiver is not None else environment.instance
-        if isinstance(holder, UNKNOWN):
-            raise NotSymbolic
+        if isinstance(holder, forms.UNKNOWN):
+            raise forms.NotSymbolic
         holder = cast("Value | HasFields", holder)
         method = implementation(expression, holder, environment.plan.methods)
         if isinstance(method.body, plan.External | plan.Undefined):
-            raise NotSymbolic
+            raise forms.NotSymbolic
         given = {name: self._symbolic(value, environment) for name, value in expression.arguments}
         within = inside(expression, holder, environment)
         bindings = dict(within.bindings)
@@ -269,24 +249,24 @@ class Translation:
 
     # ------------------------------------------------------------ truth
 
-    def _truth(self, expression: plan.Expression, environment: Environment) -> Symbolic:
+    def _truth(self, expression: plan.Expression, environment: Environment) -> forms.Symbolic:
         match expression:
             case plan.Not(operand):
                 truth = self._symbolic(operand, environment)
-                return terms.Not(as_term(truth)) if isinstance(truth, UNKNOWN) else not truth
+                return terms.Not(forms.as_term(truth)) if isinstance(truth, forms.UNKNOWN) else not truth
             case plan.Conditional():
                 return self._conditional(expression, environment)
             case plan.Contains():
                 one, other = (self._symbolic(part, environment) for part in plan.parts(expression))
-                if not isinstance(one, UNKNOWN) and not isinstance(other, UNKNOWN):
-                    return self._evaluate(with_operands(expression, [one, other]), environment)
-                return contains(one, other)
+                if not isinstance(one, forms.UNKNOWN) and not isinstance(other, forms.UNKNOWN):
+                    return self._evaluate(forms.with_operands(expression, [one, other]), environment)
+                return forms.contains(one, other)
             case plan.TypeTest(operand):
                 return self._type_test(expression, self._symbolic(operand, environment), environment)
             case _:
                 raise AssertionError("not a truth")
 
-    def _conditional(self, expression: plan.Conditional, environment: Environment) -> Symbolic:
+    def _conditional(self, expression: plan.Conditional, environment: Environment) -> forms.Symbolic:
         """Translate `? :`, whose last branch may be a long chain, as in a table."""
         rows: list[tuple[terms.Term, terms.Term]] = []
         last: plan.Expression = expression
@@ -295,17 +275,40 @@ class Translation:
             if isinstance(truth, bool):
                 last = last.then if truth else last.otherwise
                 continue
-            rows.append((as_term(truth), as_term(self._symbolic(last.then, environment))))
+            rows.append((forms.as_term(truth), forms.as_term(self._symbolic(last.then, environment))))
             last = last.otherwise
         found = self._symbolic(last, environment)
         for condition, then in reversed(rows):
-            found = terms.IfThenElse(condition, then, as_term(found))
+            found = terms.IfThenElse(condition, then, forms.as_term(found))
         return found
 
-    def _type_test(self, expression: plan.TypeTest, operand: Symbolic, environment: Environment) -> Symbolic:
+    def _type_test(
+        self, expression: plan.TypeTest, operand: forms.Symbolic, environment: Environment
+    ) -> forms.Symbolic:
         """Translate a type test of a constructed value by the fields that decide."""
-        if conditions := self.subtypes.deciding_type(operand, expression.type):
+        if conditions := self._deciding_type(operand, expression.type):
             return terms.And(conditions)
-        if isinstance(operand, UNKNOWN):
-            raise NotSymbolic
-        return self._evaluate(with_operands(expression, [operand]), environment)
+        if isinstance(operand, forms.UNKNOWN):
+            raise forms.NotSymbolic
+        return self._evaluate(forms.with_operands(expression, [operand]), environment)
+
+    # ------------------------------------------------------------ conditional subtypes (7.3.8.2.5)
+
+    def _deciding_type(self, value: forms.Symbolic, type_: plan.ValueType) -> tuple[terms.Term, ...]:
+        """Return the conditions for a value to be of a type; empty if decided."""
+        if not isinstance(value, Struct | Actor) or not isinstance(type_, plan.StructType | plan.ActorType):
+            return ()
+        return self.deciding(value, type_.name)
+
+    def deciding(self, value: Struct | Actor, name: str) -> tuple[terms.Term, ...]:
+        """Return the conditions for a value to be of a named type; empty if decided."""
+        slot = self._slots.holding(value)
+        if slot is None or slot.structure is None:
+            return ()
+        latents = {latent.type: latent for latent in slot.structure.latents}
+        conditions: list[terms.Term] = []
+        while name in latents and name not in value.types:
+            latent = latents[name]
+            conditions.append(forms.same(self._field(value, latent.field), latent.value))
+            name = latent.base
+        return tuple(conditions) if name in value.types else ()

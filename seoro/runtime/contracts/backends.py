@@ -69,7 +69,6 @@ class Backend(Protocol):
     @property
     def name(self) -> str:
         """Name of the backend in messages."""
-        ...
 
     def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
         """Return the backend's own name for an actor, or None. Called once per actor, at instantiation.
@@ -78,15 +77,12 @@ class Backend(Protocol):
             actor: Name of the actor in the scenario.
             types: Its type and the inherited types, nearest first.
         """
-        ...
 
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
         """Start the run. Called once, after instantiation and before the first instant."""
-        ...
 
     async def end_run(self) -> None:
         """Stop every robot. Called once, after the last instant and on every path."""
-        ...
 
 
 @runtime_checkable
@@ -99,4 +95,3 @@ class Connected(Protocol):
         Args:
             moment: Time of `time.monotonic` [s].
         """
-        ...

@@ -61,4 +61,3 @@ class ContactSensing(Protocol):
 
     def senses_contacts(self, robot: str) -> bool:
         """Whether all contacts of a robot are reported, including the striker."""
-        ...

@@ -29,7 +29,6 @@ class Child(Protocol):
             The outcome, succeeded or failed; None if the limit or the interrupt cancelled the behavior, after its
             clean-up.
         """
-        ...
 
 
 class Interrupt:
@@ -57,23 +56,18 @@ class ModifierContext(Protocol):
     @property
     def now(self) -> float:
         """Time since the start of the run [s]."""
-        ...
 
     def log(self, message: str, level: str = "info") -> None:
         """Write a message into the trace; levels are `debug`, `info`, `warning` and `error`."""
-        ...
 
     async def sleep(self, duration: float) -> None:
         """Wait for a duration [s]."""
-        ...
 
     async def hold(self) -> NoReturn:
         """Wait until the modifier is cancelled; the modified behavior then has no end of its own."""
-        ...
 
     def allow_contact(self, entities: Sequence[str]) -> AbstractContextManager[None]:
         """Allow robots to touch entities within the behavior during the block; all entities if empty."""
-        ...
 
     def forbid_contact(
         self, robots: Sequence[str], allowed: Sequence[str], interrupt: Interrupt, *, also_struck: bool
@@ -89,4 +83,3 @@ class ModifierContext(Protocol):
         Raises:
             ActionFailed: A robot is unknown.
         """
-        ...

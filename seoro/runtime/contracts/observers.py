@@ -10,4 +10,3 @@ class Observer(Protocol):
 
     def record(self, record: dict[str, Any]) -> None:
         """Receive a record, which must not be changed."""
-        ...

@@ -35,17 +35,14 @@ class RosMessage(Protocol):
     @property
     def members(self) -> Members:
         """Its members."""
-        ...
 
     @property
     def message(self) -> Any:
         """The same message with attributes and numpy arrays."""
-        ...
 
     @property
     def arrived(self) -> float:
         """Time of arrival [s since the epoch]."""
-        ...
 
 
 class RosSubscription(Protocol):
@@ -53,16 +50,13 @@ class RosSubscription(Protocol):
 
     def take_now(self) -> RosMessage | None:
         """Return the oldest unread message, or None."""
-        ...
 
     def when_arrived(self, call: Callable[[], None]) -> None:
         """Call a function once, on the event loop, soon after a message or an error is available."""
-        ...
 
     @property
     def lost(self) -> int:
         """Number of messages dropped from the buffer or lost in transit."""
-        ...
 
 
 class RosPublisher(Protocol):
@@ -73,11 +67,9 @@ class RosPublisher(Protocol):
 
         Without subscribers, return False at once.
         """
-        ...
 
     def publish(self, value: Members) -> None:
         """Publish a message; missing members get their defaults."""
-        ...
 
 
 class GoalResult(Value):
@@ -92,7 +84,6 @@ class RosGoal(Protocol):
 
     async def ended(self) -> GoalResult:
         """Wait for the end of the goal."""
-        ...
 
 
 class FramePose(Value):
@@ -111,11 +102,9 @@ class RosFrames(Protocol):
 
     async def next_pose(self, frame: str, parent: str) -> FramePose:
         """Wait for the pose of a frame in another frame, newer than the last one returned."""
-        ...
 
     def absence(self, frame: str, parent: str) -> str:
         """Return why the pose of a frame in another is unknown; empty if it is known."""
-        ...
 
 
 class RosClock(Protocol):
@@ -123,16 +112,13 @@ class RosClock(Protocol):
 
     def at(self, arrived: float) -> float | None:
         """Return the system time [s] for an arrival [s since the epoch]; None before the first clock message."""
-        ...
 
     async def wait_until(self, moment: float) -> None:
         """Wait until a time [s], or until the clock jumps."""
-        ...
 
     @property
     def jumps(self) -> int:
         """Number of jumps so far."""
-        ...
 
 
 class RosRecording(Protocol):
@@ -140,12 +126,10 @@ class RosRecording(Protocol):
 
     async def wait_complete(self) -> None:
         """Wait until all required topics are recorded."""
-        ...
 
     @property
     def missing(self) -> tuple[str, ...]:
         """Required topics that are not recorded yet."""
-        ...
 
 
 @runtime_checkable
@@ -154,27 +138,21 @@ class Ros2System(Protocol):
 
     def loss_since(self, moment: float) -> str:
         """See `backends.Connected`."""
-        ...
 
     def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosPublisher]:
         """Create a publisher of a topic; `qos` is one of `qos_preset_profiles`."""
-        ...
 
     def subscribing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosSubscription]:
         """Create a subscription to a topic."""
-        ...
 
     async def wait_for(self, wanted: Sequence[Wanted]) -> None:
         """Wait until all wanted entities exist at the same time; entities of this run do not count."""
-        ...
 
     def missing(self, wanted: Sequence[Wanted]) -> tuple[str, ...]:
         """Describe the wanted entities that do not exist now, in a few words each."""
-        ...
 
     async def call(self, service: str, type_name: str, request: Members) -> Members:
         """Call a service and return its response; wait for a server first."""
-        ...
 
     def sending_goal(
         self,
@@ -196,18 +174,15 @@ class Ros2System(Protocol):
             note: Called if the goal cannot be canceled.
             late: Whether to receive feedback that was published before.
         """
-        ...
 
     async def set_parameter(self, node: str, name: str, text: str) -> None:
         """Set a node parameter from text, parsed as the declared type, otherwise as YAML."""
-        ...
 
     def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
         """Follow the states of a lifecycle node: the present state, then each change.
 
         The state is `gone` while the node does not exist.
         """
-        ...
 
     def clock(self, note: Note) -> AbstractAsyncContextManager[RosClock]:
         """Follow the time of the system: `/clock` if it is published, otherwise the clock of this machine.
@@ -215,21 +190,12 @@ class Ros2System(Protocol):
         Args:
             note: Called when the clock jumps, unless another follower was notified.
         """
-        ...
 
     def frames(self, namespace: str, note: Note) -> AbstractAsyncContextManager[RosFrames]:
         """Follow the frames published in a namespace; empty for the root."""
-        ...
 
     def recording(
-        self,
-        folder: Path,
-        topics: Sequence[str],
-        note: Note,
-        *,
-        storage: str,
-        hidden: bool,
-        use_sim_time: bool,
+        self, folder: Path, topics: Sequence[str], note: Note, *, storage: str, hidden: bool, use_sim_time: bool
     ) -> AbstractAsyncContextManager[RosRecording]:
         """Record topics into a new bag; all topics if none is named.
 
@@ -241,7 +207,6 @@ class Ros2System(Protocol):
             hidden: Whether to record hidden topics (a part of the name begins with `_`).
             use_sim_time: Whether to stamp messages with `/clock`.
         """
-        ...
 
     async def play(
         self, bag: Path, topics: Sequence[str], note: Note, *, start_offset: float, clock_rate: float | None
@@ -255,4 +220,3 @@ class Ros2System(Protocol):
             start_offset: Time to skip at the start [s].
             clock_rate: Rate at which to publish `/clock` [1/s]; None for never.
         """
-        ...

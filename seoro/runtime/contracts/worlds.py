@@ -14,35 +14,27 @@ class Simulation(Protocol):
 
     async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
         """Spawn a model from the model path; return its actual name."""
-        ...
 
     async def spawn_entities(self, entities: Sequence[tuple[str, str, Pose3D]]) -> None:
         """Spawn entities (name, model, pose) in order. A failure does not remove those already spawned."""
-        ...
 
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """Return the pose `distance` [m] ahead of a frame, in the parent frame."""
-        ...
 
     async def delete_entity(self, name: str) -> None:
         """Delete an entity."""
-        ...
 
     async def entities(self) -> tuple[str, ...]:
         """Return the names of all entities."""
-        ...
 
     async def set_entity_state(self, name: str, pose: Pose3D, velocity: Velocity6D) -> None:
         """Set the pose and velocity of an entity."""
-        ...
 
     async def step_simulation(self, steps: int) -> None:
         """Run physics steps while paused."""
-        ...
 
     async def reset_simulation(self) -> None:
         """Reset every entity to its initial state and delete spawned entities; time goes on."""
-        ...
 
 
 @runtime_checkable
@@ -56,7 +48,6 @@ class Worlds(Protocol):
         world may not have. Spawned entities are deleted and robots lose their state. A world without a robot that
         an actor of the run uses is refused.
         """
-        ...
 
 
 @runtime_checkable
@@ -65,7 +56,6 @@ class Snapshots(Protocol):
 
     async def save_snapshot(self, name: str) -> None:
         """Save the state under a name, replacing an earlier state of that name."""
-        ...
 
     async def restore_snapshot(self, name: str, seed: int | None) -> None:
         """Restore a state that was saved in this run.
@@ -77,4 +67,3 @@ class Snapshots(Protocol):
             name: Name of the state.
             seed: Seed for random numbers from there on; None to repeat those drawn then.
         """
-        ...

@@ -1,4 +1,4 @@
-"""Buckets of coverage items (7.5.5, 7.5.7): their number, and the bucket of a value.
+"""Buckets of coverage items (7.5.5, 7.5.7): their number, the bucket of a value, and the count of samples.
 
 A boundary belongs to the bucket above it, and the last bucket is closed (7.5 is silent). `[10..130]` in
 slices of 10 thus has twelve buckets, and 130 is in the last.
@@ -8,10 +8,23 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
+from dataclasses import field
 from typing import assert_never
 
-from seoro.lang.plan import Buckets, Distinct, EachValue, Edges, Levels, Slices
+from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.lang.plan import (
+    AnyCoverageItem,
+    Buckets,
+    CoverageItem,
+    Distinct,
+    EachValue,
+    Edges,
+    Levels,
+    PhaseEvent,
+    Slices,
+)
 from seoro.runtime.values.values import Value, plain
+from seoro.runtime.verdict import ItemCoverage
 
 _LEVELS = ("low", "medium", "high")
 
@@ -83,3 +96,45 @@ def _slice(width: float, value: float) -> str | None:
 def _number(value: Value) -> float:
     assert isinstance(value, int | float), "checked: only numbers have boundaries"
     return value
+
+
+@lazy_dataclass
+class Tally:
+    """Counts samples of an item, over all instances of its type.
+
+    Args:
+        item: The item.
+        total: Number of buckets.
+    """
+
+    item: AnyCoverageItem
+    total: int | None
+    counts: dict[str, int] = field(default_factory=dict)
+    outside: int = 0
+    ignored: int = 0
+    illegal: int = 0
+
+    def count(self, bucket: str | None) -> None:
+        """Count a sample; None for a value outside all buckets."""
+        if bucket is None:
+            self.outside += 1
+        else:
+            self.counts[bucket] = self.counts.get(bucket, 0) + 1
+
+    def result(self) -> ItemCoverage:
+        """Return the current result."""
+        item = self.item
+        unit = item.unit if isinstance(item, CoverageItem) else None
+        return ItemCoverage(
+            item=f"{item.owner}.{item.name}",
+            kind=item.kind,
+            event=item.event.phase.value if isinstance(item.event, PhaseEvent) else item.event.name,
+            unit=unit.name if unit is not None else "",
+            text=item.text,
+            target=item.target,
+            buckets=tuple(self.counts.items()),
+            total=self.total,
+            outside=self.outside,
+            ignored=self.ignored,
+            illegal=self.illegal,
+        )

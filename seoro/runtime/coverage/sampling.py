@@ -21,14 +21,11 @@ from seoro.lang import frozen, plan
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
-from seoro.runtime.coverage.buckets import bucket_of, number_of
-from seoro.runtime.coverage.tally import Tally
+from seoro.runtime.coverage.buckets import Tally, bucket_of, number_of
 from seoro.runtime.expressions.evaluation import evaluate
-from seoro.runtime.instances.holding import newly_held
-from seoro.runtime.instances.instances import types_of
+from seoro.runtime.instances.instances import newly_held, types_of
 from seoro.runtime.trace.records import Trace
-from seoro.runtime.values.environment import Environment, EvaluationError, Seed
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import Environment, EvaluationError, MethodContext, Seed
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value, plain
 from seoro.runtime.verdict import ItemCoverage
 

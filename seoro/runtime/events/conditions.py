@@ -27,8 +27,8 @@ from seoro.lang.plan import Binding, Elapsed, EventCondition, Every, Expression,
 from seoro.runtime.events.ticks import Ticks, first_and_period, seconds
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.kernel.clock import TIME_DIGITS
-from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.kernel.timers import Timer
 from seoro.runtime.values.environment import Environment, EvaluationError, NotInvoked, Reads
 from seoro.runtime.values.values import HasFields, Range

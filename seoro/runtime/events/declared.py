@@ -14,8 +14,8 @@ from seoro.lang.plan import OwnEvent, Phase
 from seoro.runtime.events.occurrence import APPLICATION
 from seoro.runtime.instances.instances import Composed, Instance, event_name, phase_name
 from seoro.runtime.kernel.channel import Channel, Occurrence
-from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.values.values import Actor, Struct, Value, plain
 
 
@@ -52,7 +52,6 @@ class Emitted(Protocol):
             is_derived: Whether its specification occurred, without an `emit`.
             origin: Emitter other than the scenario.
         """
-        ...
 
 
 class Events:

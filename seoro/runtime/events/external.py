@@ -1,4 +1,4 @@
-"""Events that an application emits while a scenario runs; declared before the run.
+"""Events that an application emits while a scenario runs; declared before the run. Names of all events of a run.
 
 Events of the entry scenario are named as in the scenario (`operator_ready`) or in the trace
 (`main.operator_ready`), those of an actor with the actor (`robot.released`).
@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from seoro.errors import UsageError
 from seoro.lang.frozen import Frozen
-from seoro.lang.plan import Event, Phase, Plan, ValueType
+from seoro.lang.plan import Declaration, Event, ObjectType, Phase, Plan, Scenario, ValueType, behaviors_in
+from seoro.runtime.contracts.backends import BACKEND_EVENTS
 from seoro.runtime.events.occurrence import without_attempts
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Instance
@@ -20,7 +21,7 @@ from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.given import InvalidValue, given_value, type_text
 from seoro.runtime.values.values import Actor, Value
 
-_PHASES = frozenset(phase.value for phase in Phase)
+_PHASES = tuple(phase.value for phase in Phase)
 
 
 class ExternalEvent(Frozen):
@@ -158,3 +159,48 @@ def events_of(plan: Plan, types: Iterable[str]) -> tuple[Event, ...]:
     """Return the events of a struct or an actor; its nearest type has all of them."""
     declared = plan.object_type(types)
     return declared.events if declared is not None else ()
+
+
+def trace_name(name: str, plan: Plan, entry: Instance, has_backends: bool) -> str:
+    """Return the name of an event in the trace.
+
+    Args:
+        name: As in the entry scenario (`go`, `x.end`, `robot.arrived`) or in traces (`main.go`).
+        plan: The plan.
+        entry: Instance of the entry scenario.
+        has_backends: Whether simulators or robots take part, which report events.
+
+    Raises:
+        UsageError: The run cannot have such an event.
+    """
+    name, path = without_attempts(name), entry.path
+    own = dict.fromkeys((*_PHASES, *_names(entry.declaration), *_of_labels(plan.scenarios[plan.entry])))
+    actors = [f"{name}.{event.name}" for name, actor in actors_in(entry) for event in events_of(plan, actor.types)]
+    of_types = [f"{name}.{event}" for name, each in plan.objects.items() for event in _names(each)]
+    others = dict.fromkeys((*actors, *of_types, *(BACKEND_EVENTS if has_backends else ())))
+    if name in others:
+        return name
+    for known in own:
+        if name in (known, f"{path}.{known}"):
+            return f"{path}.{known}"
+    if name.startswith(f"{path}/") and name.rpartition("].")[2] in _inner_names(plan):
+        return name
+    listed = ", ".join(f"`{each}`" for each in (*own, *others))
+    raise UsageError(f"unknown event `{name}` (events of this run: {listed})")
+
+
+def _inner_names(plan: Plan) -> set[str]:
+    """Return the names of events of invoked scenarios, actions and modifiers, without paths."""
+    declared = (*plan.scenarios.values(), *plan.actions.values(), *plan.modifiers.values())
+    labelled = (name for scenario in plan.scenarios.values() for name in _of_labels(scenario))
+    return {*_PHASES, *(name for each in declared for name in _names(each)), *labelled}
+
+
+def _names(declared: Declaration | ObjectType) -> Iterator[str]:
+    return (event.name for event in declared.events)
+
+
+def _of_labels(scenario: Scenario) -> Iterator[str]:
+    """Yield the names of the predefined events of labelled behaviors."""
+    labels = (behavior.label for behavior in behaviors_in(scenario.body))
+    return (f"{label}.{phase}" for label in labels if label for phase in _PHASES)

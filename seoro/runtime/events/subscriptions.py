@@ -27,8 +27,8 @@ from seoro.runtime.events.declared import Events
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Composed, Instance
 from seoro.runtime.kernel.channel import Occurrence, OnReceive, Subscription
-from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.values import Actor, HasFields, Struct
 

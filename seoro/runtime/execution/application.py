@@ -8,8 +8,7 @@ from functools import partial
 
 from seoro.errors import UsageError
 from seoro.lang.plan import Plan
-from seoro.runtime.events.event_names import EventNames
-from seoro.runtime.events.external import Emission, ExternalEvents
+from seoro.runtime.events.external import Emission, ExternalEvents, trace_name
 from seoro.runtime.events.occurrence import Occurrence
 from seoro.runtime.execution.services import Services
 from seoro.runtime.execution.settings import Settings
@@ -59,7 +58,7 @@ class Application:
         Raises:
             UsageError: The run cannot have such an event.
         """
-        return EventNames(self._plan, self._entry, bool(self._settings.backends)).find(name)
+        return trace_name(name, self._plan, self._entry, bool(self._settings.backends))
 
     def begin(self, services: Services) -> None:
         """Start emissions. Called in the first instant, with the services of the run."""

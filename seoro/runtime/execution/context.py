@@ -1,10 +1,14 @@
-"""`ExecutionContext`: the context of a behavior: its task, scenario, position and name."""
+"""`ExecutionContext`: the context of a behavior: its task, scenario, position and name.
+
+Explanations read the current activities from the `BehaviorScope` of each behavior.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from copy import copy
 from dataclasses import replace
+from typing import Any, TypeAlias
 
 from seoro.lang.plan import Behavior, Elapsed, EventSpecification, Literal
 from seoro.lang.source import Span
@@ -16,9 +20,8 @@ from seoro.runtime.instances.instances import Composed, Instance
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import OnReceive, Subscription
 from seoro.runtime.kernel.clock import TIME_DIGITS
-from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.kernel.scheduler import Scheduler
-from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task import CausalPast, Task
 from seoro.runtime.values.environment import Environment, Seed
 from seoro.runtime.values.values import HasFields, Value
 from seoro.runtime.verdict import Outcome
@@ -297,3 +300,42 @@ class Invoked:
         self.renew(context)
         self._is_taken = True
         return self.instance
+
+
+class BehaviorScope(CancelScope):
+    """Scope of a behavior.
+
+    Args:
+        behavior: The behavior.
+        context: Its context.
+    """
+
+    __slots__ = ("behavior", "context", "since")
+
+    def __init__(self, behavior: Behavior, context: ExecutionContext) -> None:
+        self.task = context.task  # without `super`, to save time for each behavior
+        self.outcome = None
+        self.behavior = behavior
+        self.context = context
+        self.since = context.services.scheduler.now  # [s]
+
+
+def behaviors_of(task: Task) -> list[BehaviorScope]:
+    """Return the running behaviors of a task, the innermost first."""
+    found: list[BehaviorScope] = []
+    scope = task.scope
+    while scope is not None and scope.task is task:
+        if isinstance(scope, BehaviorScope):
+            found.append(scope)
+        scope = scope.outer
+    return found
+
+
+Perform: TypeAlias = Callable[[Behavior, ExecutionContext], Awaitable[Outcome]]
+"""Runs a behavior."""
+
+PerformMember: TypeAlias = Callable[[Task, Behavior, int, ExecutionContext], Coroutine[Any, Any, Outcome]]
+"""Runs a member of a composition in a task of its own, given its index and the composition's context."""
+
+Carry: TypeAlias = Callable[[ExecutionContext], Awaitable[Outcome]]
+"""Runs a certain behavior in a context."""

@@ -1,4 +1,6 @@
-"""A run inside another program: cancellation by the program becomes an orderly stop.
+"""The edges of a run: a program around it may cancel it, and its backends end with it.
+
+A cancellation by the program becomes an orderly stop.
 
 Cancel scopes of anyio cancel repeatedly, at every await, which would interrupt clean-ups. A program with such
 scopes has imported anyio; other programs need no protection.
@@ -7,8 +9,11 @@ scopes has imported anyio; other programs need no protection.
 from __future__ import annotations
 
 import sys
-from collections.abc import AsyncGenerator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncGenerator, Callable, Sequence
+from contextlib import asynccontextmanager, suppress
+
+from seoro.errors import BackendError
+from seoro.runtime.contracts.backends import Backend
 
 
 @asynccontextmanager
@@ -36,3 +41,17 @@ async def shielded(stop: Callable[[], None]) -> AsyncGenerator[None]:
         with anyio.CancelScope(shield=True):
             yield
         watch.cancel_scope.cancel()
+
+
+async def end_backends(backends: Sequence[Backend], grace: float) -> None:
+    """Stop the robots of all backends, the last backend first. Lost backends are skipped.
+
+    Args:
+        backends: Backends of the run.
+        grace: Time limit for each backend [s].
+    """
+    import anyio  # noqa: PLC0415 - runs without backends need none of it
+
+    for backend in reversed(backends):
+        with anyio.move_on_after(grace), suppress(BackendError):
+            await backend.end_run()

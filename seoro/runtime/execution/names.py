@@ -4,49 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from seoro.lang.plan import (
-    Behavior,
-    CallMethod,
-    Emit,
-    InvokeAction,
-    InvokeScenario,
-    OneOf,
-    Parallel,
-    Serial,
-    Wait,
-)
+from seoro.lang import plan
 
-_KINDS: Mapping[type[Behavior], str] = {
-    Serial: "serial",
-    Parallel: "parallel",
-    OneOf: "one_of",
-    Wait: "wait",
-    Emit: "emit",
-    CallMethod: "call",
-    InvokeAction: "action",
-    InvokeScenario: "scenario",
+_KINDS: Mapping[type[plan.Behavior], str] = {
+    plan.Serial: "serial",
+    plan.Parallel: "parallel",
+    plan.OneOf: "one_of",
+    plan.Wait: "wait",
+    plan.Emit: "emit",
+    plan.CallMethod: "call",
+    plan.InvokeAction: "action",
+    plan.InvokeScenario: "scenario",
 }
 
 
-def type_of(behavior: Behavior) -> str:
+def type_of(behavior: plan.Behavior) -> str:
     """Return the kind of a behavior, as in the trace."""
     return _KINDS[type(behavior)]
 
 
-def name_of(behavior: Behavior) -> str:
+def name_of(behavior: plan.Behavior) -> str:
     """Return the label of a behavior, otherwise the name that it invokes, otherwise its kind."""
     if behavior.label:
         return behavior.label
     match behavior:
-        case InvokeAction() | InvokeScenario():
+        case plan.InvokeAction() | plan.InvokeScenario():
             return invoked_name(behavior)
         case _:
             return type_of(behavior)
 
 
-def invoked_name(invocation: InvokeAction | InvokeScenario) -> str:
+def invoked_name(invocation: plan.InvokeAction | plan.InvokeScenario) -> str:
     """Return the invoked name as in the scenario: on its actor, not on the declaring type."""
-    name = invocation.action if isinstance(invocation, InvokeAction) else invocation.scenario
+    name = invocation.action if isinstance(invocation, plan.InvokeAction) else invocation.scenario
     if invocation.actor is None:
         return name
     actor, short = invocation.actor.span.text, name.rpartition(".")[2]
@@ -64,7 +54,7 @@ class Location:
 
     __slots__ = ("_behavior", "_index", "_outer", "_text")
 
-    def __init__(self, outer: Location | None, behavior: Behavior | None, index: int) -> None:
+    def __init__(self, outer: Location | None, behavior: plan.Behavior | None, index: int) -> None:
         self._outer = outer
         self._behavior = behavior
         self._index = index

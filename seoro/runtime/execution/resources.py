@@ -1,23 +1,123 @@
-"""Resources shared by the actions of one run: shared objects, background resources, exclusive uses and logs."""
+"""Resources shared by the actions of one run: shared objects, background resources, exclusive uses and logs.
+
+An action with `@action(..., uses=...)` starts when the part of its actor, such as its base, is free. Two parallel
+actions that use the same part are a fault of the scenario. Once the instant of the second invocation has otherwise
+settled, the run ends as an error that names both. Until then the first action may end or be cancelled. A cancelled
+action is awaited, since its clean-up still uses the part.
+"""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import AsyncGenerator, Callable, Iterable
+from contextlib import asynccontextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
+from seoro.lang.frozen import Value
+from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.source import Span
 from seoro.runtime.execution.blocking import ThreadUsage
-from seoro.runtime.execution.exclusive_use import ExclusiveUses
 from seoro.runtime.kernel.scheduler import Scheduler
+from seoro.runtime.kernel.task import Task, Waiter
 from seoro.runtime.trace.records import Trace
+from seoro.runtime.values.values import Actor
 from seoro.runtime.verdict import RunStatus
 
 if TYPE_CHECKING:
     from seoro.runtime.execution.background import BackgroundResources
-
 T = TypeVar("T")
 Decide: TypeAlias = Callable[[RunStatus, str, Span | None], None]
+
+
+class Use(Value):
+    """Part of an actor.
+
+    Args:
+        actor: The actor; None for a part of the run.
+        what: Name of the part.
+    """
+
+    actor: Actor | None
+    what: str
+
+    def __str__(self) -> str:
+        return f"`{self.what}`" + (f" of `{self.actor.name}`" if self.actor is not None else "")
+
+
+@lazy_dataclass
+class _User:
+    """Invocation that uses a part, or waits for it."""
+
+    name: str
+    span: Span
+    waiter: Waiter
+    is_admitted: bool = False
+
+    @property
+    def task(self) -> Task:
+        """Its task."""
+        return self.waiter.task
+
+
+class ExclusiveUses:
+    """Exclusive uses in one run.
+
+    Args:
+        scheduler: Scheduler of the run.
+        decide: Ends the run.
+    """
+
+    def __init__(self, scheduler: Scheduler, decide: Decide) -> None:
+        self._scheduler = scheduler
+        self._decide = decide
+        self._queues: dict[Use, list[_User]] = {}  # the first of each queue uses the part
+
+    @asynccontextmanager
+    async def alone(self, use: Use, task: Task, name: str, span: Span) -> AsyncGenerator[None]:
+        """Use a part exclusively during the block.
+
+        Args:
+            use: The part.
+            task: Task of the user.
+            name: Name of the invocation, for messages.
+            span: Its text.
+        """
+        user = _User(name, span, Waiter(task))
+        queue = self._queues.setdefault(use, [])
+        # At commit, so that the order of steps does not decide which user is first.
+        self._scheduler.at_commit(task.path, partial(self._enter, use, user))
+        try:
+            await self._scheduler.wait(user.waiter)
+            yield
+        finally:
+            if user in queue:
+                queue.remove(user)
+                self._scheduler.at_commit(task.path, partial(self._admit, use))
+
+    def _enter(self, use: Use, user: _User) -> None:
+        if not user.waiter.over:  # otherwise it was cancelled in the delta cycle of its arrival
+            self._queues[use].append(user)
+            self._admit(use)
+
+    def _admit(self, use: Use) -> None:
+        """Admit the first user, and check for others when the instant has settled."""
+        queue = self._queues[use]
+        if queue and not queue[0].is_admitted:
+            queue[0].is_admitted = True
+            self._scheduler.wake(queue[0].waiter)
+        if len(queue) > 1:
+            self._scheduler.when_settled(partial(self._judge, use))
+
+    def _judge(self, use: Use) -> None:
+        queue = self._queues[use]
+        if len(queue) > 1 and not queue[0].task.is_cancelled:
+            first, second = queue[:2]
+            reason = (
+                f"`{second.name}` uses the {use} while `{first.name}` ({first.span}) uses it; "
+                "one action at a time may use it"
+            )
+            self._decide(RunStatus.ERROR, reason, second.span)
 
 
 class RunResources:

@@ -12,11 +12,7 @@ from weakref import WeakSet
 
 from seoro.lang import frozen
 from seoro.lang.lazy_dataclass import lazy_dataclass
-from seoro.lang.plan import (
-    Override,
-    Plan,
-    Sample,
-)
+from seoro.lang.plan import Override, Plan, Sample
 from seoro.lang.source import Span
 from seoro.runtime.events.conditions import Conditions
 from seoro.runtime.events.declared import Events
@@ -28,8 +24,7 @@ from seoro.runtime.kernel.cancel_scope import cancel_task
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.kernel.task import Task
 from seoro.runtime.trace.records import Trace
-from seoro.runtime.values.environment import Environment, EvaluationError, Seed
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import Environment, EvaluationError, MethodContext, Seed
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value, plain
 from seoro.runtime.verdict import Cancelled, RunStatus
 
@@ -74,7 +69,6 @@ class Entry(Protocol):
     @property
     def instance(self) -> Instance | Composed:
         """Latest instance."""
-        ...
 
 
 @lazy_dataclass

@@ -5,24 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from seoro.lang.plan import (
-    Action,
-    Behavior,
-    DeclaredEvent,
-    Emit,
-    EventReference,
-    InvokeAction,
-    InvokeScenario,
-    LabelEvent,
-    MemberEvent,
-    OneOf,
-    Parallel,
-    PhaseEvent,
-    Plan,
-    Scenario,
-    Serial,
-)
-from seoro.runtime.execution.running import BehaviorScope, behaviors_of
+from seoro.lang import plan as plan_
+from seoro.runtime.execution.context import BehaviorScope, behaviors_of
 from seoro.runtime.explain.readings import short
 from seoro.runtime.explanation import Emitter, OngoingBehavior
 
@@ -31,17 +15,19 @@ if TYPE_CHECKING:
 
 _MOST = 5  # of one event
 
-Declaration = Scenario | Action
+Declaration = plan_.Scenario | plan_.Action
 
 
 class _Found(NamedTuple):
     """An `emit`, or a labelled member, with its enclosing behaviors from the outermost."""
 
-    behavior: Behavior
-    around: tuple[Behavior, ...]
+    behavior: plan_.Behavior
+    around: tuple[plan_.Behavior, ...]
 
 
-def emitters_of(reference: EventReference, declaration: Declaration, services: Services) -> tuple[Emitter, ...]:
+def emitters_of(
+    reference: plan_.EventReference, declaration: Declaration, services: Services
+) -> tuple[Emitter, ...]:
     """Return the possible emitters of an event in the plan.
 
     Args:
@@ -57,31 +43,31 @@ def emitters_of(reference: EventReference, declaration: Declaration, services: S
     return tuple(_emitter(each, services, open_) for each in found)
 
 
-def _find(reference: EventReference, declaration: Declaration, plan: Plan) -> Iterator[_Found]:
+def _find(reference: plan_.EventReference, declaration: Declaration, plan: plan_.Plan) -> Iterator[_Found]:
     match reference:
-        case DeclaredEvent(name):
+        case plan_.DeclaredEvent(name):
             yield from _emits(name, declaration, plan)
-        case PhaseEvent(label) if label is not None:
+        case plan_.PhaseEvent(label) if label is not None:
             yield from (found for found in _members(declaration) if found.behavior.label == label)
-        case LabelEvent(label, event):
+        case plan_.LabelEvent(label, event):
             for found in _members(declaration):
                 if found.behavior.label == label:
                     yield from _find_invoked(event, found.behavior, plan)
-        case PhaseEvent() | MemberEvent():
+        case plan_.PhaseEvent() | plan_.MemberEvent():
             return
 
 
-def _find_invoked(event: EventReference, behavior: Behavior, plan: Plan) -> Iterator[_Found]:
+def _find_invoked(event: plan_.EventReference, behavior: plan_.Behavior, plan: plan_.Plan) -> Iterator[_Found]:
     match behavior:
-        case InvokeScenario(scenario=name):
+        case plan_.InvokeScenario(scenario=name):
             yield from _find(event, plan.scenarios[name], plan)
-        case InvokeAction(action=name):
+        case plan_.InvokeAction(action=name):
             yield from _find(event, plan.actions[name], plan)
         case _:
             return
 
 
-def _emits(name: str, declaration: Declaration, plan: Plan) -> Iterator[_Found]:
+def _emits(name: str, declaration: Declaration, plan: plan_.Plan) -> Iterator[_Found]:
     """Yield the `emit`s of an event in a scenario or action, its bases and its derived declarations."""
     family = {declaration.name, *declaration.bases}
     others: list[Declaration] = [*plan.scenarios.values(), *plan.actions.values()]
@@ -91,19 +77,19 @@ def _emits(name: str, declaration: Declaration, plan: Plan) -> Iterator[_Found]:
         reactions = [_Found(member, ()) for on in other.on for member in on.members]
         for found in (*_members(other), *reactions):
             match found.behavior:
-                case Emit(event=DeclaredEvent(emitted)) if emitted == name:
+                case plan_.Emit(event=plan_.DeclaredEvent(emitted)) if emitted == name:
                     yield found
 
 
 def _members(declaration: Declaration) -> Iterator[_Found]:
-    body = declaration.body if isinstance(declaration, Scenario) else None
+    body = declaration.body if isinstance(declaration, plan_.Scenario) else None
     if body is not None:
         yield from _inside(body, ())
 
 
-def _inside(behavior: Behavior, around: tuple[Behavior, ...]) -> Iterator[_Found]:
+def _inside(behavior: plan_.Behavior, around: tuple[plan_.Behavior, ...]) -> Iterator[_Found]:
     yield _Found(behavior, around)
-    if isinstance(behavior, Serial | Parallel | OneOf):
+    if isinstance(behavior, plan_.Serial | plan_.Parallel | plan_.OneOf):
         for member in behavior.members:
             yield from _inside(member, (*around, behavior))
 
@@ -112,7 +98,7 @@ def _emitter(
     found: _Found, services: Services, open_: dict[int, tuple[BehaviorScope, list[BehaviorScope]]]
 ) -> Emitter:
     behavior = found.behavior
-    text = short(behavior.span.text) if isinstance(behavior, Emit) else f"the end of `{behavior.label}`"
+    text = short(behavior.span.text) if isinstance(behavior, plan_.Emit) else f"the end of `{behavior.label}`"
     time = services.emitted.get(id(behavior))
     return Emitter(text, behavior.span, time, _before(found, open_) if time is None else None)
 
@@ -122,8 +108,8 @@ def _before(found: _Found, open_: dict[int, tuple[BehaviorScope, list[BehaviorSc
     for each in (found.behavior, *reversed(found.around)):
         if id(each) in open_:
             running, stack = open_[id(each)]
-            is_known = each is found.behavior or isinstance(each, Serial)
-            return ongoing(stack[-1] if isinstance(each, Serial) else running) if is_known else None
+            is_known = each is found.behavior or isinstance(each, plan_.Serial)
+            return ongoing(stack[-1] if isinstance(each, plan_.Serial) else running) if is_known else None
     return None
 
 
@@ -131,9 +117,9 @@ def ongoing(running: BehaviorScope) -> OngoingBehavior:
     """Convert a running behavior into data."""
     behavior, context = running.behavior, running.context
     match behavior:
-        case Serial() | Parallel() | OneOf():
+        case plan_.Serial() | plan_.Parallel() | plan_.OneOf():
             text = behavior.label or type(behavior).__name__.lower()
-        case InvokeScenario() | InvokeAction():
+        case plan_.InvokeScenario() | plan_.InvokeAction():
             text = context.path.rpartition("/")[2].partition("[")[0]
         case _:
             text = short(behavior.span.text)

@@ -10,22 +10,8 @@ from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from seoro.lang.plan import (
-    CallMethod,
-    DeclaredEvent,
-    Elapsed,
-    Emit,
-    EventSpecification,
-    InvokeAction,
-    InvokeScenario,
-    Modifier,
-    OneOf,
-    OnEvent,
-    Serial,
-    Until,
-    Wait,
-)
-from seoro.runtime.execution.running import BehaviorScope, behaviors_of
+from seoro.lang import plan as plan_
+from seoro.runtime.execution.context import BehaviorScope, behaviors_of
 from seoro.runtime.explain.emitters import emitters_of, ongoing
 from seoro.runtime.explain.readings import read_arguments, read_condition, short
 from seoro.runtime.explanation import Activity, Explanation, Kind, OngoingBehavior
@@ -47,7 +33,7 @@ def explain_action(context: ExecutionContext, instance: Instance) -> Explanation
     services = context.services
     behaviors = behaviors_of(context.task)
     behavior = behaviors[0].behavior if behaviors else None
-    invocation = behavior if isinstance(behavior, InvokeAction) else None
+    invocation = behavior if isinstance(behavior, plan_.InvokeAction) else None
     names = instance.declaration.structure.fields
     return Explanation(
         services.scheduler.now, context.path, read_arguments(invocation, instance, names, services.plan)
@@ -68,8 +54,8 @@ def explain(services: Services, tasks: Sequence[Task], path: str, failed: Span |
     shown = [
         (task, last)
         for task, last in running
-        if not isinstance(last.behavior, Emit)
-        and not (isinstance(last.behavior, InvokeAction) and last.behavior.span == failed)
+        if not isinstance(last.behavior, plan_.Emit)
+        and not (isinstance(last.behavior, plan_.InvokeAction) and last.behavior.span == failed)
     ]
     activities = tuple(
         activity for task, last in islice(shown, _MOST) for activity in _activity(task, last, services)
@@ -81,18 +67,18 @@ def _activity(task: Task, running: BehaviorScope, services: Services) -> Iterato
     behavior, context, since = running.behavior, running.context, running.since
     held = services.waits.get(task)
     match behavior:
-        case Wait(event=specification):
+        case plan_.Wait(event=specification):
             environment = context.environment()
             yield _awaiting(Kind.WAITS, ongoing(running), specification, environment, context, since)
         case _ if held is not None:
             what = OngoingBehavior(short(held.text), held, context.path, since)
-            untils = [each for each in getattr(behavior, "modifications", ()) if isinstance(each, Until)]
+            untils = [each for each in getattr(behavior, "modifications", ()) if isinstance(each, plan_.Until)]
             until = next((each for each in untils if each.span == held), None)
             if until is None:
                 yield Activity(Kind.HOLDS, what)
             else:
                 yield _awaiting(Kind.HOLDS, what, until.event, context.environment(), context, since)
-        case Serial() | OneOf() | InvokeScenario() | CallMethod():
+        case plan_.Serial() | plan_.OneOf() | plan_.InvokeScenario() | plan_.CallMethod():
             return  # between its members
         case _:
             yield Activity(Kind.RUNS, ongoing(running))
@@ -101,30 +87,30 @@ def _activity(task: Task, running: BehaviorScope, services: Services) -> Iterato
 def _awaiting(
     kind: Kind,
     what: OngoingBehavior,
-    specification: EventSpecification,
+    specification: plan_.EventSpecification,
     environment: Environment,
     context: ExecutionContext,
     since: float,
 ) -> Activity:
     """Make the activity of a wait for an event specification."""
     services, plan = context.services, context.services.plan
-    if not isinstance(specification, OnEvent):
+    if not isinstance(specification, plan_.OnEvent):
         due = _due(specification, environment, since)
         return Activity(kind, what, due, read_condition(specification, environment, plan))
     readings = read_condition(specification.condition, environment, plan) if specification.name is None else ()
     reference = specification.event
-    if isinstance(reference, DeclaredEvent):
+    if isinstance(reference, plan_.DeclaredEvent):
         derived = context.instance.events[reference.name].specification
-        if derived is not None and not isinstance(derived, OnEvent):
+        if derived is not None and not isinstance(derived, plan_.OnEvent):
             readings += read_condition(derived, environment, plan)
     declaration = context.instance.declaration
-    assert not isinstance(declaration, Modifier), "modifiers have no behaviors of their own"
+    assert not isinstance(declaration, plan_.Modifier), "modifiers have no behaviors of their own"
     emitters = emitters_of(reference, declaration, services)
     return Activity(kind, what, None, readings, short(reference.span.text), emitters)
 
 
-def _due(specification: EventSpecification, environment: Environment, since: float) -> float | None:
-    if not isinstance(specification, Elapsed):
+def _due(specification: plan_.EventSpecification, environment: Environment, since: float) -> float | None:
+    if not isinstance(specification, plan_.Elapsed):
         return None
     try:
         duration = evaluate(specification.duration, environment)

@@ -5,30 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import cast
 
-from seoro.lang.plan import (
-    Arithmetic,
-    Call,
-    Compare,
-    EventCondition,
-    Every,
-    Expression,
-    Fall,
-    Field,
-    Global,
-    Holds,
-    Index,
-    InvokeAction,
-    ListType,
-    Literal,
-    Member,
-    Negate,
-    PhysicalType,
-    Plan,
-    RangeOf,
-    Rise,
-    ValueType,
-    parts,
-)
+from seoro.lang import plan as plan_
 from seoro.runtime.explanation import Reading
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.values.environment import Environment
@@ -46,18 +23,22 @@ def short(text: str) -> str:
     return line if len(line) <= _LONGEST else line[: _LONGEST - 3] + "..."
 
 
-def read_condition(condition: EventCondition | None, environment: Environment, plan: Plan) -> tuple[Reading, ...]:
+def read_condition(
+    condition: plan_.EventCondition | None, environment: Environment, plan: plan_.Plan
+) -> tuple[Reading, ...]:
     """Read the values that a condition depends on; for a time condition, those of its duration."""
     match condition:
-        case Holds(expression) | Rise(expression) | Fall(expression):
+        case plan_.Holds(expression) | plan_.Rise(expression) | plan_.Fall(expression):
             return read(_informative_parts(expression), environment, plan)
-        case None | Every():
+        case None | plan_.Every():
             return ()
         case _:
             return read(_informative_parts(condition.duration), environment, plan)
 
 
-def read(expressions: Iterable[Expression], environment: Environment, plan: Plan) -> tuple[Reading, ...]:
+def read(
+    expressions: Iterable[plan_.Expression], environment: Environment, plan: plan_.Plan
+) -> tuple[Reading, ...]:
     """Read the values of expressions, once per text."""
     found: dict[str, Reading] = {}
     for expression in expressions:
@@ -69,7 +50,7 @@ def read(expressions: Iterable[Expression], environment: Environment, plan: Plan
     return tuple(found.values())
 
 
-def _read(text: str, expression: Expression, environment: Environment, plan: Plan) -> Reading | None:
+def _read(text: str, expression: plan_.Expression, environment: Environment, plan: plan_.Plan) -> Reading | None:
     try:
         value = evaluate(expression, environment)
     except Exception as error:  # external methods may raise anything
@@ -79,52 +60,61 @@ def _read(text: str, expression: Expression, environment: Environment, plan: Pla
     return _reading(text, value, _type_of(expression, environment, plan), plan)
 
 
-def _reading(text: str, value: Value, type_: ValueType | None, plan: Plan) -> Reading:
+def _reading(text: str, value: Value, type_: plan_.ValueType | None, plan: plan_.Plan) -> Reading:
     shown = short(value_text(value, type_, plan.structures, _DIGITS))
     return Reading(text, plain(value), unit_of(type_), shown=shown)
 
 
-def unit_of(type_: ValueType | None) -> str:
+def unit_of(type_: plan_.ValueType | None) -> str:
     """Return the unit of a type, or an empty text."""
-    return type_.unit if isinstance(type_, PhysicalType) else ""
+    return type_.unit if isinstance(type_, plan_.PhysicalType) else ""
 
 
-def _informative_parts(expression: Expression) -> Iterator[Expression]:
+def _informative_parts(expression: plan_.Expression) -> Iterator[plan_.Expression]:
     """Yield the informative parts of an expression: computed sides of comparisons, then names."""
     match expression:
-        case Field() | Global() | Member() | Index() | Call():
+        case plan_.Field() | plan_.Global() | plan_.Member() | plan_.Index() | plan_.Call():
             yield expression
-        case Compare(_, left, right):
+        case plan_.Compare(_, left, right):
             for side in (left, right):
-                if not isinstance(side, Field | Global | Member | Index | Call | Literal | RangeOf):
+                if not isinstance(
+                    side,
+                    plan_.Field
+                    | plan_.Global
+                    | plan_.Member
+                    | plan_.Index
+                    | plan_.Call
+                    | plan_.Literal
+                    | plan_.RangeOf,
+                ):
                     yield side
             yield from _informative_parts(left)
             yield from _informative_parts(right)
         case _:
-            for part in parts(expression):
+            for part in plan_.parts(expression):
                 yield from _informative_parts(part)
 
 
-def _type_of(expression: Expression, environment: Environment, plan: Plan) -> ValueType | None:
+def _type_of(expression: plan_.Expression, environment: Environment, plan: plan_.Plan) -> plan_.ValueType | None:
     """Return the type of a path or a sum of paths; None for other expressions."""
     match expression:
-        case Field(name):
+        case plan_.Field(name):
             return field_type(environment.instance, name, plan)
-        case Global(name):
+        case plan_.Global(name):
             field = plan.globals.fields.get(name)
             return field.type if field is not None else None
-        case Member(base, name):
+        case plan_.Member(base, name):
             return field_type(cast(HasFields, evaluate(base, environment)), name, plan)
-        case Index(items):
+        case plan_.Index(items):
             found = _type_of(items, environment, plan)
-            return found.element if isinstance(found, ListType) else None
-        case Arithmetic("+" | "-" | "%", left) | Negate(left):
+            return found.element if isinstance(found, plan_.ListType) else None
+        case plan_.Arithmetic("+" | "-" | "%", left) | plan_.Negate(left):
             return _type_of(left, environment, plan)
         case _:
             return None
 
 
-def field_type(holder: HasFields, name: str, plan: Plan) -> ValueType | None:
+def field_type(holder: HasFields, name: str, plan: plan_.Plan) -> plan_.ValueType | None:
     """Return the declared type of a field."""
     if isinstance(holder, Struct | Actor):
         structure = plan.structures.find(holder.type)
@@ -135,7 +125,7 @@ def field_type(holder: HasFields, name: str, plan: Plan) -> ValueType | None:
 
 
 def read_arguments(
-    invocation: InvokeAction | None, holder: HasFields, names: Iterable[str], plan: Plan
+    invocation: plan_.InvokeAction | None, holder: HasFields, names: Iterable[str], plan: plan_.Plan
 ) -> tuple[Reading, ...]:
     """Read the values of parameters, except those given as constants."""
     texts = dict(invocation.arguments) if invocation is not None else {}
@@ -143,7 +133,7 @@ def read_arguments(
     readings = []
     for name in names:
         expression = texts.get(name)
-        if isinstance(expression, Literal) or name not in holder.fields:
+        if isinstance(expression, plan_.Literal) or name not in holder.fields:
             continue
         text = f"{name}: {short(expression.span.text)}" if expression is not None else name
         value: Value = holder.fields[name]

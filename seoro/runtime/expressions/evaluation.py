@@ -6,11 +6,11 @@ follow IEEE 754, including division by zero (7.4.2.3, 7.3.2).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, assert_never, cast
 
+from seoro.lang.integers import divide_floats, divide_integers
 from seoro.lang.plan import (
     Arithmetic,
     Binding,
@@ -53,8 +53,7 @@ from seoro.runtime.functions.methods import call
 from seoro.runtime.values.conversions import cast as convert
 from seoro.runtime.values.conversions import held, is_of, range_between, to_number
 from seoro.runtime.values.environment import Calls, Deferred, Environment, EvaluationError, NotInvoked
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Invoker, Range, Struct, Value, Variable
+from seoro.runtime.values.values import Actor, Fields, HasFields, Invoker, Range, Struct, Value, Variable
 
 
 def evaluate(expression: Expression, environment: Environment) -> Value:
@@ -219,23 +218,10 @@ def _calculate(operator: str, left: int | float, right: int | float, number: Num
 
 def _divide(operator: str, left: int | float, right: int | float, number: Number, span: Span) -> int | float:
     if number is Number.FLOAT:
-        return _divide_floats(operator, float(left), float(right))
+        return divide_floats(operator, float(left), float(right))
     if right == 0:
         raise EvaluationError("division of an integer by zero", span)
-    quotient = abs(int(left)) // abs(int(right))
-    if (left < 0) != (right < 0):
-        quotient = -quotient
-    return held(quotient if operator == "/" else left - quotient * right, number)
-
-
-def _divide_floats(operator: str, left: float, right: float) -> float:
-    if operator == "%":
-        return math.nan if right == 0 or math.isinf(left) else math.fmod(left, right)
-    if right != 0:
-        return left / right
-    if left == 0 or math.isnan(left):
-        return math.nan
-    return math.copysign(math.inf, left) * math.copysign(1.0, right)
+    return held(divide_integers(operator, left, right), number)
 
 
 def _logic(operator: str, first: bool, right: Expression, environment: Environment) -> bool:
@@ -286,8 +272,7 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
     structure = structures.of(expression.type)
     if is_plain(structure, given):
         return make_plain(structure, given, structures, environment, evaluate)
-    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
-    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - rarely needed
     from seoro.runtime.choose.slots import Slot, value_slot  # noqa: PLC0415 - rarely needed
 
     if environment.calls is None:

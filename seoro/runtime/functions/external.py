@@ -19,7 +19,7 @@ from seoro.lang.plan import External, Method, PrimitiveType, ValueType
 from seoro.runtime.functions.fitting import Converter, Fitting, annotation_for
 from seoro.runtime.functions.methods import MethodFailed
 from seoro.runtime.functions.signatures import BY_NAME, SignatureMismatch, shown, signature_of, type_name
-from seoro.runtime.values.method_context import MethodContext
+from seoro.runtime.values.environment import MethodContext
 from seoro.runtime.values.values import Value
 
 

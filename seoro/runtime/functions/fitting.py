@@ -25,21 +25,11 @@ from enum import Enum
 from numbers import Integral, Real
 from typing import Annotated, Any, TypeAlias, TypeVar, Union, assert_never, get_args, get_origin, get_type_hints
 
-from seoro.lang.plan import (
-    ActorType,
-    EnumType,
-    EnumValue,
-    ListType,
-    PhysicalType,
-    PrimitiveType,
-    RangeType,
-    StructType,
-    ValueType,
-)
+from seoro.lang import plan
 from seoro.runtime.values.values import INTEGER_LIMITS, Actor, Range, Struct, Value, Variable
 
 Converter: TypeAlias = Callable[[Value], Any]
-Shapes: TypeAlias = Callable[[str], Mapping[str, ValueType]]
+Shapes: TypeAlias = Callable[[str], Mapping[str, plan.ValueType]]
 """Returns the types of a struct's fields for its name in the plan."""
 
 _PRIMITIVES: Mapping[str, type[Any]] = {"bool": bool, "int": int, "uint": int, "float": float, "string": str}
@@ -59,7 +49,7 @@ class Fitting:
 
     # ------------------------------------------------------------ to Python
 
-    def converter(self, declared: ValueType, hint: Any) -> Converter | None:
+    def converter(self, declared: plan.ValueType, hint: Any) -> Converter | None:
         """Return the converter from a declared type to an annotation; None if they do not match."""
         hint = _bare(hint)
         if _takes_anything(hint) or (get_origin(hint) or hint) is Variable:
@@ -68,26 +58,26 @@ class Fitting:
             parts = (self.converter(declared, part) for part in get_args(hint))
             return next((part for part in parts if part is not None), None)
         match declared:
-            case PrimitiveType("int" | "uint") if hint is float:
+            case plan.PrimitiveType("int" | "uint") if hint is float:
                 return _to_float
-            case PrimitiveType(name):
+            case plan.PrimitiveType(name):
                 return _same if _is_class_of(_PRIMITIVES[name], hint) else None
-            case PhysicalType():
+            case plan.PhysicalType():
                 return _same if _is_class_of(float, hint) else None
-            case EnumType():
+            case plan.EnumType():
                 return _enum_converter(declared, hint)
-            case ActorType():
+            case plan.ActorType():
                 return _same if hint is Actor else None
-            case RangeType():
+            case plan.RangeType():
                 return _same if hint is Range else None
-            case StructType():
+            case plan.StructType():
                 return _same if hint is Struct else self._record(declared, hint)
-            case ListType(element):
+            case plan.ListType(element):
                 return self._list_converter(element, hint)
             case _:
                 assert_never(declared)
 
-    def _list_converter(self, element: ValueType, hint: Any) -> Converter | None:
+    def _list_converter(self, element: plan.ValueType, hint: Any) -> Converter | None:
         kind = get_origin(hint) or hint
         if kind not in _LISTS:
             return None
@@ -97,7 +87,7 @@ class Fitting:
         make = tuple if kind is tuple else list
         return lambda value: make(item(part) for part in value)  # type: ignore[union-attr] # a list
 
-    def _record(self, declared: StructType, hint: Any) -> _Record | None:
+    def _record(self, declared: plan.StructType, hint: Any) -> _Record | None:
         """Return the converter to a class for a struct; structs may contain themselves in lists."""
         members = members_of(hint)
         key = (declared.name, hint)
@@ -117,7 +107,7 @@ class Fitting:
 
     # ------------------------------------------------------------ from Python
 
-    def gives(self, hint: Any, declared: ValueType) -> bool:
+    def gives(self, hint: Any, declared: plan.ValueType) -> bool:
         """Whether values of an annotated type can be values of the declared type."""
         hint = _bare(hint)
         if _takes_anything(hint):
@@ -125,73 +115,75 @@ class Fitting:
         if get_origin(hint) in (Union, types.UnionType):
             return any(self.gives(part, declared) for part in get_args(hint) if part is not type(None))
         match declared:
-            case PrimitiveType("bool" | "string" as name):
+            case plan.PrimitiveType("bool" | "string" as name):
                 return _is_subclass(hint, _PRIMITIVES[name])
-            case PrimitiveType("float") | PhysicalType():
+            case plan.PrimitiveType("float") | plan.PhysicalType():
                 return _is_subclass(hint, Real) and hint is not bool
-            case PrimitiveType():
+            case plan.PrimitiveType():
                 return _is_subclass(hint, Integral) and hint is not bool
-            case EnumType():
+            case plan.EnumType():
                 return _enum_converter(declared, hint) is not None
-            case ActorType():
+            case plan.ActorType():
                 return hint is Actor
-            case RangeType():
+            case plan.RangeType():
                 return hint is Range
-            case StructType():
+            case plan.StructType():
                 return hint is Struct or self._record_gives(hint, declared)
-            case ListType(element):
+            case plan.ListType(element):
                 kind = get_origin(hint) or hint
                 return kind in (list, tuple, Sequence) and self.gives(_element_of(hint), element)
             case _:
                 assert_never(declared)
 
-    def _record_gives(self, hint: Any, declared: StructType) -> bool:
+    def _record_gives(self, hint: Any, declared: plan.StructType) -> bool:
         members = members_of(hint)
         if members is None or not members.keys() >= set(declared.fields):
             return False
         shape = self._shapes(declared.name)
-        plain = (name for name in declared.fields if not isinstance(shape[name], ListType))  # ends the recursion
+        plain = (
+            name for name in declared.fields if not isinstance(shape[name], plan.ListType)
+        )  # ends the recursion
         return all(self.gives(members[name], shape[name]) for name in plain)
 
-    def value(self, result: object, declared: ValueType) -> Value | None:
+    def value(self, result: object, declared: plan.ValueType) -> Value | None:
         """Convert the result of a Python function to the declared type; None if the types differ."""
         match declared:
-            case PrimitiveType("bool"):
+            case plan.PrimitiveType("bool"):
                 return result if isinstance(result, bool) else None
-            case PrimitiveType("string"):
+            case plan.PrimitiveType("string"):
                 return str(result) if isinstance(result, str) else None
-            case PrimitiveType("float") | PhysicalType():
+            case plan.PrimitiveType("float") | plan.PhysicalType():
                 return float(result) if isinstance(result, Real) and not isinstance(result, bool) else None
-            case PrimitiveType(name):
+            case plan.PrimitiveType(name):
                 low, high = INTEGER_LIMITS[name]
                 is_integer = isinstance(result, Integral) and not isinstance(result, bool)
                 return int(result) if is_integer and low <= result <= high else None  # type: ignore[operator,call-overload]
-            case EnumType():
+            case plan.EnumType():
                 return _enum_value(result, declared)
-            case ListType(element):
+            case plan.ListType(element):
                 return self._list(result, element)
-            case RangeType(element):
+            case plan.RangeType(element):
                 return self._range(result, element)
-            case ActorType(name):
+            case plan.ActorType(name):
                 return result if isinstance(result, Actor) and name in result.types else None
-            case StructType():
+            case plan.StructType():
                 return self._struct(result, declared)
             case _:
                 assert_never(declared)
 
-    def _list(self, result: object, element: ValueType) -> Value | None:
+    def _list(self, result: object, element: plan.ValueType) -> Value | None:
         if not isinstance(result, list | tuple):
             return None
         items = [self.value(item, element) for item in result]
         return None if any(item is None for item in items) else tuple(item for item in items if item is not None)
 
-    def _range(self, result: object, element: ValueType) -> Value | None:
+    def _range(self, result: object, element: plan.ValueType) -> Value | None:
         if not isinstance(result, Range):
             return None
         bounds = (self.value(result.low, element), self.value(result.high, element))
         return None if None in bounds else result
 
-    def _struct(self, result: object, declared: StructType) -> Value | None:
+    def _struct(self, result: object, declared: plan.StructType) -> Value | None:
         if isinstance(result, Struct):
             return result if declared.name in result.types else None
         if members_of(type(result)) is None:
@@ -236,22 +228,22 @@ def members_of(kind: Any) -> Mapping[str, Any] | None:
     return {name: model.annotation for name, model in models.items()} if isinstance(models, dict) else None
 
 
-def annotation_for(declared: ValueType) -> str:
+def annotation_for(declared: plan.ValueType) -> str:
     """Return the annotation for a declared type, for messages."""
     match declared:
-        case PrimitiveType(name):
+        case plan.PrimitiveType(name):
             return _PRIMITIVES[name].__name__
-        case PhysicalType():
+        case plan.PhysicalType():
             return "float"
-        case EnumType():
+        case plan.EnumType():
             return "EnumValue"
-        case ActorType():
+        case plan.ActorType():
             return "Actor"
-        case RangeType():
+        case plan.RangeType():
             return "Range"
-        case StructType():
+        case plan.StructType():
             return "Struct"
-        case ListType(element):
+        case plan.ListType(element):
             return f"list[{annotation_for(element)}]"
         case _:
             assert_never(declared)
@@ -294,18 +286,18 @@ def _element_of(hint: Any) -> Any:
     return arguments[0] if arguments else object
 
 
-def _enum_converter(declared: EnumType, hint: Any) -> Converter | None:
-    if hint is EnumValue:
+def _enum_converter(declared: plan.EnumType, hint: Any) -> Converter | None:
+    if hint is plan.EnumValue:
         return _same
     if not _is_subclass(hint, Enum) or hint.__members__.keys() != {name for name, _ in declared.members}:
         return None
     return lambda value: hint[value.member]  # type: ignore[union-attr] # an enumeration member
 
 
-def _enum_value(result: object, declared: EnumType) -> Value | None:
-    if isinstance(result, EnumValue):
+def _enum_value(result: object, declared: plan.EnumType) -> Value | None:
+    if isinstance(result, plan.EnumValue):
         return result if result.type_name == declared.name else None
     numbers = dict(declared.members)
     if not isinstance(result, Enum) or result.name not in numbers:
         return None
-    return EnumValue(declared.name, result.name, numbers[result.name])
+    return plan.EnumValue(declared.name, result.name, numbers[result.name])

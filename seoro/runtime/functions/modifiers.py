@@ -18,16 +18,8 @@ from collections.abc import Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any
 
 from seoro.lang import frozen
+from seoro.runtime.functions import signatures
 from seoro.runtime.functions.fitting import Converter, Fitting
-from seoro.runtime.functions.signatures import (
-    Declaration,
-    SignatureMismatch,
-    check_marked,
-    check_marking,
-    match_function,
-    signature_of,
-    type_name,
-)
 from seoro.runtime.values.values import Actor, Value
 from seoro.runtime.verdict import Outcome
 
@@ -56,10 +48,10 @@ def modifier(name: str) -> Callable[[ModifierFunction], ModifierFunction]:
         name: Name of the modifier as declared, qualified by the actor type if it has one.
     """
 
-    check_marking("modifier", name)
+    signatures.check_marking("modifier", name)
 
     def mark(function: ModifierFunction) -> ModifierFunction:
-        check_marked("modifier", function)
+        signatures.check_marked("modifier", function)
         setattr(function, MODIFIER_MARK, ModifierMark(name))
         return function
 
@@ -69,7 +61,7 @@ def modifier(name: str) -> Callable[[ModifierFunction], ModifierFunction]:
 class BoundModifier(frozen.Value):
     """A declaration with its implementation."""
 
-    declaration: Declaration
+    declaration: signatures.Declaration
     function: ModifierFunction
     converters: Mapping[str, Converter]
 
@@ -82,7 +74,9 @@ class BoundModifier(frozen.Value):
         return self.function(*leading, **converted)
 
 
-def bind_modifier(declaration: Declaration, function: ModifierFunction, fitting: Fitting) -> BoundModifier:
+def bind_modifier(
+    declaration: signatures.Declaration, function: ModifierFunction, fitting: Fitting
+) -> BoundModifier:
     """Bind a declaration to a function.
 
     Raises:
@@ -91,8 +85,8 @@ def bind_modifier(declaration: Declaration, function: ModifierFunction, fitting:
     leading = {"ctx": "ModifierContext", "actor": "Actor", "child": "Child"}
     if not declaration.has_actor:
         del leading["actor"]
-    converters = match_function(function, leading, declaration.parameters, fitting)
-    returned = signature_of(function).return_annotation
+    converters = signatures.match_function(function, leading, declaration.parameters, fitting)
+    returned = signatures.signature_of(function).return_annotation
     if returned is not inspect.Signature.empty and returned is not Outcome:
-        raise SignatureMismatch(f"it returns `{type_name(returned)}`, not `Outcome`")
+        raise signatures.SignatureMismatch(f"it returns `{signatures.type_name(returned)}`, not `Outcome`")
     return BoundModifier(declaration, function, converters)

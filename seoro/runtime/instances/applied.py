@@ -12,25 +12,11 @@ from dataclasses import field, replace
 from typing import TypeAlias, cast
 
 from seoro.lang import frozen
+from seoro.lang import plan as plan_
 from seoro.lang.lazy_dataclass import lazy_dataclass
-from seoro.lang.plan import (
-    Binding,
-    Compare,
-    Constraint,
-    ConstraintMember,
-    Contains,
-    Member,
-    Modification,
-    Modifier,
-    ModifierApplication,
-    Override,
-    Structure,
-    Until,
-)
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.values.environment import Calls, Deferred, Environment, Seed
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Struct, Value
+from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 _APPLIED = "applied()"  # binding of a modifier around its arguments; not a name of the language
 _IT = "it"
@@ -49,10 +35,10 @@ class Attached(frozen.Value):
         around: Environment of the arguments.
     """
 
-    structure: Structure
+    structure: plan_.Structure
     environment: Environment
     given: Mapping[str, Value]
-    constraints: tuple[ConstraintMember, ...]
+    constraints: tuple[plan_.ConstraintMember, ...]
     around: Environment
 
 
@@ -72,12 +58,12 @@ class Applied:
         is_entered: Whether the modified behavior has run before.
     """
 
-    plan: ModifierApplication
-    modifier: Modifier
+    plan: plan_.ModifierApplication
+    modifier: plan_.Modifier
     around: Environment
     inside: Environment
     bindings: dict[str, Value | HasFields]
-    modifiers: tuple[Applied | Override, ...]
+    modifiers: tuple[Applied | plan_.Override, ...]
     position: tuple[int, ...]
     holder: str = ""
     is_entered: bool = field(default=False, init=False)
@@ -91,7 +77,9 @@ class Applied:
     def name(self) -> str:
         """Name of this application among the modifications of one behavior."""
         name, actor = self.modifier.name.rpartition(".")[2], self.plan.actor
-        holder = self.holder or (actor.span.text if actor is not None and not isinstance(actor, Binding) else "")
+        holder = self.holder or (
+            actor.span.text if actor is not None and not isinstance(actor, plan_.Binding) else ""
+        )
         number = ".".join(map(str, self.position[2 if self.holder else 1 :]))
         return f"{holder}.{name}[{number}]" if holder else f"{name}[{number}]"
 
@@ -111,14 +99,16 @@ class Applied:
             calls: Results of external methods.
         """
         arguments, ranges = (self.plan.arguments, self.plan.ranges) if not self.has_values else ((), ())
-        applied = Binding(_APPLIED, self.plan.span)
-        constraints: list[Constraint] = []
+        applied = plan_.Binding(_APPLIED, self.plan.span)
+        constraints: list[plan_.Constraint] = []
         for name, value in arguments:
-            parameter = Member(applied, name, value.span)
-            constraints.append(Constraint(Compare("==", parameter, value, value.span), False, value.span))
+            parameter = plan_.Member(applied, name, value.span)
+            constraints.append(
+                plan_.Constraint(plan_.Compare("==", parameter, value, value.span), False, value.span)
+            )
         for name, value in ranges:
-            parameter = Member(applied, name, value.span)
-            constraints.append(Constraint(Contains(parameter, value, value.span), False, value.span))
+            parameter = plan_.Member(applied, name, value.span)
+            constraints.append(plan_.Constraint(plan_.Contains(parameter, value, value.span), False, value.span))
         around = {**self.around.bindings, _APPLIED: self.inside.instance}
         return Attached(
             structure=self.modifier.structure,
@@ -129,13 +119,13 @@ class Applied:
         )
 
 
-Modifying: TypeAlias = Until | Applied | Override
+Modifying: TypeAlias = plan_.Until | Applied | plan_.Override
 """Modification of a whole behavior, with modifiers as instances."""
 
 
 def apply(
-    modifications: Iterable[Modification],
-    modifiers: Mapping[str, Modifier],
+    modifications: Iterable[plan_.Modification],
+    modifiers: Mapping[str, plan_.Modifier],
     around: Environment,
     it: HasFields,
     position: tuple[int, ...],
@@ -151,15 +141,15 @@ def apply(
     """
     return tuple(
         _apply_one(each, modifiers, around, it, (*position, number))
-        if isinstance(each, ModifierApplication)
+        if isinstance(each, plan_.ModifierApplication)
         else each
         for number, each in enumerate(modifications)
     )
 
 
 def _apply_one(
-    application: ModifierApplication,
-    modifiers: Mapping[str, Modifier],
+    application: plan_.ModifierApplication,
+    modifiers: Mapping[str, plan_.Modifier],
     around: Environment,
     it: HasFields,
     position: tuple[int, ...],
@@ -177,7 +167,7 @@ def _apply_one(
         seed=Seed(around.seed, f"{position[-1]} {modifier.name}"),
         run=around.run,
     )
-    nested = cast(tuple[Applied | Override, ...], apply(modifier.modifiers, modifiers, inside, it, position))
+    nested = cast(tuple[Applied | plan_.Override, ...], apply(modifier.modifiers, modifiers, inside, it, position))
     return Applied(application, modifier, around, inside, bindings, nested, position)
 
 

@@ -1,38 +1,30 @@
-"""Instances: running scenarios and actions, compositions with `it`, and the latest invocation of each label."""
+"""Instances: running scenarios and actions, compositions with `it`, and the latest invocation of each label.
+
+An instance holds the structs and actors in its fields, and in the fields of these.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, MutableSet
 from dataclasses import field
 from functools import cached_property
 
 from seoro.lang import plan as plan_
 from seoro.lang.lazy_dataclass import lazy_dataclass
-from seoro.lang.plan import (
-    Action,
-    Modifier,
-    OwnEvent,
-    Phase,
-    PhaseEvent,
-    Scenario,
-    behavior_type,
-    modifier_type,
-)
 from seoro.runtime.instances.times import Window
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import Channel
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.values import Actor, HasFields, Value
+from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 
-def event_name(event: OwnEvent) -> str:
+def event_name(event: plan_.OwnEvent) -> str:
     """Return the name of an event within its scenario or action: `go`, `end`, or `label.end`."""
-    if isinstance(event, PhaseEvent):
+    if isinstance(event, plan_.PhaseEvent):
         return phase_name(event.label, event.phase)
     return event.name
 
 
-def phase_name(label: str | None, phase: Phase) -> str:
+def phase_name(label: str | None, phase: plan_.Phase) -> str:
     """Return the name of a predefined event of a labelled member, or of the instance itself."""
     return f"{label}.{phase.value}" if label else phase.value
 
@@ -74,7 +66,7 @@ class _WithPhases:
         """Channels of its events that were used so far, by name; those of labels as `label.end`."""
         return {}
 
-    def event_path(self, event: OwnEvent) -> str:
+    def event_path(self, event: plan_.OwnEvent) -> str:
         """Return the full name of one of its events."""
         return f"{self.path}.{event_name(event)}"
 
@@ -85,7 +77,7 @@ class Composed(_WithPhases):
 
     types: tuple[str, ...] = ()
 
-    def has_channel(self, phase: Phase) -> bool:
+    def has_channel(self, phase: plan_.Phase) -> bool:
         """Whether one of its events has ever had a subscriber."""
         return phase.value in self.channels
 
@@ -101,7 +93,7 @@ class Instance(_WithPhases):
         around: For a modifier, the surrounding scenario with the global parameters; otherwise None.
     """
 
-    declaration: Scenario | Action | Modifier
+    declaration: plan_.Scenario | plan_.Action | plan_.Modifier
     bindings: Mapping[str, Value | HasFields]
     around: HasFields | None = None
     scope: CancelScope | None = None  # set when it starts
@@ -147,8 +139,26 @@ class Instance(_WithPhases):
         return self.latest(label).instance
 
 
-def types_of(declared: Scenario | Action | Modifier) -> tuple[str, ...]:
+def types_of(declared: plan_.Scenario | plan_.Action | plan_.Modifier) -> tuple[str, ...]:
     """Return the type names of a declaration as in `plan.Methods`, including inherited ones, nearest first."""
-    if isinstance(declared, Modifier):
-        return (modifier_type(declared.name),)
-    return (behavior_type(declared.name), *map(behavior_type, declared.bases))
+    if isinstance(declared, plan_.Modifier):
+        return (plan_.modifier_type(declared.name),)
+    return (plan_.behavior_type(declared.name), *map(plan_.behavior_type, declared.bases))
+
+
+def newly_held(instance: HasFields, seen: MutableSet[Struct | Actor]) -> Iterator[tuple[Struct | Actor, str]]:
+    """Yield the objects that an instance is the first to hold, with their paths.
+
+    Args:
+        instance: The instance.
+        seen: Objects held before; found ones are added.
+    """
+    pending: list[tuple[str, Value]] = list(instance.fields.items())
+    while pending:
+        path, value = pending.pop(0)
+        if isinstance(value, tuple):
+            pending[:0] = [(f"{path}[{number}]", part) for number, part in enumerate(value)]
+        elif isinstance(value, Struct | Actor) and value not in seen:
+            seen.add(value)
+            yield value, path
+            pending[:0] = [(f"{path}.{name}", part) for name, part in value.fields.items()]

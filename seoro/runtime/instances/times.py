@@ -10,21 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from math import inf
 from typing import Final, NamedTuple
 
-from seoro.lang import frozen
-from seoro.lang.plan import (
-    Binding,
-    Constraint,
-    Contains,
-    EnumType,
-    EnumValue,
-    FieldDeclaration,
-    Literal,
-    Member,
-    Overlap,
-    PhysicalType,
-    RangeOf,
-    RangeType,
-)
+from seoro.lang import frozen, plan
 from seoro.lang.source import Span
 from seoro.runtime.values.values import Range, Value
 
@@ -36,8 +22,10 @@ END_TO_END: Final = "end_to_end"
 FOREVER: Final = 1e9  # [s]; upper limit of all durations
 
 ANY_TIME: Final = Range(0.0, inf)
-_TIME: Final = PhysicalType("time", "s")
-_KINDS: Final = EnumType("overlap_kind", tuple((kind.value, number) for number, kind in enumerate(Overlap)))
+_TIME: Final = plan.PhysicalType("time", "s")
+_KINDS: Final = plan.EnumType(
+    "overlap_kind", tuple((kind.value, number) for number, kind in enumerate(plan.Overlap))
+)
 _LIMITS: Final = {
     DURATION: (0.0, FOREVER),
     START_TO_START: (-FOREVER, FOREVER),
@@ -75,7 +63,7 @@ class Times(NamedTuple):
 
     span: Span
     given: Mapping[str, tuple[Range, Span]]
-    overlap: Overlap | None = None
+    overlap: plan.Overlap | None = None
     is_overlap_given: bool = False
 
     @property
@@ -93,23 +81,23 @@ class Times(NamedTuple):
             values[OVERLAP] = kind_value(self.overlap)
         return values, {name: Window(bounds, span) for name, (bounds, span) in self.given.items()}
 
-    def declarations(self) -> Iterable[tuple[FieldDeclaration, tuple[float, float] | None]]:
+    def declarations(self) -> Iterable[tuple[plan.FieldDeclaration, tuple[float, float] | None]]:
         """Yield the times as parameter declarations, with their limits [s]."""
         for name in self.names:
-            type_ = RangeType(_TIME) if name == DURATION else _TIME
-            yield FieldDeclaration(name, type_, None, False, self.span), _LIMITS[name]
+            type_ = plan.RangeType(_TIME) if name == DURATION else _TIME
+            yield plan.FieldDeclaration(name, type_, None, False, self.span), _LIMITS[name]
         if self.overlap is not None:
-            default = Literal(kind_value(self.overlap), self.span)
-            yield FieldDeclaration(OVERLAP, _KINDS, default, False, self.span), None
+            default = plan.Literal(kind_value(self.overlap), self.span)
+            yield plan.FieldDeclaration(OVERLAP, _KINDS, default, False, self.span), None
 
-    def constraints(self) -> Iterable[Constraint]:
+    def constraints(self) -> Iterable[plan.Constraint]:
         """Return the constraints from arguments; in them, `it` is the behavior."""
         for name, (bounds, span) in self.given.items():
-            low, high = Literal(bounds.low, span), Literal(bounds.high, span)
-            time = Member(Binding("it", span), name, span)
-            yield Constraint(Contains(time, RangeOf(low, high, span), span), False, span)
+            low, high = plan.Literal(bounds.low, span), plan.Literal(bounds.high, span)
+            time = plan.Member(plan.Binding("it", span), name, span)
+            yield plan.Constraint(plan.Contains(time, plan.RangeOf(low, high, span), span), False, span)
 
 
-def kind_value(kind: Overlap) -> EnumValue:
+def kind_value(kind: plan.Overlap) -> plan.EnumValue:
     """A kind of overlap as a value of scenarios."""
-    return EnumValue(_KINDS.name, kind.value, dict(_KINDS.members)[kind.value])
+    return plan.EnumValue(_KINDS.name, kind.value, dict(_KINDS.members)[kind.value])

@@ -19,9 +19,8 @@ from itertools import count
 from types import TracebackType
 from typing import Any, Protocol, TypeAlias
 
-from seoro.runtime.kernel.past import CausalPast
 from seoro.runtime.kernel.scheduler import Scheduler
-from seoro.runtime.kernel.task import Task, Waiter
+from seoro.runtime.kernel.task import CausalPast, Task, Waiter
 
 OnReceive: TypeAlias = "Callable[[Occurrence], bool]"
 """Called at commit with an occurrence; returns whether it counts, and joins the past."""
@@ -49,11 +48,9 @@ class Receiver(Protocol):
     @property
     def past(self) -> CausalPast:
         """Occurrences that it must not receive."""
-        ...
 
     def deliver(self, occurrence: Occurrence) -> bool:
         """Receive an occurrence at commit; return whether it counts."""
-        ...
 
 
 class Channel:

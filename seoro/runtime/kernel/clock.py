@@ -23,20 +23,16 @@ class Clock(Protocol):
     @property
     def deterministic(self) -> bool:
         """Whether the runtime decides when time moves; it stands still while any task is working."""
-        ...
 
     @property
     def name(self) -> str:
         """`real`, `virtual` or `sim`; recorded in the trace."""
-        ...
 
     def start(self) -> None:
         """Set time zero. Called once, when the run starts."""
-        ...
 
     def now(self) -> float:
         """Return the time [s]; it never goes back. Called when an instant begins."""
-        ...
 
     def skip(self, due: float) -> bool:
         """Advance to `due` [s] immediately, if possible. Called when an instant has settled.
@@ -44,7 +40,6 @@ class Clock(Protocol):
         Returns:
             Whether it has advanced; otherwise `pass_time` may be called.
         """
-        ...
 
     async def pass_time(self, due: float | None, interrupt: asyncio.Event) -> None:
         """Let time pass until `due`, or until an external event. Called when an instant has settled.
@@ -53,7 +48,6 @@ class Clock(Protocol):
             due: Time of the next timer [s]; None without one.
             interrupt: Set when an external event arrives; return soon then.
         """
-        ...
 
 
 class TimeServer(Protocol):
@@ -67,7 +61,6 @@ class TimeServer(Protocol):
         Raises:
             BackendLost: The simulator is lost.
         """
-        ...
 
 
 class RealClock:

@@ -6,9 +6,13 @@ nested scopes, the inner ones act first: their effects may spare the outer ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import asyncio
+from collections.abc import Callable, Generator, Sequence
+from types import coroutine
+from typing import Any, Final
 
 from seoro.runtime.kernel.delta import Effects
+from seoro.runtime.kernel.task import Task
 from seoro.runtime.kernel.timers import Deadline
 
 
@@ -74,3 +78,25 @@ def _split(deadlines: Sequence[Deadline]) -> tuple[list[Deadline], list[Deadline
     return [each for each in deadlines if each.scope not in around], [
         each for each in deadlines if each.scope in around
     ]
+
+
+class _Ready:
+    """Awaitable that is done at once."""
+
+    def __await__(self) -> Generator[None, None, None]:
+        yield from ()
+
+
+READY: Final = _Ready()
+
+
+@coroutine
+def parked(task: Task, future: asyncio.Future[Any]) -> Generator[Any, None, Any]:
+    """Await the future that resumes a task. A task resumed by its own parking continues without a switch."""
+    try:
+        return (yield from future)
+    except asyncio.CancelledError:
+        task.cancel_seen_next = False
+        raise
+    finally:
+        task.parked = None

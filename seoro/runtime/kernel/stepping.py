@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from seoro.runtime.kernel.cancel_scope import absorb_cancel
 from seoro.runtime.kernel.delta import Commit, DeltaCycle, StepOrder
-from seoro.runtime.kernel.parking import READY, parked
+from seoro.runtime.kernel.settling import READY, parked
 from seoro.runtime.kernel.stack import carried
 from seoro.runtime.kernel.task import CreateTask, Task, TaskFunction, Waiter
 

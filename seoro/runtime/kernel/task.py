@@ -8,6 +8,10 @@ Contract:
 - Code in a task waits on its own task only; other waits use `Scheduler.leave` and `readmit`.
 - It is cancelled by scope (`cancel_scope.py`), or as a whole; each cancellation arrives once.
 - `outcome` is the result of its function; None if the task was cancelled as a whole.
+
+A task does not receive occurrences that it has sent or received; its `CausalPast` keeps them. Those in the past of
+the task that started it, and of tasks that it has joined, are excluded too (7.6.2.5). An occurrence belongs to one
+instant, so a past keeps one instant only.
 """
 
 from __future__ import annotations
@@ -16,7 +20,43 @@ import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from typing import Any, Protocol, TypeAlias
 
-from seoro.runtime.kernel.past import CausalPast
+
+class CausalPast:
+    """Numbers of the occurrences of one instant that were sent or received."""
+
+    __slots__ = ("_instant", "_numbers")
+
+    def __init__(self) -> None:
+        self._numbers: set[int] | None = None  # None while empty, as in most tasks
+        self._instant = -1
+
+    def add(self, number: int, instant: int) -> None:
+        """Add an occurrence of an instant; drop those of earlier instants."""
+        if self._instant != instant or self._numbers is None:
+            self._numbers, self._instant = {number}, instant
+        else:
+            self._numbers.add(number)
+
+    def contains(self, number: int, instant: int) -> bool:
+        """Whether it contains an occurrence of an instant."""
+        return self._instant == instant and self._numbers is not None and number in self._numbers
+
+    def fork(self) -> CausalPast:
+        """Return a copy, for a started task or for a subscription."""
+        other = CausalPast()
+        if self._numbers:
+            other._numbers, other._instant = set(self._numbers), self._instant
+        return other
+
+    def join(self, other: CausalPast) -> None:
+        """Add the past of an ended task or of a subscription."""
+        if not other._numbers or other._instant < self._instant:
+            return
+        if other._instant == self._instant and self._numbers is not None:
+            self._numbers |= other._numbers
+        else:
+            self._numbers, self._instant = set(other._numbers), other._instant
+
 
 TaskFunction: TypeAlias = Callable[..., Coroutine[Any, Any, Any]]
 """Called with the task and the arguments of `start_soon`."""
@@ -43,35 +83,27 @@ class TaskScheduler(Protocol):
     @property
     def now(self) -> float:
         """Time of the present instant [s]."""
-        ...
 
     def step(self, task: Task) -> Awaitable[None]:
         """End a step; the next one is in the next delta cycle."""
-        ...
 
     def wait(self, waiter: Waiter) -> Coroutine[Any, Any, Any]:
         """End a step until the waiter is woken; return its value."""
-        ...
 
     def wake(self, waiter: Waiter, value: Any = None) -> None:
         """Wake a waiter at the next commit."""
-        ...
 
     def wake_at(self, time: float, waiter: Waiter) -> None:
         """Wake a waiter in the first instant at or after a time [s]."""
-        ...
 
     def at_commit(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
         """Commit an effect that cancels tasks after this delta cycle, in order of paths."""
-        ...
 
     def start(self, task: Task, function: TaskFunction, args: tuple[Any, ...], create: CreateTask) -> None:
         """Schedule the first step of a task in the next delta cycle."""
-        ...
 
     def deliver_cancel(self, task: Task) -> None:
         """Cancel a task in the next delta cycle, before all steps."""
-        ...
 
 
 CreateTask: TypeAlias = Callable[..., "asyncio.Task[None]"]  # `asyncio.TaskGroup.create_task`

@@ -30,11 +30,9 @@ class Policy(Protocol):
 
     def child_ready(self, child: Task, resume: Callable[[], None]) -> None:
         """Handle the end of the first wait of a guarded child; `resume` lets it continue."""
-        ...
 
     def child_ended(self, child: Task) -> None:
         """Handle the end of a child; a cancelled child has the `outcome` None."""
-        ...
 
 
 class TaskGroup:

@@ -1,4 +1,4 @@
-"""Parameters of new scenario and action instances (7.3.6.1.1, 7.3.11)."""
+"""Parameters of new scenario and action instances (7.3.6.1.1, 7.3.11), and of modifiers applied to them."""
 
 from __future__ import annotations
 
@@ -6,23 +6,67 @@ from collections.abc import Mapping
 from dataclasses import field, replace
 from typing import NamedTuple, Protocol
 
+from seoro.errors import UsageError
 from seoro.lang.lazy_dataclass import lazy_dataclass
-from seoro.lang.plan import (
-    Constraint,
-    ConstraintMember,
-    Plan,
-    Structure,
-)
+from seoro.lang.plan import Constraint, ConstraintMember, Plan, Structure, Structures
 from seoro.runtime.choose.plain import fill, is_plain
 from seoro.runtime.expressions.evaluation import evaluate
-from seoro.runtime.instances.applied import Applied
-from seoro.runtime.instances.instances import types_of
+from seoro.runtime.instances.applied import OF_TYPE, Applied, Modifying, apply, with_nested
+from seoro.runtime.instances.instances import Instance, types_of
 from seoro.runtime.instances.times import ANY_TIME, DURATION, Times, Window
-from seoro.runtime.parameters.modifiers import fill_modifier, is_plain_modifier
-from seoro.runtime.values.environment import Calls, Environment, Seed
-from seoro.runtime.values.fields import Fields
-from seoro.runtime.values.method_context import MethodContext
-from seoro.runtime.values.values import Actor, HasFields, Value
+from seoro.runtime.values.environment import Calls, Environment, EvaluationError, MethodContext, NoSolution, Seed
+from seoro.runtime.values.values import Actor, Fields, HasFields, Value
+
+
+def actor_of(applied: Applied) -> Actor | None:
+    """Return the actor of a modifier."""
+    actor = evaluate(applied.plan.actor, applied.around) if applied.plan.actor is not None else None
+    assert actor is None or isinstance(actor, Actor)
+    return actor
+
+
+def is_plain_modifier(applied: Applied) -> bool:
+    """Whether a modifier needs no choice, neither for itself nor for the modified behavior."""
+    structure = applied.modifier.structure
+    if applied.has_values:
+        return structure.is_plain
+    given: dict[str, Value] = {name: True for name, _ in applied.plan.arguments}
+    return not applied.plan.ranges and is_plain(structure, given)
+
+
+def fill_modifier(applied: Applied, structures: Structures) -> None:
+    """Fill the values of a modifier that needs no choice.
+
+    Raises:
+        EvaluationError: An argument or a default has no value.
+    """
+    if not applied.has_values:
+        for name, value in applied.plan.arguments:
+            applied.fields[name] = evaluate(value, applied.around)
+        fill(applied.fields, applied.modifier.structure, structures, applied.inside, evaluate)
+
+
+def enter_modifier(applied: Applied, path: str, structures: Structures) -> Instance:
+    """Create an instance of a modifier for a run of the modified behavior.
+
+    Args:
+        applied: The modifier.
+        path: Its position, as text.
+        structures: Structures of all types.
+
+    Raises:
+        EvaluationError: A variable has no value.
+    """
+    structure, fields = applied.modifier.structure, applied.fields
+    if applied.is_entered:
+        fields = Fields()
+        parameters = (declared.name for declared in structure.fields.values() if not declared.is_variable)
+        fields.update((name, applied.fields[name]) for name in parameters)
+    instance = Instance(path, fields, applied.modifier, applied.bindings, applied.inside.scenario)
+    if applied.is_entered:
+        fill(fields, structure, structures, replace(applied.inside, instance=instance), evaluate)
+    applied.is_entered = True
+    return instance
 
 
 @lazy_dataclass
@@ -69,12 +113,10 @@ class Made(Protocol):
     @property
     def fields(self) -> Fields:
         """Its values."""
-        ...
 
     @property
     def types(self) -> tuple[str, ...]:
         """Names of its type and the inherited ones as in `plan.Methods`, nearest first."""
-        ...
 
     windows: Mapping[str, Window]  # of its constrained times
 
@@ -152,11 +194,7 @@ def choose_times(plan: Plan, made: Made, invocation: Invocation) -> None:
 
 
 def _choose(
-    plan: Plan,
-    roots: tuple[Structure, ...],
-    made: Made,
-    invocation: Invocation,
-    overrides: tuple[Constraint, ...],
+    plan: Plan, roots: tuple[Structure, ...], made: Made, invocation: Invocation, overrides: tuple[Constraint, ...]
 ) -> dict[str, Value]:
     given, fields = invocation.given, made.fields
     is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
@@ -172,8 +210,7 @@ def _choose(
         for applied in invocation.applied:
             fill_modifier(applied, plan.structures)
         return fields
-    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
-    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - rarely needed
 
     around = invocation.around
     calls = Calls()
@@ -203,3 +240,27 @@ def _scope(plan: Plan, made: Made, invocation: Invocation) -> Environment:
     if invocation.actor is not None:
         bindings["actor"] = invocation.actor
     return Environment(made, plan, bindings, seed=invocation.seed, run=invocation.run)
+
+
+def make_entry(plan: Plan, seed: int, run: MethodContext | None = None) -> tuple[Instance, tuple[Modifying, ...]]:
+    """Create the instance of the entry scenario and its modifiers, with values.
+
+    Args:
+        plan: The plan.
+        seed: Seed of random values.
+        run: The run, for external methods.
+
+    Raises:
+        UsageError: A value cannot be computed, or no values meet all constraints.
+    """
+    scenario = plan.scenarios[plan.entry]
+    entry = Instance(scenario.name, Fields(), scenario, {})
+    scope = Environment(entry, plan, seed=Seed(seed), run=run)
+    modifying = apply(scenario.modifiers, plan.modifiers, scope, entry, OF_TYPE)
+    try:
+        entry_parameters(plan, seed, run, entry, tuple(with_nested(modifying)))
+    except NoSolution as error:
+        raise UsageError(str(error), error.span, error.help, error.places, error.code) from error
+    except EvaluationError as error:
+        raise UsageError(str(error), error.span) from error
+    return entry, modifying

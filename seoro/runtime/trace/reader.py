@@ -27,15 +27,12 @@ class Follower(Protocol):
     @property
     def is_full(self) -> bool:
         """Whether time has to wait for it."""
-        ...
 
     def record(self, record: dict[str, Any]) -> None:
         """Handle an `event` record."""
-        ...
 
     def end(self) -> None:
         """Handle the end of the run."""
-        ...
 
 
 class Readers:

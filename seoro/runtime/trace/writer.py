@@ -30,7 +30,6 @@ class ByteSink(Protocol):
 
     def write(self, data: memoryview, /) -> int | None:
         """Return the number of accepted bytes; None or 0 for none at present."""
-        ...
 
 
 def unbuffered(file: TextIO) -> ByteSink:

@@ -20,18 +20,7 @@ import math
 from collections.abc import Mapping
 from typing import assert_never
 
-from seoro.lang.plan import (
-    ActorType,
-    EnumType,
-    EnumValue,
-    ListType,
-    PhysicalType,
-    PrimitiveType,
-    RangeType,
-    StructType,
-    Structures,
-    ValueType,
-)
+from seoro.lang import plan
 from seoro.runtime.values.values import INTEGER_LIMITS, Actor, Range, Struct, Value
 
 
@@ -39,7 +28,9 @@ class InvalidValue(Exception):
     """A plain value does not match a type; the message names the expected and the found value."""
 
 
-def given_value(given: object, type_: ValueType, structures: Structures, actors: Mapping[str, Actor]) -> Value:
+def given_value(
+    given: object, type_: plan.ValueType, structures: plan.Structures, actors: Mapping[str, Actor]
+) -> Value:
     """Convert a plain value to a value of a type.
 
     Args:
@@ -52,73 +43,73 @@ def given_value(given: object, type_: ValueType, structures: Structures, actors:
         InvalidValue: The value does not match.
     """
     match type_:
-        case PrimitiveType() | PhysicalType():
+        case plan.PrimitiveType() | plan.PhysicalType():
             return _number_or_text(given, type_)
-        case EnumType():
+        case plan.EnumType():
             return _member(given, type_)
-        case ListType(element) if isinstance(given, list | tuple):
+        case plan.ListType(element) if isinstance(given, list | tuple):
             return tuple(given_value(item, element, structures, actors) for item in given)
-        case RangeType(element) if isinstance(given, Mapping) and given.keys() == {"low", "high"}:
+        case plan.RangeType(element) if isinstance(given, Mapping) and given.keys() == {"low", "high"}:
             low, high = (given_value(given[name], element, structures, actors) for name in ("low", "high"))
             assert isinstance(low, int | float) and isinstance(high, int | float), "ranges are numeric"
             return Range(low, high)
-        case StructType() if isinstance(given, Mapping):
+        case plan.StructType() if isinstance(given, Mapping):
             return _struct(given, type_, structures, actors)
-        case ActorType(name):
+        case plan.ActorType(name):
             actor = actors.get(given) if isinstance(given, str) else None
             if actor is None or name not in actor.types:
                 known = [each for each, actor in actors.items() if name in actor.types]
                 raise _invalid(given, type_, f" (actors: {', '.join(known) or 'none'})")
             return actor
-        case ListType() | RangeType() | StructType():
+        case plan.ListType() | plan.RangeType() | plan.StructType():
             raise _invalid(given, type_)
         case _:
             assert_never(type_)
 
 
-def type_text(type_: ValueType) -> str:
+def type_text(type_: plan.ValueType) -> str:
     """Describe plain values of a type."""
     match type_:
-        case PrimitiveType("bool"):
+        case plan.PrimitiveType("bool"):
             return "`True` or `False`"
-        case PrimitiveType("string"):
+        case plan.PrimitiveType("string"):
             return "a string"
-        case PrimitiveType("int" | "uint" as name):
+        case plan.PrimitiveType("int" | "uint" as name):
             return f"an integer (`{name}`)"
-        case PrimitiveType():
+        case plan.PrimitiveType():
             return "a number"
-        case PhysicalType(name, unit):
+        case plan.PhysicalType(name, unit):
             return f"a number in {unit} (`{name}`)"
-        case EnumType(name, members):
+        case plan.EnumType(name, members):
             return f"a member of `{name}`: {', '.join(member for member, _ in members)}"
-        case StructType(name, _, fields):
+        case plan.StructType(name, _, fields):
             return f"a mapping with the fields of `{name}`: {', '.join(fields)}"
-        case ActorType(name):
+        case plan.ActorType(name):
             return f"the name of an actor `{name}`"
-        case ListType(element):
+        case plan.ListType(element):
             return f"a list with elements of: {type_text(element)}"
-        case RangeType():
+        case plan.RangeType():
             return "a mapping of `low` and `high`"
         case _:
             assert_never(type_)
 
 
-def _invalid(given: object, type_: ValueType, more: str = "") -> InvalidValue:
+def _invalid(given: object, type_: plan.ValueType, more: str = "") -> InvalidValue:
     return InvalidValue(f"expected {type_text(type_)}{more}, found {given!r}")
 
 
-def _number_or_text(given: object, type_: PrimitiveType | PhysicalType) -> Value:
+def _number_or_text(given: object, type_: plan.PrimitiveType | plan.PhysicalType) -> Value:
     is_integer = isinstance(given, int) and not isinstance(given, bool)
     match type_:
-        case PrimitiveType("bool") if isinstance(given, bool):
+        case plan.PrimitiveType("bool") if isinstance(given, bool):
             return given
-        case PrimitiveType("string") if isinstance(given, str):
+        case plan.PrimitiveType("string") if isinstance(given, str):
             return given
-        case PrimitiveType("int" | "uint" as name):
+        case plan.PrimitiveType("int" | "uint" as name):
             low, high = INTEGER_LIMITS[name]
             if isinstance(given, int) and is_integer and low <= given <= high:
                 return given
-        case PrimitiveType("float") | PhysicalType():
+        case plan.PrimitiveType("float") | plan.PhysicalType():
             if isinstance(given, int | float) and (is_integer or isinstance(given, float)):
                 if math.isfinite(given):
                     return float(given)
@@ -128,17 +119,17 @@ def _number_or_text(given: object, type_: PrimitiveType | PhysicalType) -> Value
     raise _invalid(given, type_)
 
 
-def _member(given: object, type_: EnumType) -> EnumValue:
+def _member(given: object, type_: plan.EnumType) -> plan.EnumValue:
     prefix = f"{type_.name}!"
     name = given.removeprefix(prefix) if isinstance(given, str) else given
     for member, number in type_.members:
         if member == name:
-            return EnumValue(type_.name, member, number)
+            return plan.EnumValue(type_.name, member, number)
     raise _invalid(given, type_)
 
 
 def _struct(
-    given: Mapping[str, object], type_: StructType, structures: Structures, actors: Mapping[str, Actor]
+    given: Mapping[str, object], type_: plan.StructType, structures: plan.Structures, actors: Mapping[str, Actor]
 ) -> Struct:
     fields = structures.of(type_).fields
     if given.keys() != fields.keys():

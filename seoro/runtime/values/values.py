@@ -1,8 +1,12 @@
-"""Values of scenarios at run time: instances of structs and actors, ranges, 64-bit integers."""
+"""Values of scenarios at run time: instances of structs and actors, ranges, 64-bit integers.
+
+While the values of an instance are chosen, its missing fields are computed on access.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
@@ -25,7 +29,6 @@ class AppliedModifier(Protocol):
     @property
     def plan(self) -> ModifierApplication:
         """Its application in the plan."""
-        ...
 
 
 @lazy_dataclass
@@ -80,7 +83,6 @@ class HasFields(Protocol):
     @property
     def fields(self) -> Mapping[str, Value]:
         """Values by name."""
-        ...
 
 
 class Invoker(HasFields, Protocol):
@@ -88,7 +90,6 @@ class Invoker(HasFields, Protocol):
 
     def invoked(self, label: str) -> Invoker | None:
         """Return the last invocation under a label; None before the first one."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,3 +141,36 @@ def plain(value: Value) -> object:
             return [plain(item) for item in value]
         case _:
             return value
+
+
+Compute = Callable[[str], Value]
+
+_FRAMES = 12  # of Python's stack per value that refers to another one
+_MAX_ROW = 4000  # longest chain of values that refer to each other
+
+
+class Fields(dict[str, Value]):
+    """Values by name.
+
+    `compute` returns a missing value, or raises `KeyError`; None when all values are set.
+    """
+
+    compute: Compute | None = None
+
+    def __missing__(self, name: str) -> Value:
+        if self.compute is None:
+            raise KeyError(name)
+        return self.compute(name)
+
+
+def make_room(count: int) -> None:
+    """Raise Python's recursion limit for a chain of values that refer to each other.
+
+    The limit belongs to the process. It is never lowered, since another thread may need it.
+
+    Args:
+        count: Number of values.
+    """
+    needed = 1000 + _FRAMES * min(count, _MAX_ROW)
+    if count > _FRAMES and needed > sys.getrecursionlimit():
+        sys.setrecursionlimit(needed)

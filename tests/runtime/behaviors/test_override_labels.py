@@ -14,7 +14,7 @@ from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.execution.services import Overriding
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.kernel.cancel_scope import CancelScope
-from seoro.runtime.values.fields import Fields
+from seoro.runtime.values.values import Fields
 from seoro.runtime.verdict import Outcome, Status
 from tests.runtime.behaviors.groups import SPAN
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from seoro.runtime.kernel.channel import Channel, Occurrence, Subscription
-from seoro.runtime.kernel.past import CausalPast
-from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task import CausalPast, Task
 from seoro.runtime.kernel.task_group import TaskGroup
 from tests.runtime.kernel.runs import run, scheduler_of
 

@@ -1,6 +1,6 @@
 """`CausalPast` alone."""
 
-from seoro.runtime.kernel.past import CausalPast
+from seoro.runtime.kernel.task import CausalPast
 
 
 def past_of(instant: int, *numbers: int) -> CausalPast:

@@ -13,8 +13,8 @@ import pytest
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.errors import BackendRefused
 from seoro.robotics.geometry import Pose3D, Position3D
-from seoro.runtime.contracts.arms import MotionOptions
 from seoro.runtime.contracts.backends import GoalStatus
+from seoro.runtime.contracts.robots import MotionOptions
 from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.robots.conftest import BRIDGE, run_on_robot
