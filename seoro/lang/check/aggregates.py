@@ -31,7 +31,7 @@ class Aggregates:
         while isinstance(last := rows[-1].otherwise, ast.TernaryOpExp):
             rows.append(last)
         if len(rows) > MAX_CHAIN:
-            expressions.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+            expressions.bag.add(syntax.too_deep, node.span, MAX_CHAIN)
             return nothing(node.span)
         parts: list[tuple[Span, plan.Expression, Typed]] = []
         for row in rows:
@@ -97,7 +97,7 @@ class Aggregates:
             self._no_common("the bounds of a range", low, high)
             return nothing(node.span)
         if not is_number(shared):
-            expressions.bag.add(messages.NotNumericRange(node.span, expressions.converter.describe(shared)))
+            expressions.bag.add(messages.not_numeric_range, node.span, expressions.converter.describe(shared))
             return nothing(node.span)
         return Typed(plan.RangeOf(convert(low, shared), convert(high, shared), node.span), RangeOf(shared))
 
@@ -114,9 +114,10 @@ class Aggregates:
 
     def _no_common(self, what: str, left: Typed, right: Typed) -> None:
         describe = self._expressions.converter.describe
-        spans = right.expression.span, left.expression.span
-        message = messages.NoCommonType(*spans, what, describe(left.type), describe(right.type))
-        self._expressions.bag.add(message)
+        types = describe(left.type), describe(right.type)
+        self._expressions.bag.add(
+            messages.no_common_type, right.expression.span, left.expression.span, what, *types
+        )
 
 
 def _element(item: Typed) -> Type:

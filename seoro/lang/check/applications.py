@@ -62,7 +62,7 @@ class Applications:
             for place, what, parameters in applications:
                 lacking = next((name for name in uses if name not in parameters), None)
                 if lacking is not None:
-                    bag.add(messages.LacksParameter(place, modifier.name, lacking, what, uses[lacking]))
+                    bag.add(messages.lacks_parameter, place, modifier.name, lacking, what, uses[lacking])
 
     def _spread(self) -> None:
         """Propagate the uses of each modifier to the modifiers that apply it."""

@@ -87,7 +87,7 @@ class _Binding:
                 continue
             self.expressions.value(value, self.scope)
             if not self.is_open:
-                self.expressions.bag.add(messages.TooManyArguments(value.span, self.owner, len(order)))
+                self.expressions.bag.add(messages.too_many_arguments, value.span, self.owner, len(order))
 
     def bind_named(self, argument: ast.NamedArgument) -> None:
         name = argument.name
@@ -97,14 +97,16 @@ class _Binding:
             self._report_unknown(name)
             return
         if parameter.name in self.places:
-            self.expressions.bag.add(messages.DuplicateArgument(name.span, name.text, self.places[parameter.name]))
+            self.expressions.bag.add(
+                messages.duplicate_argument, name.span, name.text, self.places[parameter.name]
+            )
         self._give(parameter, argument.value, name.span)
 
     def _report_unknown(self, name: ast.Name) -> None:
         bag = self.expressions.bag
         if not self.is_open and not self.expressions.program.is_unread(name.text):
             known = tuple(parameter.text for parameter in self.parameters.values())
-            bag.add(messages.UnknownArgument(name.span, self.owner, name.text, known))
+            bag.add(messages.unknown_argument, name.span, self.owner, name.text, known)
 
     def _give(self, parameter: FieldSymbol, value: ast.Expression, place: Span) -> None:
         self.places[parameter.name] = place
@@ -138,7 +140,7 @@ class _Binding:
         entry = self.expressions.program.nowhere.file
         if is_missing(given.value, trait, (entry.path, span.file.path)):
             is_uri = trait is ParameterTrait.URI
-            self.expressions.bag.add(messages.MissingFile(span, given.value, is_uri))
+            self.expressions.bag.add(messages.missing_file, span, given.value, is_uri)
 
     def _variable(self, value: ast.Expression, is_a_number: bool) -> plan.Expression:
         """Return the path of a variable, which is passed by reference."""
@@ -149,10 +151,10 @@ class _Binding:
         fields = fields_on(found.expression, self.scope, expressions.program)
         if not fields or not leads_to_variable(fields) or isinstance(found.expression, plan.Index):
             parameter = fields[-1].span if fields else None
-            expressions.bag.add(constraint_messages.NotAVariable(value.span, value.span.text, parameter))
+            expressions.bag.add(constraint_messages.not_a_variable, value.span, value.span.text, parameter)
         elif is_a_number and not is_number(found.type):
             described = expressions.converter.describe(found.type)
-            expressions.bag.add(type_messages.Mismatch(value.span, "a variable that holds a number", described))
+            expressions.bag.add(type_messages.mismatch, value.span, "a variable that holds a number", described)
         return plan.Reference(found.expression, plan_type(found.type, expressions.program), value.span)
 
     def _any_value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
@@ -161,13 +163,13 @@ class _Binding:
         found = expressions.value(value, self.scope)
         if isinstance(found.type, Structured) and found.type.symbol.kind not in {Kind.STRUCT, Kind.ACTOR}:
             kind = f"a running {found.type.symbol.kind.value}"
-            expressions.bag.add(type_messages.NotAValue(value.span, value.span.text, kind))
+            expressions.bag.add(type_messages.not_a_value, value.span, value.span.text, kind)
         elif isinstance(found.type, CompositionObject | EventObject):
             kind = "an occurrence" if isinstance(found.type, EventObject) else "a running behavior"
-            expressions.bag.add(type_messages.NotAValue(value.span, value.span.text, kind))
+            expressions.bag.add(type_messages.not_a_value, value.span, value.span.text, kind)
         if expressions.strict and is_known(found.type) and found.type != parameter.type:
             declared = expressions.converter.describe(parameter.type)
-            expressions.bag.add(type_messages.AnyArgument(value.span, parameter.name, declared))
+            expressions.bag.add(type_messages.any_argument, value.span, parameter.name, declared)
         if self.types is not None and is_known(found.type):
             self.types[parameter.name] = plan_type(found.type, expressions.program)
         return found.expression

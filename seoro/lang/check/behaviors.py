@@ -46,7 +46,7 @@ class Behaviors:
         first: dict[str, ast.Name] = {}
         for label, _ in labelled(self._directive.member):
             if first.setdefault(label.text, label) is not label:
-                self._bag.add(names.Duplicate(label.span, "label", label.text, first[label.text].span))
+                self._bag.add(names.duplicate, label.span, "label", label.text, first[label.text].span)
         return self._member(self._directive.member)
 
     def _member(self, member: ast.DoMember) -> plan.Behavior | None:
@@ -118,7 +118,7 @@ class Behaviors:
         may_be_given = self._with_blocks.may_constrain(node, modifications)
         missing = () if may_be_given else values.lacking_of(symbol, {**given, **ranges})
         if missing:
-            self._bag.add(messages.MissingArgument(call.span, name, missing[0]))
+            self._bag.add(messages.missing_argument, call.span, name, missing[0])
         is_atomic = symbol.kind is Kind.ACTION and symbol.do is None
         arguments = tuple((name, given[name]) for name in parameters if name in given)
         common = (label, target.actor, arguments, tuple(constraints), duration, modifications, call.span, name)

@@ -80,7 +80,9 @@ class Builtins:
         operator = plan.Bulk(name.text)
         arguments = node.arguments
         if len(arguments.positional) != 1 or arguments.named:
-            self._expressions.bag.add(messages.InvalidOperands(node.span, name.text, "one expression, about `it`"))
+            self._expressions.bag.add(
+                messages.invalid_operands, node.span, name.text, "one expression, about `it`"
+            )
             return nothing(node.span)
         inside = replace(scope, it=element, is_it_bound=True)
         argument = arguments.positional[0]
@@ -89,7 +91,7 @@ class Builtins:
         if not is_map:
             self._expressions.operators.truth(body, name.text, argument.span)
         elif isinstance(body.type, ListOf):
-            self._expressions.bag.add(type_messages.ListOfList(argument.span))
+            self._expressions.bag.add(type_messages.list_of_list, argument.span)
             return nothing(node.span)
         result = self._result(operator, element, body.type)
         made = plan.ForEach(operator, base.expression, body.expression, node.span)
@@ -119,13 +121,13 @@ class Builtins:
         given = bind(self._expressions, method.value, parameters, node.arguments, scope, is_method=True)
         for name in parameters:
             if name not in given and name != _OPTIONAL:
-                self._expressions.bag.add(behavior_messages.MissingArgument(node.span, method.value, name))
+                self._expressions.bag.add(behavior_messages.missing_argument, node.span, method.value, name)
         arguments = tuple(given[name] for name in parameters if name in given)
         return Typed(plan.StringCall(method, base.expression, arguments, node.span), result)
 
     def _take_nothing(self, name: str, node: ast.FunctionApplication) -> None:
         if node.arguments.positional or node.arguments.named:
-            self._expressions.bag.add(messages.InvalidOperands(node.arguments.span, name, "no arguments"))
+            self._expressions.bag.add(messages.invalid_operands, node.arguments.span, name, "no arguments")
 
 
 def _parameter(name: str, type_: Type, span: Span) -> FieldSymbol:

@@ -45,7 +45,7 @@ class Calls:
                 symbol = self._expressions.lookup.type(scope.space, name)
                 if isinstance(symbol, TypeSymbol) and symbol.kind is Kind.STRUCT:
                     if self._expressions.strict:
-                        self._expressions.bag.add(messages.StructConstructor(node.span, name.text))
+                        self._expressions.bag.add(messages.struct_constructor, node.span, name.text)
                     return self._values.from_arguments(symbol, node, scope)
                 method = self._methods.own(name, scope)
                 if method is not None:
@@ -55,7 +55,7 @@ class Calls:
             case ast.FieldAccess(base, name):
                 return self._call(base, name, node, scope, is_directive)
             case _:
-                self._expressions.bag.add(messages.NotCallable(node.span, node.function.span.text))
+                self._expressions.bag.add(messages.not_callable, node.span, node.function.span.text)
                 return nothing(node.span)
 
     def _call(
@@ -90,7 +90,7 @@ class Calls:
             return self._methods.call(method, receiver, node, scope, is_directive)
         if not is_hidden and not self._expressions.program.is_unread(name.text):
             owner = self._expressions.converter.describe(found.type)
-            self._expressions.bag.add(method_messages.UnknownMethod(name.span, owner, name.text, known))
+            self._expressions.bag.add(method_messages.unknown_method, name.span, owner, name.text, known)
         return nothing(node.span)
 
     def _default_of(self, base: ast.Expression, scope: Scope) -> Typed | None:
@@ -109,7 +109,7 @@ class Calls:
         if not isinstance(symbol, TypeSymbol) or symbol.kind is not Kind.STRUCT:
             return None
         if self._expressions.strict:
-            self._expressions.bag.add(messages.StructConstructor(base.span, name.text))
+            self._expressions.bag.add(messages.struct_constructor, base.span, name.text)
         arguments = ast.ArgumentList((), (), base.span)
         return self._values.from_arguments(symbol, ast.FunctionApplication(base, arguments, base.span), scope)
 
@@ -118,13 +118,13 @@ class Calls:
             return nothing(node.span)
         if any(key[2] == name.text for key in self._expressions.program.behaviors):
             hint = "invoke scenarios and actions below `do`"
-            self._expressions.bag.add(messages.NotCallable(name.span, name.text, hint))
+            self._expressions.bag.add(messages.not_callable, name.span, name.text, hint)
             return nothing(node.span)
         methods = scope.owner.inventory.methods if scope.owner is not None else {}
         known = tuple(method.text for method in methods.values())
         known += self._expressions.program.types_of(Kind.STRUCT)
         hint = self._construction(name, node, scope)
-        self._expressions.bag.add(names.UnknownType(name.span, name.text, known, "method or struct", hint))
+        self._expressions.bag.add(names.unknown_type, name.span, name.text, known, "method or struct", hint)
         return nothing(node.span)
 
     def _construction(self, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> str:

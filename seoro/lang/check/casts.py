@@ -44,7 +44,7 @@ class Casts:
             return Typed(operand.expression, target)
         if not _may_become(operand.type, target):
             describe = expressions.converter.describe
-            expressions.bag.add(messages.ImpossibleCast(node.span, describe(operand.type), describe(target)))
+            expressions.bag.add(messages.impossible_cast, node.span, describe(operand.type), describe(target))
             return nothing(node.span)
         return Typed(plan.Cast(operand.expression, plan_type(target, expressions.program), node.span), target)
 

@@ -141,9 +141,9 @@ def _note_reserved(sources: Sources, bag: Bag) -> None:
             case ast.ImportModule(path):
                 name = ".".join(path)
                 if name.startswith("osc.") and name not in STANDARD_MODULES:
-                    bag.add(messages.LibraryImport(statement.span, name))
+                    bag.add(messages.library_import, statement.span, name)
             case ast.NamespaceStatement(name) if name.startswith(RESERVED_NAMESPACES):
-                bag.add(messages.ReservedNamespace(statement.span, name))
+                bag.add(messages.reserved_namespace, statement.span, name)
             case _:
                 pass
 

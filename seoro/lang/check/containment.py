@@ -25,7 +25,7 @@ def check_containment(structures: plan.Structures, bag: Bag) -> None:
                 branches.pop()
             elif inner in path:
                 circle = [*path[path.index(inner) :], inner]
-                bag.add(messages.ContainsItself(inner.span, tuple(each.type.name for each in circle)))
+                bag.add(messages.contains_itself, inner.span, tuple(each.type.name for each in circle))
                 done.update(each.type.name for each in path)
             elif inner.type.name not in done:
                 path.append(inner)

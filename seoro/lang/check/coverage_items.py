@@ -104,10 +104,10 @@ class Items:
         if argument is None:
             return plan.PhaseEvent(None, plan.Phase.END, draft.span)
         if isinstance(argument.value, ast.FieldAccess):
-            self._bag.add(messages.PathOfEvent(argument.value.span))
+            self._bag.add(messages.path_of_event, argument.value.span)
             return None
         if not isinstance(argument.value, ast.NameExpression):
-            self._bag.add(messages.InvalidArgumentValue(argument.value.span, "event", "the name of an event"))
+            self._bag.add(messages.invalid_argument_value, argument.value.span, "event", "the name of an event")
             return None
         name, owner = argument.value.name, draft.owner
         events = owner.inventory.events
@@ -119,7 +119,7 @@ class Items:
             return plan.PhaseEvent(None, PHASES[name.text], name.span)
         if not is_open(owner) and not self._expressions.program.is_unread(name.text):
             known = (*(event.text for event in events.values()), *phases)
-            self._bag.add(event_messages.UnknownEvent(name.span, name.text, known))
+            self._bag.add(event_messages.unknown_event, name.span, name.text, known)
         return None
 
     # ------------------------------------------------------------ items of one value
@@ -170,14 +170,14 @@ class Items:
         if isinstance(value.type, Primitive | Quantity | Enumeration | Unknown):
             return value
         described = expressions.converter.describe(value.type)
-        self._bag.add(messages.NotScalar(value.expression.span, draft.name.text, described))
+        self._bag.add(messages.not_scalar, value.expression.span, draft.name.text, described)
         return None
 
     def _report_nothing(self, draft: Draft) -> None:
         if not is_open(draft.owner) and not self._expressions.program.is_unread(draft.name.text):
             known = tuple(field.text for field in draft.scope.fields.values())
             owner = draft.owner.qualified_name
-            self._bag.add(messages.NothingToSample(draft.name.span, draft.name.text, owner, known))
+            self._bag.add(messages.nothing_to_sample, draft.name.span, draft.name.text, owner, known)
 
     def _unit(self, draft: Draft, type_: Type) -> plan.CoverageUnit | None:
         """Return the unit of an item; None if it needs none, or if it is invalid, which is reported."""
@@ -186,24 +186,23 @@ class Items:
         if argument is None:
             if isinstance(type_, Quantity):
                 units = self._units(type_)
-                self._bag.add(messages.MissingUnit(draft.name.span, draft.name.text, described, units))
+                self._bag.add(messages.missing_unit, draft.name.span, draft.name.text, described, units)
             return None
         if not isinstance(argument.value, ast.NameExpression):
             needed = "the name of a unit"
             self._bag.add(
-                messages.InvalidArgumentValue(argument.value.span, "unit", needed, "such as `m` or `kph`")
+                messages.invalid_argument_value, argument.value.span, "unit", needed, "such as `m` or `kph`"
             )
             return None
         name = argument.value.name
         unit = self._expressions.program.units.get(name.text)
         if unit is None:
-            self._bag.add(names.UnknownUnit(name.span, name.text, tuple(self._expressions.program.units)))
+            self._bag.add(names.unknown_unit, name.span, name.text, tuple(self._expressions.program.units))
         elif unit.dimension is not None and is_known(type_):
             if isinstance(type_, Quantity) and dimension_of(type_) == unit.dimension:
                 return plan.CoverageUnit(unit.name, unit.factor, unit.offset)
             fitting = self._units(type_)
-            message = messages.InvalidUnit(name.span, name.text, draft.name.text, described, fitting)
-            self._bag.add(message)
+            self._bag.add(messages.invalid_unit, name.span, name.text, draft.name.text, described, fitting)
         return None
 
     def _units(self, type_: Type) -> tuple[str, ...]:
@@ -227,13 +226,13 @@ class Items:
         allowed = (item,) if scope.is_it_bound else (item, "it")
         wrong = next((node for node in inner_first(condition) if not _is_constant(node, allowed)), None)
         if wrong is not None:
-            self._bag.add(messages.NotConstant(wrong.span, name, item))
+            self._bag.add(messages.not_constant, wrong.span, name, item)
         return condition
 
     def _check_target(self, draft: Draft, kind: str, reason: str) -> None:
         argument = draft.arguments.get("target")
         if argument is not None and plan.CoverageKind(kind) is plan.CoverageKind.RECORD:
-            self._bag.add(messages.TargetOfRecord(argument.place, draft.name.text, reason))
+            self._bag.add(messages.target_of_record, argument.place, draft.name.text, reason)
 
     # ------------------------------------------------------------ items of several values (7.5.4)
 
@@ -249,7 +248,7 @@ class Items:
             if name in arguments and name not in CROSS_ARGUMENTS:
                 reason = "belongs to the combined items, not to their combination"
                 place = arguments[name].place
-                self._bag.add(messages.ExcludedArgument(place, name, reason, arguments["items"].place))
+                self._bag.add(messages.excluded_argument, place, name, reason, arguments["items"].place)
         literals = Literals(arguments, "", self._bag)
         combined = [self._combined(draft, name, event, before, places) for name in literals.names("items")]
         found = [item for item in combined if item is not None]
@@ -284,13 +283,13 @@ class Items:
             return None
         if item is None:
             owner, known = draft.owner.qualified_name, tuple(before)
-            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))
+            self._bag.add(messages.unknown_item, name.span, name.text, owner, known, places.get(name.text))
             return None
         if event is None or item.event is None:
             return None
         own, other = _event_name(event), _event_name(item.event)
         if own != other:
-            self._bag.add(messages.DifferentEvent(name.span, name.text, other, own, item.draft.name.span))
+            self._bag.add(messages.different_event, name.span, name.text, other, own, item.draft.name.span)
             return None
         return item if item.plan is not None else None
 

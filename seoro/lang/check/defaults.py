@@ -77,7 +77,7 @@ class Defaults:
         values = {name: value for name, field in fields.items() if (value := self.of(field)) is not None}
         uses = {name: sorted(self._names_used(value) & values.keys()) for name, value in values.items()}
         for circle in islice(circles(uses), 1):
-            self._expressions.bag.add(names.CyclicReference(fields[circle[0]].span, "values of fields", circle))
+            self._expressions.bag.add(names.cyclic_reference, fields[circle[0]].span, "values of fields", circle)
 
     def _names_used(self, value: plan.Expression) -> set[str]:
         return names_used(value, self._methods.implementations, self._expressions.program.structures)

@@ -50,7 +50,7 @@ class Directives:
             return None
         event, symbol = found
         if isinstance(event, plan.PhaseEvent) and event.phase is plan.Phase.START:
-            self._bag.add(messages.EmitStart(node.event.span))
+            self._bag.add(messages.emit_start, node.event.span)
             return None
         return plan.Emit(label, event, self._arguments(node, symbol, scope), node.span)
 
@@ -63,7 +63,7 @@ class Directives:
         values = bind(self._expressions, name, parameters, node.arguments, scope, is_method=True)
         for parameter in parameters.values():
             if parameter.name not in values and self._expressions.defaults.of(parameter) is None:
-                self._bag.add(behavior_messages.MissingArgument(node.span, name, parameter.name))
+                self._bag.add(behavior_messages.missing_argument, node.span, name, parameter.name)
         return tuple((name, values[name]) for name in parameters if name in values)
 
     def call(self, node: ast.CallDirective, label: str | None, scope: Scope) -> plan.CallMethod | None:
@@ -72,5 +72,5 @@ class Directives:
         if isinstance(found.expression, plan.Call):
             return plan.CallMethod(label, found.expression, node.span)
         if is_known(found.type):
-            self._bag.add(messages.NotAMethod(node.invocation.span))
+            self._bag.add(messages.not_a_method, node.invocation.span)
         return None

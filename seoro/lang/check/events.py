@@ -87,7 +87,7 @@ class Events:
         scope = self._scope
         first = self._expressions.lookup.member(scope.space, scope.fields, name)
         if first is not None or name.text in scope.bindings:
-            self._bag.add(messages.OccurrenceHidesField(name.span, name.text, first.span if first else None))
+            self._bag.add(messages.occurrence_hides_field, name.span, name.text, first.span if first else None)
         occurrence: Type = UNKNOWN
         if event is not None:
             phase = EventSymbol(event.reference.span.text, self._owner, name.span, self._owner.home)
@@ -111,7 +111,7 @@ class Events:
 
     def _truth(self, node: ast.Expression, scope: Scope, context: str) -> plan.Expression:
         if self._is_event(node, scope):
-            self._bag.add(messages.MissingAt(node.span, node.span.text))
+            self._bag.add(messages.missing_at, node.span, node.span.text)
             return plan.Literal(False, node.span)
         return self._expressions.converted(node, BOOL, scope, context)
 
@@ -163,7 +163,7 @@ class Events:
         found = self._member_of(self._owner, self._declared, name)
         if found is None and not self._is_open(self._owner, name):
             known, is_label = self._known(self._owner, self._declared), name.text in self._labels
-            self._bag.add(messages.UnknownEvent(name.span, name.text, known, is_label=is_label))
+            self._bag.add(messages.unknown_event, name.span, name.text, known, is_label=is_label)
         return found
 
     def _reference(self, path: ast.Expression) -> Referred | None:
@@ -178,7 +178,7 @@ class Events:
             case ast.FieldAccess(base, name):
                 return self._of_object(base, name, path.span)
             case _:
-                self._bag.add(messages.NotAnEvent(path.span))
+                self._bag.add(messages.not_an_event, path.span)
                 return None
 
     def _of_label(self, label: ast.Name, rest: Sequence[ast.Name], span: Span) -> Referred | None:
@@ -195,7 +195,7 @@ class Events:
         if len(rest) > 1 and rest[0].text in self._labels.inside(label.text):
             return self._of_label(rest[0], rest[1:], span)
         if not any(self._expressions.program.is_unread(name.text) for name in (label, rest[0])):
-            self._bag.add(messages.UnknownPhase(rest[0].span, label.text, rest[0].text))
+            self._bag.add(messages.unknown_phase, rest[0].span, label.text, rest[0].text)
         return None
 
     def _of_invoked(self, names: Sequence[ast.Name]) -> Referred | None:
@@ -209,7 +209,7 @@ class Events:
         if isinstance(base, ast.NameExpression) and not self._is_object(base.name):
             if not self._is_open(self._owner, base.name):
                 candidates = (*self._labels, *(field.text for field in self._scope.fields.values()))
-                self._bag.add(messages.UnknownLabel(base.span, base.name.text, candidates))
+                self._bag.add(messages.unknown_label, base.span, base.name.text, candidates)
             return None
         found = self._expressions.value(base, self._scope)
         if not is_known(found.type):
@@ -217,7 +217,7 @@ class Events:
         if isinstance(found.type, CompositionObject):
             return self._of_composition(found, name, span)
         if not isinstance(found.type, Structured):
-            self._bag.add(messages.NoEvents(base.span, self._expressions.converter.describe(found.type)))
+            self._bag.add(messages.no_events, base.span, self._expressions.converter.describe(found.type))
             return None
         event = self._of_type(found.type.symbol, name)
         if event is None or isinstance(found.expression, plan.Self):
@@ -232,7 +232,7 @@ class Events:
             phase = plan.PhaseEvent(None, PHASES[name.text], name.span)
             return Referred(plan.MemberEvent(base.expression, phase, span), None)
         owner = self._expressions.converter.describe(base.type).strip("`")
-        self._bag.add(messages.UnknownEvent(name.span, name.text, tuple(PHASES), owner))
+        self._bag.add(messages.unknown_event, name.span, name.text, tuple(PHASES), owner)
         return None
 
     def _is_object(self, name: ast.Name) -> bool:
@@ -255,10 +255,8 @@ class Events:
             return Referred(*found)
         if not self._is_open(symbol, name):
             known = self._known(symbol, declared)
-            message = messages.UnknownEvent(
-                name.span, name.text, known, symbol.qualified_name, name.text in PHASES
-            )
-            self._bag.add(message)
+            owner, is_phase = symbol.qualified_name, name.text in PHASES
+            self._bag.add(messages.unknown_event, name.span, name.text, known, owner, is_phase)
         return None
 
     def _member_of(

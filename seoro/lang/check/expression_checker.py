@@ -45,7 +45,7 @@ class ExpressionChecker(ABC):
     def value(self, node: ast.Expression, scope: Scope, expected: Type | None = None) -> Typed:
         """Elaborate an expression."""
         if self._depth >= MAX_DEPTH:
-            self.bag.add(syntax.TooDeep(node.span, MAX_DEPTH))
+            self.bag.add(syntax.too_deep, node.span, MAX_DEPTH)
             return nothing(node.span)
         self._depth += 1
         try:

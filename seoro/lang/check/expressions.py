@@ -126,7 +126,7 @@ class Expressions(ExpressionChecker):
 
     def _check_escapes(self, literal: Span) -> None:
         for start, end in unknown_escapes(literal.text):
-            self.bag.add(syntax.UnknownEscape(Span(literal.file, literal.start + start, literal.start + end)))
+            self.bag.add(syntax.unknown_escape, Span(literal.file, literal.start + start, literal.start + end))
 
     def traits_of(self, symbol: TypeSymbol) -> Mapping[str, ParameterTrait]:
         """Return the traits of parameters in the Python implementation of an action or a modifier."""
@@ -149,7 +149,7 @@ class Expressions(ExpressionChecker):
                 owner = f"`{composition.name}`"
             case _:
                 if is_known(base.type):
-                    self.bag.add(messages.NoFields(node.base.span, self.converter.describe(base.type)))
+                    self.bag.add(messages.no_fields, node.base.span, self.converter.describe(base.type))
                 return nothing(node.span)
         found = self._member_field(base.type, fields, name, scope) or implicit_duration(base, name)
         if found is not None:
@@ -166,7 +166,7 @@ class Expressions(ExpressionChecker):
                 if base.type == ANY_BEHAVIOR
                 else ""
             )
-            self.bag.add(names.UnknownField(name.span, owner, name.text, known, hint))
+            self.bag.add(names.unknown_field, name.span, owner, name.text, known, hint)
         return nothing(node.span)
 
     def _member_field(
@@ -185,11 +185,11 @@ class Expressions(ExpressionChecker):
         base = self.value(node.base, scope)
         index = self.value(node.position, scope, INT)
         if is_known(index.type) and not is_integer(index.type):
-            self.bag.add(messages.InvalidIndex(node.position.span, self.converter.describe(index.type)))
+            self.bag.add(messages.invalid_index, node.position.span, self.converter.describe(index.type))
         if isinstance(base.type, ListOf):
             return Typed(plan.Index(base.expression, index.expression, node.span), base.type.element)
         if is_known(base.type):
-            self.bag.add(messages.NotAList(node.base.span, self.converter.describe(base.type)))
+            self.bag.add(messages.not_a_list, node.base.span, self.converter.describe(base.type))
         return nothing(node.span)
 
     # ------------------------------------------------------------ operators
@@ -203,7 +203,7 @@ class Expressions(ExpressionChecker):
         while isinstance(left := chain[-1].left, kind):
             chain.append(left)
         if len(chain) > MAX_CHAIN:
-            self.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+            self.bag.add(syntax.too_deep, node.span, MAX_CHAIN)
             return []
         return chain[::-1]
 

@@ -114,7 +114,7 @@ class Members:
         if symbol.kind in {Kind.STRUCT, Kind.ACTOR} and isinstance(member, ast.OnDirective | ast.DoDirective):
             word = "on" if isinstance(member, ast.OnDirective) else "do"
             kind = describe_kind(symbol)
-            self._bag.add(modifier_messages.MisplacedMember(member.span.head(word), word, symbol.name, kind))
+            self._bag.add(modifier_messages.misplaced_member, member.span.head(word), word, symbol.name, kind)
 
     def _find_do(self, symbol: TypeSymbol) -> None:
         """Find the only `do`, including inherited ones and extensions (7.3.5.1.3); report others."""
@@ -130,7 +130,7 @@ class Members:
         for second in own if inherited is not None else own[1:]:
             assert first is not None
             place, other = second.directive.span.head("do"), first.directive.span.head("do")
-            self._bag.add(behavior_messages.DuplicateDo(place, other, inherited is not None))
+            self._bag.add(behavior_messages.duplicate_do, place, other, inherited is not None)
 
     # ------------------------------------------------------------ fields and events
 
@@ -155,10 +155,10 @@ class Members:
     def _add_event(self, symbol: TypeSymbol, node: ast.EventDeclaration, home: Home) -> None:
         name, space = node.name, home.namespace_of(node.name)
         if has_phases(symbol) and name.text in PHASES:
-            self._bag.add(event_messages.PredefinedEvent(name.span, name.text))
+            self._bag.add(event_messages.predefined_event, name.span, name.text)
             return
         if node.parameters and node.specification is not None:
-            self._bag.add(event_messages.SpecificationWithParameters(node.specification.span, name.text))
+            self._bag.add(event_messages.specification_with_parameters, node.specification.span, name.text)
         unique = self._unique(name.text, space, symbol.inventory.events)
         parameters = self._parameters(node.parameters, symbol, home)
         event = EventSymbol(unique, symbol, name.span, home, node.specification, name.text, space, parameters)
@@ -172,7 +172,7 @@ class Members:
             return True
         difference = _difference(event, overridden)
         if difference:
-            self._bag.add(event_messages.EventMismatch(event.span, event.text, difference, overridden.span))
+            self._bag.add(event_messages.event_mismatch, event.span, event.text, difference, overridden.span)
             return False
         _inherit_defaults(event, overridden)
         return True
@@ -186,7 +186,7 @@ class Members:
             name, space = parameter.name, home.namespace_of(parameter.name)
             type_ = self._resolver.type_of(parameter.type, home.space)
             if name.text in found:
-                self._bag.add(names.Duplicate(name.span, "parameter", name.text, found[name.text].span))
+                self._bag.add(names.duplicate, name.span, "parameter", name.text, found[name.text].span)
                 continue
             found.add(FieldSymbol(name.text, type_, parameter.default, owner, name.span, home, name.text, space))
         return found
@@ -196,7 +196,7 @@ class Members:
         for other in self._namesakes(symbol, member):
             if other is not None:
                 if not self._program.is_unread(member.text):
-                    self._bag.add(names.Duplicate(member.span, "member", member.text, other.span))
+                    self._bag.add(names.duplicate, member.span, "member", member.text, other.span)
                 return False
         return True
 
@@ -251,13 +251,13 @@ class Members:
         if overridden is None:
             return True
         if not only:
-            self._bag.add(method_messages.MissingOnly(method.span, method.text, overridden.span))
+            self._bag.add(method_messages.missing_only, method.span, method.text, overridden.span)
             return False
         difference = _difference(method, overridden) or (
             "" if method.result == overridden.result else "its result"
         )
         if difference:
-            self._bag.add(method_messages.MethodMismatch(method.span, method.text, difference, overridden.span))
+            self._bag.add(method_messages.method_mismatch, method.span, method.text, difference, overridden.span)
             return False
         _inherit_defaults(method, overridden)
         return True

@@ -117,7 +117,7 @@ class Reactions:
         for circle in circles({name: self._derived_from(event) for name, event in declared.items()}):
             own = next((symbol.events[name] for name in circle if name in symbol.events), None)
             if own is not None:  # else it is reported with the base
-                self._expressions.bag.add(names.CyclicReference(own.span, "events", circle))
+                self._expressions.bag.add(names.cyclic_reference, own.span, "events", circle)
 
     def _derived_from(self, event: EventSymbol) -> tuple[str, ...]:
         """Return the event of the same instance from which an event is derived, if any."""
@@ -132,7 +132,7 @@ class Reactions:
         symbols = {symbol.plan_name: symbol for symbol in program.modifiers.values()}
         applied = {name: self._applied(symbol) for name, symbol in symbols.items()}
         for circle in circles(applied):
-            self._expressions.bag.add(names.CyclicReference(symbols[circle[0]].span, "modifiers", circle))
+            self._expressions.bag.add(names.cyclic_reference, symbols[circle[0]].span, "modifiers", circle)
 
     def _applied(self, symbol: TypeSymbol) -> tuple[str, ...]:
         found = self._modifiers[symbol]

@@ -66,10 +66,8 @@ class Resolver:
             for name in parameter.names:
                 program.globals[home.namespace_of(name), name.text].type = type_
             for item in parameter.coverage:
-                message = coverage_messages.MisplacedItem(
-                    item.span.head(item.kind), item.kind, parameter.names[0].text
-                )
-                self._bag.add(message)
+                span, name = item.span.head(item.kind), parameter.names[0]
+                self._bag.add(coverage_messages.misplaced_item, span, item.kind, name.text)
 
     # ------------------------------------------------------------ extensions (7.3.9)
 
@@ -142,7 +140,9 @@ class Resolver:
             symbol.is_open = True
         elif base.kind is not symbol.kind:
             needed = describe_kind(symbol)
-            self._bag.add(names.WrongKind(inheritance.base.span, base.qualified_name, describe_kind(base), needed))
+            self._bag.add(
+                names.wrong_kind, inheritance.base.span, base.qualified_name, describe_kind(base), needed
+            )
         else:
             symbol.base = base
 
@@ -160,14 +160,14 @@ class Resolver:
             return
         if self._lookup.modifier(space, actor, name.name) is not None:
             needed = "a scenario or an action"
-            self._bag.add(names.WrongKind(name.span, name.span.text, "a modifier", needed))
+            self._bag.add(names.wrong_kind, name.span, name.span.text, "a modifier", needed)
             return
         owners = set(lineage(actor)) if actor is not None else {None}
         known = tuple(symbol.name for (_, owner, _), symbol in self._program.behaviors.items() if owner in owners)
         owner_name, text = actor.name if actor is not None else None, name.name.text
         others = actors_with(self._program.behaviors, text)
         hint = f"it belongs to actor `{others[0]}`; write `{others[0]}.{text}`" if others and actor is None else ""
-        self._bag.add(behavior_messages.UnknownBehavior(name.span, text, owner_name, known, hint))
+        self._bag.add(behavior_messages.unknown_behavior, name.span, text, owner_name, known, hint)
 
     def _check_lines(self, structured: list[TypeSymbol]) -> None:
         """Cut cyclic bases, and chains of bases that are too long."""
@@ -185,13 +185,13 @@ class Resolver:
             for type_ in reversed(path):
                 depths[type_] = 0 if type_.base is None else depths[type_.base] + 1
                 if depths[type_] > MAX_BASES:
-                    self._bag.add(names.TooManyBases(type_.span, MAX_BASES))
+                    self._bag.add(names.too_many_bases, type_.span, MAX_BASES)
                     type_.base, type_.is_open, depths[type_] = None, True, 0
 
     def _cut_circle(self, circle: list[TypeSymbol]) -> None:
         """Report types that inherit each other, and remove the base of the last one."""
         names_ = tuple(type_.qualified_name for type_ in (*circle, circle[0]))
-        self._bag.add(names.CyclicReference(circle[0].span, "bases", names_))
+        self._bag.add(names.cyclic_reference, circle[0].span, "bases", names_)
         circle[-1].base, circle[-1].is_open = None, True
 
     def _check_actor(self, symbol: TypeSymbol) -> None:
@@ -204,7 +204,7 @@ class Resolver:
             declaration = symbol.declaration
             assert not isinstance(declaration, ast.ModifierDeclaration) and declaration.inheritance is not None
             span = declaration.inheritance.base.span
-            self._bag.add(names.InvalidBase(span, symbol.qualified_name, base.qualified_name))
+            self._bag.add(names.invalid_base, span, symbol.qualified_name, base.qualified_name)
 
     # ------------------------------------------------------------ conditions (7.3.8.2)
 
@@ -219,7 +219,7 @@ class Resolver:
                 assert not isinstance(symbol.declaration, ast.ModifierDeclaration)
                 assert symbol.declaration.inheritance is not None
                 span = symbol.declaration.inheritance.base.span
-                self._bag.add(names.UnconditionalBase(span, symbol.name, base.name))
+                self._bag.add(names.unconditional_base, span, symbol.name, base.name)
 
     def _resolve_condition(self, symbol: TypeSymbol) -> None:
         condition = _condition(symbol)
@@ -230,9 +230,9 @@ class Resolver:
         field = self._lookup.member(symbol.home.space, fields, name)
         if field is None:
             known = tuple(found.text for found in fields.values())
-            self._bag.add(names.UnknownField(name.span, f"`{symbol.base.name}`", name.text, known))
+            self._bag.add(names.unknown_field, name.span, f"`{symbol.base.name}`", name.text, known)
         elif field.is_variable:
-            self._bag.add(names.VariableDeterminant(name.span, name.text, field.span))
+            self._bag.add(names.variable_determinant, name.span, name.text, field.span)
         elif self._decides(field.type, value, symbol.home.space):
             symbol.condition = Condition(field, value)
             self._program.conditionals.append(symbol)
@@ -242,16 +242,16 @@ class Resolver:
         match type_, value:
             case Enumeration(enum), ast.EnumValueReference(prefix, member):
                 if prefix is not None and self._lookup.type(space, prefix) is not enum:
-                    self._bag.add(names.WrongKind(prefix.span, prefix.text, "another type", f"`{enum.name}`"))
+                    self._bag.add(names.wrong_kind, prefix.span, prefix.text, "another type", f"`{enum.name}`")
                 elif member.text in enum.members:
                     return True
                 else:
                     known = tuple(enum.members)
-                    self._bag.add(names.UnknownMember(member.span, enum.name, member.text, known))
+                    self._bag.add(names.unknown_member, member.span, enum.name, member.text, known)
             case _ if type_ == BOOL and isinstance(value, ast.BoolLiteral):
                 return True
             case _ if type_ != UNKNOWN:
-                self._bag.add(messages.InvalidCondition(value.span))
+                self._bag.add(messages.invalid_condition, value.span)
             case _:
                 pass
         return False
@@ -266,13 +266,13 @@ class Resolver:
             case ast.ListTypeDeclarator(element, span):
                 inner = self.type_of(element, space)
                 if isinstance(inner, ListOf):
-                    self._bag.add(messages.ListOfList(span))
+                    self._bag.add(messages.list_of_list, span)
                     return UNKNOWN
                 return ListOf(inner)
             case ast.RangeTypeDeclarator(element, span):
                 inner = self.type_of(element, space)
                 if inner != UNKNOWN and not is_number(inner):
-                    self._bag.add(messages.NotNumericRange(span, f"`{element.span.text}`"))
+                    self._bag.add(messages.not_numeric_range, span, f"`{element.span.text}`")
                     return UNKNOWN
                 return RangeOf(inner)
             case ast.NamedType(name):
@@ -296,7 +296,7 @@ class Resolver:
                 if behavior is not None:
                     return Structured(behavior)
                 if self._lookup.modifier(space, None, name.name) is not None:
-                    self._bag.add(names.WrongKind(name.span, name.name.text, "a modifier", "a type"))
+                    self._bag.add(names.wrong_kind, name.span, name.name.text, "a modifier", "a type")
                 else:
                     self._report_type(None, name.name, "a type")
                 return UNKNOWN
@@ -309,7 +309,7 @@ class Resolver:
         kind: Kind | None = None,
     ) -> None:
         if found is not None:
-            self._bag.add(names.WrongKind(name.span, name.text, describe_kind(found), needed))
+            self._bag.add(names.wrong_kind, name.span, name.text, describe_kind(found), needed)
             return
         if self._program.is_unread(name.text):
             return
@@ -319,7 +319,7 @@ class Resolver:
             if kind is None or (isinstance(symbol, TypeSymbol) and symbol.kind is kind)
         )
         candidates += tuple(PRIMITIVES) if kind is None else ()
-        self._bag.add(names.UnknownType(name.span, name.text, candidates, kind.value if kind else "type"))
+        self._bag.add(names.unknown_type, name.span, name.text, candidates, kind.value if kind else "type")
 
 
 def _condition(symbol: TypeSymbol) -> tuple[ast.Name, ast.EnumValueReference | ast.BoolLiteral] | None:

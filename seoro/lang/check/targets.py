@@ -48,7 +48,7 @@ class Targets:
             case ast.FieldAccess(base, name):
                 return self._of_actor(base, name)
             case _:
-                self._bag.add(messages.UnknownBehavior(call.function.span, call.function.span.text, None, ()))
+                self._bag.add(messages.unknown_behavior, call.function.span, call.function.span.text, None, ())
                 return None
 
     def _unprefixed(self, name: ast.Name) -> Target | None:
@@ -65,7 +65,7 @@ class Targets:
             return None
         owners: list[TypeSymbol | None] = [None, *(lineage(own) if own is not None else ())]
         hint = self._hint(name)
-        self._bag.add(messages.UnknownBehavior(name.span, name.text, None, self._known(owners), hint))
+        self._bag.add(messages.unknown_behavior, name.span, name.text, None, self._known(owners), hint)
         return None
 
     def _hint(self, name: ast.Name) -> str:
@@ -86,7 +86,7 @@ class Targets:
             is_method = isinstance(actor.type, Structured) and self._report_other(actor.type.symbol, None, name)
             if not is_method:
                 found_type = self._expressions.converter.describe(actor.type)
-                self._bag.add(messages.NotAnActor(base.span, found_type))
+                self._bag.add(messages.not_an_actor, base.span, found_type)
             return None
         owner = actor.type.symbol
         found = self._lookup.behavior(self._scope.space, owner, name)
@@ -99,7 +99,7 @@ class Targets:
                 hint = f"it belongs to no actor; invoke it as `{name.text}(...)`"
             elif not known:
                 hint = self._hint_of_actor(name)
-            self._bag.add(messages.UnknownBehavior(name.span, name.text, owner.name, known, hint))
+            self._bag.add(messages.unknown_behavior, name.span, name.text, owner.name, known, hint)
         return None
 
     def _hint_of_actor(self, name: ast.Name) -> str:
@@ -111,11 +111,11 @@ class Targets:
         """Report the name of a method or a modifier; return whether it is one."""
         space = self._scope.space
         if self._lookup.member(space, owner.inventory.methods, name) is not None:
-            self._bag.add(messages.MethodInvoked(name.span, name.text))
+            self._bag.add(messages.method_invoked, name.span, name.text)
             return True
         modifier = self._lookup.modifier(space, actor, name) or self._lookup.modifier(space, None, name)
         if modifier is not None:
-            self._bag.add(modifier_messages.ModifierInvoked(name.span, name.text))
+            self._bag.add(modifier_messages.modifier_invoked, name.span, name.text)
         return modifier is not None
 
     def _known(self, owners: list[TypeSymbol | None]) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ class Values:
         self.check_conditions(symbol, given, is_known_later=True)
         missing = self.lacking_of(symbol, given)
         if missing:
-            self._expressions.bag.add(messages.MissingArgument(node.span, symbol.name, missing[0]))
+            self._expressions.bag.add(messages.missing_argument, node.span, symbol.name, missing[0])
         arguments = tuple((name, given[name]) for name in fields if name in given)
         type_ = symbol.plan_type
         assert isinstance(type_, plan.StructType)
@@ -102,8 +102,7 @@ class Values:
                 continue
             if not isinstance(value, plan.Literal) or value.value != needed:
                 shown = needed.member if isinstance(needed, plan.EnumValue) else str(needed).lower()
-                message = type_messages.FixedByCondition(value.span, symbol.name, name, shown)
-                self._expressions.bag.add(message)
+                self._expressions.bag.add(type_messages.fixed_by_condition, value.span, symbol.name, name, shown)
 
     # ------------------------------------------------------------ missing values
 
@@ -211,7 +210,7 @@ class Values:
 
     def _refuse_depth(self, symbol: TypeSymbol) -> None:
         """Report a type whose values are nested too deeply; later checks skip it."""
-        self._expressions.bag.add(syntax.TooDeep(symbol.span, MAX_DEPTH))
+        self._expressions.bag.add(syntax.too_deep, symbol.span, MAX_DEPTH)
         symbol.is_open = True
         self._depths[symbol] = 0
 

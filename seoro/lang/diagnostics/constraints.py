@@ -2,49 +2,29 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.diagnostic import Diagnostic, error
 from seoro.lang.source import Span
 
 
-class ConstrainedVariable(TemplateMessage):
+def constrained_variable(span: Span, path: str, declared: Span) -> Diagnostic:
     """A constraint that contains only variables."""
-
-    CODE = "E0440"
-    TEXT = "`{path}` is a variable, and variables cannot be constrained"
-    HELP = "constrain a parameter, or wait for the condition: `wait <condition>`"
-    OTHERS = (("declared", "the variable is declared here"),)
-
-    path: str
-    declared: Span
+    text = f"`{path}` is a variable, and variables cannot be constrained"
+    hint = "constrain a parameter, or wait for the condition: `wait <condition>`"
+    return error("E0440", span, text, hint, other=declared, remark="the variable is declared here")
 
 
-class NotAParameter(TemplateMessage):
+def not_a_parameter(span: Span, path: str, declared: Span | None) -> Diagnostic:
     """`remove_default` of something other than a parameter."""
-
-    CODE = "E0441"
-    TEXT = (
-        "{declared:if}expected a parameter, found the variable `{path}`",
-        "expected the path of a parameter, found `{path}`",
-    )
-    HELP = "`remove_default` removes the default of a parameter"
-    OTHERS = (("declared", "declared here"),)
-
-    path: str
-    declared: Span | None
+    expected, found = ("a parameter", "the variable ") if declared else ("the path of a parameter", "")
+    text = f"expected {expected}, found {found}`{path}`"
+    hint = "`remove_default` removes the default of a parameter"
+    return error("E0441", span, text, hint, other=declared, remark="declared here")
 
 
-class NotAVariable(TemplateMessage):
+def not_a_variable(span: Span, path: str, parameter: Span | None) -> Diagnostic:
     """Something other than the path of a variable."""
-
-    CODE = "E0444"
-    TEXT = ("{parameter:if}`{path}` is a parameter, which does not change", "expected the path of a variable")
-    LABEL = ("{_is_value:if}this is a value",)
-    HELP = ("{parameter:if}declare it as a variable: `var {parameter.text}: ...`",)
-    OTHERS = (("parameter", "declared here"),)
-
-    path: str
-    parameter: Span | None
-
-    @property
-    def _is_value(self) -> bool:
-        return self.parameter is None
+    if parameter is None:
+        return error("E0444", span, "expected the path of a variable", label="this is a value")
+    text = f"`{path}` is a parameter, which does not change"
+    hint = f"declare it as a variable: `var {parameter.text}: ...`"
+    return error("E0444", span, text, hint, other=parameter, remark="declared here")

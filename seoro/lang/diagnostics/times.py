@@ -2,61 +2,37 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.diagnostics import near_or_all
+from seoro.lang.source import Span
 
 
-class NegativeTime(TemplateMessage):
+def negative_time(span: Span, what: str, is_positive: bool) -> Diagnostic:
     """An invalid time literal.
 
     Args:
+        span: The literal.
+        what: What the time means.
         is_positive: Whether zero is invalid, too.
     """
-
-    CODE = "E0454"
-    TEXT = ("{is_positive:if}the {what} must be longer than zero", "the {what} must not be negative")
-    HELP = ("{is_positive:if}use more than `0s`", "use `0s` or more")
-
-    what: str
-    is_positive: bool
+    if is_positive:
+        return error("E0454", span, f"the {what} must be longer than zero", "use more than `0s`")
+    return error("E0454", span, f"the {what} must not be negative", "use `0s` or more")
 
 
-class ParallelOnly(TemplateMessage):
+def parallel_only(span: Span, name: str, operator: str) -> Diagnostic:
     """An argument of `parallel` for another composition (7.3.13.2)."""
-
-    CODE = "E0480"
-    TEXT = "`{name}` is a parameter of `parallel`, not of `{operator}`"
-
-    name: str
-    operator: str
+    return error("E0480", span, f"`{name}` is a parameter of `parallel`, not of `{operator}`")
 
 
-class UnknownOverlap(TemplateMessage):
+def unknown_overlap(span: Span, candidates: tuple[str, ...]) -> Diagnostic:
     """An unknown kind of overlap (7.3.13.2)."""
-
-    CODE = "E0481"
-    TEXT = "unknown kind of overlap `{name}`"
-    HELP = ("{near}", "the kinds are {candidates:and}")
-
-    candidates: tuple[str, ...]
-
-    @property
-    def name(self) -> str:
-        """The kind as written."""
-        return self.span.text
+    hint = near_or_all(span.text, candidates, "the kinds are")
+    return error("E0481", span, f"unknown kind of overlap `{span.text}`", hint)
 
 
-class ContradictoryOffset(TemplateMessage):
+def contradictory_offset(span: Span, name: str, overlap: str, low: float, high: float) -> Diagnostic:
     """An offset that the kind of overlap excludes (7.3.13.2)."""
-
-    CODE = "E0482"
-    TEXT = "with `overlap: {overlap}`, `{name}` has to be {_expected}"
-    HELP = "`overlap: any` allows any offset"
-
-    name: str
-    overlap: str
-    low: float
-    high: float
-
-    @property
-    def _expected(self) -> str:
-        return "zero" if self.low == self.high else "zero or more" if self.low == 0 else "zero or less"
+    expected = "zero" if low == high else "zero or more" if low == 0 else "zero or less"
+    text = f"with `overlap: {overlap}`, `{name}` has to be {expected}"
+    return error("E0482", span, text, "`overlap: any` allows any offset")

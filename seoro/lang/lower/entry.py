@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from seoro.errors import InvalidScenario
 from seoro.lang.check.checker import Checked
-from seoro.lang.diagnostic import Message
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.source import Span
 from seoro.lang.symbols import TypeSymbol
@@ -24,24 +23,24 @@ def find_entry(checked: Checked, name: str | None) -> TypeSymbol:
     if name is not None:
         named = _named(name, candidates)
         if len(named) != 1:
-            missing = messages.UnknownEntry(top, name, candidates)
-            raise _invalid(messages.AmbiguousEntry(top, named) if named else missing)
+            missing = messages.unknown_entry(top, name, candidates)
+            raise InvalidScenario((messages.ambiguous_entry(top, named) if named else missing,))
         chosen = named[0]
     elif not candidates:
-        raise _invalid(messages.MissingScenario(top))
+        raise InvalidScenario((messages.missing_scenario(top),))
     elif len(candidates) == 1:
         chosen = candidates[0]
     elif len(named := _named(DEFAULT, candidates)) == 1:
         chosen = named[0]
     else:
-        raise _invalid(messages.AmbiguousEntry(top, candidates))
+        raise InvalidScenario((messages.ambiguous_entry(top, candidates),))
     symbol = next(
         symbol
         for symbol in checked.program.behaviors.values()
         if symbol.plan_name == chosen and symbol.span.file is file
     )
     if symbol.actor is not None:
-        raise _invalid(messages.ActorEntry(symbol.span, chosen))
+        raise InvalidScenario((messages.actor_entry(symbol.span, chosen),))
     return symbol
 
 
@@ -50,7 +49,3 @@ def _named(name: str, candidates: tuple[str, ...]) -> tuple[str, ...]:
     if name in candidates:
         return (name,)
     return tuple(candidate for candidate in candidates if candidate.endswith(f"::{name}"))
-
-
-def _invalid(message: Message) -> InvalidScenario:
-    return InvalidScenario((message.diagnostic(),))

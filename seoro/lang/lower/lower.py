@@ -184,7 +184,7 @@ class _Lowering:
                 symbol = self._program.globals[home.namespace_of(name), name.text]
                 lacking = self._expressions.values.lacking(symbol)
                 if any(not _is_set(path.rpartition("::")[2], overrides) for path in lacking):
-                    self.bag.add(messages.GlobalWithoutValue(symbol.span, symbol.text))
+                    self.bag.add(messages.global_without_value, symbol.span, symbol.text)
         return self._expressions.values.globals()
 
     def entry(
@@ -208,7 +208,7 @@ class _Lowering:
         fields = symbol.inventory.fields
         for path in values.lacking_of(symbol, {}):
             if not _is_set(path, overrides):
-                self.bag.add(messages.MissingValue(fields[path.partition(".")[0]].span, path))
+                self.bag.add(messages.missing_value, fields[path.partition(".")[0]].span, path)
 
 
 def _is_set(path: str, overrides: Mapping[str, str]) -> bool:
