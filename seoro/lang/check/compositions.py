@@ -10,30 +10,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from seoro.lang import plan
+from seoro.lang import plan, symbols
 from seoro.lang.members import MemberTable
 from seoro.lang.namespaces import GLOBAL_NAMESPACE, Home, Space
 from seoro.lang.source import SourceFile, Span
-from seoro.lang.symbols import (
-    CompositionObject,
-    CompositionSymbol,
-    Enumeration,
-    EnumSymbol,
-    FieldSymbol,
-    Kind,
-    Quantity,
-    RangeOf,
-    Type,
-    TypeSymbol,
-)
 from seoro.lang.units import dimension
 
 OVERLAP, START_TO_START, END_TO_END, DURATION = "overlap", "start_to_start", "end_to_end", "duration"
-TIME: Final = Quantity(dimension({"s": 1}))
+TIME: Final = symbols.Quantity(dimension({"s": 1}))
 _HOME: Final = Home(Space(GLOBAL_NAMESPACE), None)
 _NOWHERE: Final = Span(SourceFile("<standard>", ""), 0, 0)
-OVERLAP_KIND: Final = Enumeration(
-    EnumSymbol(
+OVERLAP_KIND: Final = symbols.Enumeration(
+    symbols.EnumSymbol(
         "overlap_kind",
         GLOBAL_NAMESPACE,
         _HOME,
@@ -42,22 +30,22 @@ OVERLAP_KIND: Final = Enumeration(
         plan_name="overlap_kind",
     )
 )
-_TYPES: Final[Mapping[str, Type]] = {
+_TYPES: Final[Mapping[str, symbols.Type]] = {
     OVERLAP: OVERLAP_KIND,
     START_TO_START: TIME,
     END_TO_END: TIME,
-    DURATION: RangeOf(TIME),
+    DURATION: symbols.RangeOf(TIME),
 }
 
 
-def _object(name: str, parameters: tuple[str, ...]) -> CompositionObject:
-    found = MemberTable[FieldSymbol]()
+def _object(name: str, parameters: tuple[str, ...]) -> symbols.CompositionObject:
+    found = MemberTable[symbols.FieldSymbol]()
     for text in parameters:
-        found.add(FieldSymbol(text, _TYPES[text], None, None, _NOWHERE, _HOME, text, GLOBAL_NAMESPACE))
-    return CompositionObject(CompositionSymbol(name, found))
+        found.add(symbols.FieldSymbol(text, _TYPES[text], None, None, _NOWHERE, _HOME, text, GLOBAL_NAMESPACE))
+    return symbols.CompositionObject(symbols.CompositionSymbol(name, found))
 
 
-COMPOSITIONS: Final[Mapping[str, CompositionObject]] = {
+COMPOSITIONS: Final[Mapping[str, symbols.CompositionObject]] = {
     "serial": _object("serial", (DURATION,)),
     "parallel": _object("parallel", tuple(_TYPES)),
     "one_of": _object("one_of", (DURATION,)),
@@ -65,16 +53,16 @@ COMPOSITIONS: Final[Mapping[str, CompositionObject]] = {
 ANY_BEHAVIOR: Final = _object("behavior", tuple(_TYPES))  # modified by a modifier without `of`
 
 
-def duration_of(symbol: TypeSymbol) -> FieldSymbol | None:
+def duration_of(symbol: symbols.TypeSymbol) -> symbols.FieldSymbol | None:
     """Return the implicit parameter `duration` of invocations; None if a field of that name is declared."""
-    if symbol.kind not in {Kind.SCENARIO, Kind.ACTION}:
+    if symbol.kind not in {symbols.Kind.SCENARIO, symbols.Kind.ACTION}:
         return None
     is_declared = any(field.text == DURATION for field in symbol.inventory.fields.values())
     return None if is_declared else ANY_BEHAVIOR.symbol.parameters[DURATION]
 
 
-def parameters_of_invocation(symbol: TypeSymbol) -> frozenset[str]:
+def parameters_of_invocation(symbol: symbols.TypeSymbol) -> frozenset[str]:
     """Return those of these parameters that an invocation has: `duration` (7.6.2.4.1), implicit or declared."""
     declared = [field.type for field in symbol.inventory.fields.values() if field.text == DURATION]
-    fits = all(type_ in (TIME, RangeOf(TIME)) for type_ in declared)
+    fits = all(type_ in (TIME, symbols.RangeOf(TIME)) for type_ in declared)
     return frozenset({DURATION} if fits else ())

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from seoro.lang import ast, plan
+from seoro.lang import ast, plan, symbols
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
 from seoro.lang.check.coverage_buckets import buckets_of
@@ -22,19 +22,6 @@ from seoro.lang.diagnostics import events as event_messages
 from seoro.lang.diagnostics import names
 from seoro.lang.frozen import Value
 from seoro.lang.source import Span
-from seoro.lang.symbols import (
-    PHASES,
-    Enumeration,
-    FieldSymbol,
-    Primitive,
-    Quantity,
-    Type,
-    TypeSymbol,
-    UnitSymbol,
-    Unknown,
-    has_phases,
-    is_open,
-)
 from seoro.lang.types import BOOL, dimension_of, is_known
 
 CROSS_ARGUMENTS = ("name", "items", "event", "text", "target", "disable")
@@ -55,8 +42,8 @@ class Draft(Value):
 
     name: ast.Name
     kind: str
-    owner: TypeSymbol
-    held_by: FieldSymbol | None
+    owner: symbols.TypeSymbol
+    held_by: symbols.FieldSymbol | None
     scope: Scope
     arguments: Mapping[str, Argument]
     span: Span
@@ -114,10 +101,10 @@ class Items:
         declared = self._expressions.lookup.member(argument.scope.space, events, name)
         if declared is not None:
             return plan.DeclaredEvent(declared.name, name.span)
-        phases = tuple(PHASES) if has_phases(owner) else ()
+        phases = tuple(symbols.PHASES) if symbols.has_phases(owner) else ()
         if name.namespace is None and name.text in phases:
-            return plan.PhaseEvent(None, PHASES[name.text], name.span)
-        if not is_open(owner) and not self._expressions.program.is_unread(name.text):
+            return plan.PhaseEvent(None, symbols.PHASES[name.text], name.span)
+        if not symbols.is_open(owner) and not self._expressions.program.is_unread(name.text):
             known = (*(event.text for event in events.values()), *phases)
             self._bag.add(event_messages.unknown_event, name.span, name.text, known)
         return None
@@ -167,24 +154,24 @@ class Items:
                 self._report_nothing(draft)
                 return None
             value = Typed(plan.Field(field.name, draft.name.span), field.type)
-        if isinstance(value.type, Primitive | Quantity | Enumeration | Unknown):
+        if isinstance(value.type, symbols.Primitive | symbols.Quantity | symbols.Enumeration | symbols.Unknown):
             return value
         described = expressions.converter.describe(value.type)
         self._bag.add(messages.not_scalar, value.expression.span, draft.name.text, described)
         return None
 
     def _report_nothing(self, draft: Draft) -> None:
-        if not is_open(draft.owner) and not self._expressions.program.is_unread(draft.name.text):
+        if not symbols.is_open(draft.owner) and not self._expressions.program.is_unread(draft.name.text):
             known = tuple(field.text for field in draft.scope.fields.values())
             owner = draft.owner.qualified_name
             self._bag.add(messages.nothing_to_sample, draft.name.span, draft.name.text, owner, known)
 
-    def _unit(self, draft: Draft, type_: Type) -> plan.CoverageUnit | None:
+    def _unit(self, draft: Draft, type_: symbols.Type) -> plan.CoverageUnit | None:
         """Return the unit of an item; None if it needs none, or if it is invalid, which is reported."""
         argument = draft.arguments.get("unit")
         described = self._expressions.converter.describe(type_)
         if argument is None:
-            if isinstance(type_, Quantity):
+            if isinstance(type_, symbols.Quantity):
                 units = self._units(type_)
                 self._bag.add(messages.missing_unit, draft.name.span, draft.name.text, described, units)
             return None
@@ -199,23 +186,23 @@ class Items:
         if unit is None:
             self._bag.add(names.unknown_unit, name.span, name.text, tuple(self._expressions.program.units))
         elif unit.dimension is not None and is_known(type_):
-            if isinstance(type_, Quantity) and dimension_of(type_) == unit.dimension:
+            if isinstance(type_, symbols.Quantity) and dimension_of(type_) == unit.dimension:
                 return plan.CoverageUnit(unit.name, unit.factor, unit.offset)
             fitting = self._units(type_)
             self._bag.add(messages.invalid_unit, name.span, name.text, draft.name.text, described, fitting)
         return None
 
-    def _units(self, type_: Type) -> tuple[str, ...]:
+    def _units(self, type_: symbols.Type) -> tuple[str, ...]:
         """Return the units of a physical type, the SI unit first."""
 
-        def rank(unit: UnitSymbol) -> tuple[bool, int]:
+        def rank(unit: symbols.UnitSymbol) -> tuple[bool, int]:
             return unit.factor != 1 or unit.offset != 0, len(unit.name)
 
         units = self._expressions.program.units.values()
-        fitting = [u for u in units if isinstance(type_, Quantity) and u.dimension == dimension_of(type_)]
+        fitting = [u for u in units if isinstance(type_, symbols.Quantity) and u.dimension == dimension_of(type_)]
         return tuple(unit.name for unit in sorted(fitting, key=rank))
 
-    def _condition(self, draft: Draft, name: str, type_: Type) -> plan.Expression | None:
+    def _condition(self, draft: Draft, name: str, type_: symbols.Type) -> plan.Expression | None:
         """Elaborate `ignore` or `illegal`, which may contain the item's value and constants."""
         argument = draft.arguments.get(name)
         if argument is None:
