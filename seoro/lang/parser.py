@@ -15,7 +15,7 @@ from seoro.lang.automaton import LAYOUT, Automaton
 from seoro.lang.build import Builder
 from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import syntax
-from seoro.lang.expected import describe, explain
+from seoro.lang.expected import OPERAND_STARTS, describe, explain
 from seoro.lang.habits import foreign_format
 from seoro.lang.lexer import MAX_ERRORS, Lexer, Refused, Token
 from seoro.lang.source import SourceFile, Span
@@ -29,9 +29,6 @@ _STATEMENTS = frozenset({"event", "def", "var", "do", "on", "emit", "wait", "cal
 _NAMING = frozenset({"event", "def", "var", "do", "emit"})  # a name follows, no bracket
 _COMPOSITIONS = frozenset({"serial", "parallel", "one_of"})
 _NAME_GOES_ON = frozenset({"COLON", "COMMA", "DOT", "_ASSIGN"})
-_OPERAND_STARTS = frozenset(
-    {"NAME", "PREFIXED", "INTEGER_LITERAL", "FLOAT_LITERAL", "PHYSICAL_LITERAL", "STRING_LITERAL", "LPAR", "LSQB"}
-)
 _WORD_OPERATORS = frozenset({"in", "and", "or"})
 _MARKS_OF_PLACES: Mapping[str, tuple[tuple[str, bool], ...]] = {
     "": (),
@@ -160,7 +157,7 @@ class _Parser(Automaton):
         elif word in {"as", "is"}:
             is_keyword = behind.kind == "LPAR"
         elif word in {"default", "hard"}:
-            is_keyword = behind.kind in _OPERAND_STARTS and behind.value not in _WORD_OPERATORS
+            is_keyword = behind.kind in OPERAND_STARTS and behind.value not in _WORD_OPERATORS
         elif word in _COMPOSITIONS:
             is_keyword = behind.kind in {"COLON", "LPAR"}
         elif word in _STATEMENTS:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.compositions import COMPOSITIONS
 from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
@@ -15,8 +15,7 @@ from seoro.lang.check.scopes import running_scope
 from seoro.lang.check.targets import Target, Targets
 from seoro.lang.check.times import Timing
 from seoro.lang.check.with_blocks import Modifications, WithBlocks
-from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import names
+from seoro.lang.diagnostics import behaviors, names
 from seoro.lang.symbols import DoFound, Kind, Structured, is_open
 
 Arguments = tuple[tuple[str, plan.Expression], ...]
@@ -101,24 +100,16 @@ class Behaviors:
         duration, rest = self._timing.of_invocation(call.arguments, parameters)
         ranges: dict[str, plan.Expression] = {}
         types: dict[str, plan.ValueType] = {}
-        given = bind(
-            self._expressions,
-            name,
-            parameters,
-            rest,
-            self._scope,
-            is_open(symbol),
-            self._expressions.traits_of(symbol),
-            ranges=ranges,
-            types=types,
-        )
+        traits, checker, scope = self._expressions.traits_of(symbol), self._expressions, self._scope
+        binding = Binding(checker, name, parameters, scope, is_open(symbol), traits, ranges, types)
+        given = binding.bind(rest)
         values.check_conditions(symbol, given)
         constraints = [_within(parameter, bounds) for parameter, bounds in ranges.items()]
         constraints += self._with_blocks.constraints(node, Structured(symbol))
         may_be_given = self._with_blocks.may_constrain(node, modifications)
         missing = () if may_be_given else values.lacking_of(symbol, {**given, **ranges})
         if missing:
-            self._bag.add(messages.missing_argument, call.span, name, missing[0])
+            self._bag.add(behaviors.missing_argument, call.span, name, missing[0])
         is_atomic = symbol.kind is Kind.ACTION and symbol.do is None
         arguments = tuple((name, given[name]) for name in parameters if name in given)
         common = (label, target.actor, arguments, tuple(constraints), duration, modifications, call.span, name)

@@ -5,18 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from seoro.lang import ast, plan
+from seoro.lang.check import declare
 from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.body_cache import BodyMessages, ElaboratedBehaviors, bodies
 from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
-from seoro.lang.check.declare import (
-    RESERVED_NAMESPACES,
-    check_namespaces,
-    declare,
-    declare_behaviors,
-    declare_units,
-    name_for_plan,
-)
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.members import Members
 from seoro.lang.check.reactions import Reactions
@@ -108,11 +101,11 @@ def in_order(sources: Sources, diagnostics: Iterable[Diagnostic]) -> tuple[Diagn
 
 def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:
     """Run the passes over declarations."""
-    declared = declare(sources, program, bag)
-    declare_units(declared, program, bag)
-    declare_behaviors(declared, program, bag)
-    check_namespaces(declared, program, bag)
-    name_for_plan(program)
+    declared = declare.declare(sources, program, bag)
+    declare.declare_units(declared, program, bag)
+    declare.declare_behaviors(declared, program, bag)
+    declare.check_namespaces(declared, program, bag)
+    declare.name_for_plan(program)
     resolver = Resolver(program, bag)
     resolver.resolve(declared)
     Members(program, resolver, bag).declare(declared)
@@ -142,7 +135,7 @@ def _note_reserved(sources: Sources, bag: Bag) -> None:
                 name = ".".join(path)
                 if name.startswith("osc.") and name not in STANDARD_MODULES:
                     bag.add(messages.library_import, statement.span, name)
-            case ast.NamespaceStatement(name) if name.startswith(RESERVED_NAMESPACES):
+            case ast.NamespaceStatement(name) if name.startswith(declare.RESERVED_NAMESPACES):
                 bag.add(messages.reserved_namespace, statement.span, name)
             case _:
                 pass

@@ -17,9 +17,8 @@ from seoro.lang.check.coverage_buckets import buckets_of
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.scopes import Scope
 from seoro.lang.check.traversal import inner_first
-from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.diagnostics import coverage, names
 from seoro.lang.diagnostics import events as event_messages
-from seoro.lang.diagnostics import names
 from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 from seoro.lang.types import BOOL, dimension_of, is_known
@@ -91,10 +90,10 @@ class Items:
         if argument is None:
             return plan.PhaseEvent(None, plan.Phase.END, draft.span)
         if isinstance(argument.value, ast.FieldAccess):
-            self._bag.add(messages.path_of_event, argument.value.span)
+            self._bag.add(coverage.path_of_event, argument.value.span)
             return None
         if not isinstance(argument.value, ast.NameExpression):
-            self._bag.add(messages.invalid_argument_value, argument.value.span, "event", "the name of an event")
+            self._bag.add(coverage.invalid_argument_value, argument.value.span, "event", "the name of an event")
             return None
         name, owner = argument.value.name, draft.owner
         events = owner.inventory.events
@@ -157,14 +156,14 @@ class Items:
         if isinstance(value.type, symbols.Primitive | symbols.Quantity | symbols.Enumeration | symbols.Unknown):
             return value
         described = expressions.converter.describe(value.type)
-        self._bag.add(messages.not_scalar, value.expression.span, draft.name.text, described)
+        self._bag.add(coverage.not_scalar, value.expression.span, draft.name.text, described)
         return None
 
     def _report_nothing(self, draft: Draft) -> None:
         if not symbols.is_open(draft.owner) and not self._expressions.program.is_unread(draft.name.text):
             known = tuple(field.text for field in draft.scope.fields.values())
             owner = draft.owner.qualified_name
-            self._bag.add(messages.nothing_to_sample, draft.name.span, draft.name.text, owner, known)
+            self._bag.add(coverage.nothing_to_sample, draft.name.span, draft.name.text, owner, known)
 
     def _unit(self, draft: Draft, type_: symbols.Type) -> plan.CoverageUnit | None:
         """Return the unit of an item; None if it needs none, or if it is invalid, which is reported."""
@@ -173,12 +172,12 @@ class Items:
         if argument is None:
             if isinstance(type_, symbols.Quantity):
                 units = self._units(type_)
-                self._bag.add(messages.missing_unit, draft.name.span, draft.name.text, described, units)
+                self._bag.add(coverage.missing_unit, draft.name.span, draft.name.text, described, units)
             return None
         if not isinstance(argument.value, ast.NameExpression):
             needed = "the name of a unit"
             self._bag.add(
-                messages.invalid_argument_value, argument.value.span, "unit", needed, "such as `m` or `kph`"
+                coverage.invalid_argument_value, argument.value.span, "unit", needed, "such as `m` or `kph`"
             )
             return None
         name = argument.value.name
@@ -189,7 +188,7 @@ class Items:
             if isinstance(type_, symbols.Quantity) and dimension_of(type_) == unit.dimension:
                 return plan.CoverageUnit(unit.name, unit.factor, unit.offset)
             fitting = self._units(type_)
-            self._bag.add(messages.invalid_unit, name.span, name.text, draft.name.text, described, fitting)
+            self._bag.add(coverage.invalid_unit, name.span, name.text, draft.name.text, described, fitting)
         return None
 
     def _units(self, type_: symbols.Type) -> tuple[str, ...]:
@@ -213,13 +212,13 @@ class Items:
         allowed = (item,) if scope.is_it_bound else (item, "it")
         wrong = next((node for node in inner_first(condition) if not _is_constant(node, allowed)), None)
         if wrong is not None:
-            self._bag.add(messages.not_constant, wrong.span, name, item)
+            self._bag.add(coverage.not_constant, wrong.span, name, item)
         return condition
 
     def _check_target(self, draft: Draft, kind: str, reason: str) -> None:
         argument = draft.arguments.get("target")
         if argument is not None and plan.CoverageKind(kind) is plan.CoverageKind.RECORD:
-            self._bag.add(messages.target_of_record, argument.place, draft.name.text, reason)
+            self._bag.add(coverage.target_of_record, argument.place, draft.name.text, reason)
 
     # ------------------------------------------------------------ items of several values (7.5.4)
 
@@ -235,7 +234,7 @@ class Items:
             if name in arguments and name not in CROSS_ARGUMENTS:
                 reason = "belongs to the combined items, not to their combination"
                 place = arguments[name].place
-                self._bag.add(messages.excluded_argument, place, name, reason, arguments["items"].place)
+                self._bag.add(coverage.excluded_argument, place, name, reason, arguments["items"].place)
         literals = Literals(arguments, "", self._bag)
         combined = [self._combined(draft, name, event, before, places) for name in literals.names("items")]
         found = [item for item in combined if item is not None]
@@ -270,13 +269,13 @@ class Items:
             return None
         if item is None:
             owner, known = draft.owner.qualified_name, tuple(before)
-            self._bag.add(messages.unknown_item, name.span, name.text, owner, known, places.get(name.text))
+            self._bag.add(coverage.unknown_item, name.span, name.text, owner, known, places.get(name.text))
             return None
         if event is None or item.event is None:
             return None
         own, other = _event_name(event), _event_name(item.event)
         if own != other:
-            self._bag.add(messages.different_event, name.span, name.text, other, own, item.draft.name.span)
+            self._bag.add(coverage.different_event, name.span, name.text, other, own, item.draft.name.span)
             return None
         return item if item.plan is not None else None
 

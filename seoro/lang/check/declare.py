@@ -8,9 +8,7 @@ from typing import assert_never
 from seoro.lang import ast
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import modifiers as modifier_messages
-from seoro.lang.diagnostics import names
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import modifiers, names, types
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.loader import Module, Sources
 from seoro.lang.namespaces import GLOBAL_NAMESPACE, Export, Home, Space
@@ -210,7 +208,7 @@ def declare_units(declared: Declared, program: Program, bag: Bag) -> None:
         elif quantity.dimension != found:
             of = None
             needed, given = unit_text(quantity.dimension), unit_text(found)
-            bag.add(messages.wrong_unit_dimension, unit.name.span, name, quantity.name, needed, given)
+            bag.add(types.wrong_unit_dimension, unit.name.span, name, quantity.name, needed, given)
         symbol = UnitSymbol(name, of, unit.factor, unit.offset, unit.name.span)
         first = program.units.setdefault(name, symbol)
         if first is not symbol:
@@ -233,7 +231,7 @@ def declare_behaviors(declared: Declared, program: Program, bag: Bag) -> None:
                 _report_actor(found, name.actor, program, bag)
                 continue
         if kind is Kind.MODIFIER and actor is None and name.name.text == OVERRIDE:
-            bag.add(modifier_messages.override_declared, name.span)
+            bag.add(modifiers.override_declared, name.span)
         namespace = home.namespace_of(name.name)
         symbol = TypeSymbol(kind, name.name.text, namespace, home, declaration, name.span, actor)
         table = program.modifiers if kind is Kind.MODIFIER else program.behaviors

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.scopes import Scope
@@ -60,7 +60,7 @@ class Directives:
         """Return the values of an event's parameters; the others need defaults."""
         name = node.event.text
         parameters = symbol.parameters if symbol is not None else MemberTable()
-        values = bind(self._expressions, name, parameters, node.arguments, scope, is_method=True)
+        values = Binding(self._expressions, name, parameters, scope).bind(node.arguments)
         for parameter in parameters.values():
             if parameter.name not in values and self._expressions.defaults.of(parameter) is None:
                 self._bag.add(behavior_messages.missing_argument, node.span, name, parameter.name)

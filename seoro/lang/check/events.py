@@ -194,7 +194,7 @@ class Events:
 
     def _of_object(self, base: ast.Expression, name: ast.Name, span: Span) -> Referred | None:
         """Find an event of the object that an expression denotes."""
-        if isinstance(base, ast.NameExpression) and not self._is_object(base.name):
+        if isinstance(base, ast.NameExpression) and not self._expressions.is_value(base.name, self._scope):
             if not self._is_open(self._owner, base.name):
                 candidates = (*self._labels, *(field.text for field in self._scope.fields.values()))
                 self._bag.add(messages.unknown_label, base.span, base.name.text, candidates)
@@ -222,14 +222,6 @@ class Events:
         owner = self._expressions.converter.describe(base.type).strip("`")
         self._bag.add(messages.unknown_event, name.span, name.text, tuple(symbols.PHASES), owner)
         return None
-
-    def _is_object(self, name: ast.Name) -> bool:
-        """Return whether a name denotes a value."""
-        if name.namespace is None and name.text in self._scope.bindings:
-            return True
-        lookup, space = self._expressions.lookup, self._scope.space
-        is_global = lookup.global_parameter(space, name) is not None
-        return is_global or lookup.member(space, self._scope.fields, name) is not None
 
     def _is_open(self, symbol: symbols.TypeSymbol, name: ast.Name) -> bool:
         """Return whether a type may have an unknown event or field of this name."""

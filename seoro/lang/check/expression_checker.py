@@ -60,6 +60,13 @@ class ExpressionChecker(ABC):
     def _value(self, node: ast.Expression, scope: Scope, expected: Type | None) -> Typed:
         """Elaborate an expression by its kind."""
 
+    def is_value(self, name: ast.Name, scope: Scope) -> bool:
+        """Return whether a name denotes a value, which takes precedence over a label."""
+        if name.namespace is None and name.text in scope.bindings:
+            return True
+        is_field = self.lookup.member(scope.space, scope.fields, name) is not None
+        return is_field or self.lookup.global_parameter(scope.space, name) is not None
+
     def type_of(self, declarator: ast.TypeDeclarator, space: Space) -> Type:
         """Return the type of a declarator."""
         return self._resolver.type_of(declarator, space)

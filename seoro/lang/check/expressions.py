@@ -20,16 +20,14 @@ from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.defaults import Defaults
 from seoro.lang.check.expression_checker import ExpressionChecker
-from seoro.lang.check.labels import AllLabels
+from seoro.lang.check.labels import AllLabels, Receivers, implicit_duration
 from seoro.lang.check.lookup import candidates
 from seoro.lang.check.methods import Methods
-from seoro.lang.check.receivers import Receivers, implicit_duration
 from seoro.lang.check.references import References
 from seoro.lang.check.scopes import Scope
 from seoro.lang.check.values import Values
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import names, syntax
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import names, syntax, types
 from seoro.lang.escapes import unknown_escapes
 from seoro.lang.members import MemberTable
 from seoro.lang.program import Program
@@ -139,7 +137,7 @@ class Expressions(ExpressionChecker):
                 owner = f"`{composition.name}`"
             case _:
                 if is_known(base.type):
-                    self.bag.add(messages.no_fields, node.base.span, self.converter.describe(base.type))
+                    self.bag.add(types.no_fields, node.base.span, self.converter.describe(base.type))
                 return nothing(node.span)
         found = self._member_field(base.type, fields, name, scope) or implicit_duration(base, name)
         if found is not None:
@@ -175,11 +173,11 @@ class Expressions(ExpressionChecker):
         base = self.value(node.base, scope)
         index = self.value(node.position, scope, INT)
         if is_known(index.type) and not is_integer(index.type):
-            self.bag.add(messages.invalid_index, node.position.span, self.converter.describe(index.type))
+            self.bag.add(types.invalid_index, node.position.span, self.converter.describe(index.type))
         if isinstance(base.type, symbols.ListOf):
             return Typed(plan.Index(base.expression, index.expression, node.span), base.type.element)
         if is_known(base.type):
-            self.bag.add(messages.not_a_list, node.base.span, self.converter.describe(base.type))
+            self.bag.add(types.not_a_list, node.base.span, self.converter.describe(base.type))
         return nothing(node.span)
 
     # ------------------------------------------------------------ operators

@@ -14,11 +14,8 @@ from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import behaviors as behavior_messages
-from seoro.lang.diagnostics import events as event_messages
+from seoro.lang.diagnostics import behaviors, events, modifiers, names
 from seoro.lang.diagnostics import methods as method_messages
-from seoro.lang.diagnostics import modifiers as modifier_messages
-from seoro.lang.diagnostics import names
 from seoro.lang.members import MemberTable
 from seoro.lang.namespaces import Home
 from seoro.lang.program import Program
@@ -104,7 +101,7 @@ class Members:
         ):
             word = "on" if isinstance(member, ast.OnDirective) else "do"
             kind = describe_kind(symbol)
-            self._bag.add(modifier_messages.misplaced_member, member.span.head(word), word, symbol.name, kind)
+            self._bag.add(modifiers.misplaced_member, member.span.head(word), word, symbol.name, kind)
 
     def _find_do(self, symbol: symbols.TypeSymbol) -> None:
         """Find the only `do`, including inherited ones and extensions (7.3.5.1.3); report others."""
@@ -120,7 +117,7 @@ class Members:
         for second in own if inherited is not None else own[1:]:
             assert first is not None
             place, other = second.directive.span.head("do"), first.directive.span.head("do")
-            self._bag.add(behavior_messages.duplicate_do, place, other, inherited is not None)
+            self._bag.add(behaviors.duplicate_do, place, other, inherited is not None)
 
     # ------------------------------------------------------------ fields and events
 
@@ -147,10 +144,10 @@ class Members:
     def _add_event(self, symbol: symbols.TypeSymbol, node: ast.EventDeclaration, home: Home) -> None:
         name, space = node.name, home.namespace_of(node.name)
         if symbols.has_phases(symbol) and name.text in symbols.PHASES:
-            self._bag.add(event_messages.predefined_event, name.span, name.text)
+            self._bag.add(events.predefined_event, name.span, name.text)
             return
         if node.parameters and node.specification is not None:
-            self._bag.add(event_messages.specification_with_parameters, node.specification.span, name.text)
+            self._bag.add(events.specification_with_parameters, node.specification.span, name.text)
         unique = self._unique(name.text, space, symbol.inventory.events)
         parameters = self._parameters(node.parameters, symbol, home)
         event = symbols.EventSymbol(
@@ -166,7 +163,7 @@ class Members:
             return True
         difference = _difference(event, overridden)
         if difference:
-            self._bag.add(event_messages.event_mismatch, event.span, event.text, difference, overridden.span)
+            self._bag.add(events.event_mismatch, event.span, event.text, difference, overridden.span)
             return False
         _inherit_defaults(event, overridden)
         return True

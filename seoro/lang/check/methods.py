@@ -10,14 +10,13 @@ from functools import cached_property
 from typing import assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope, scope_of
-from seoro.lang.diagnostics import behaviors as messages
+from seoro.lang.diagnostics import behaviors, names
 from seoro.lang.diagnostics import methods as method_messages
-from seoro.lang.diagnostics import names
 from seoro.lang.frozen import replaced
 from seoro.lang.source import Span
 from seoro.lang.symbols import MethodSymbol, Primitive, Type
@@ -87,10 +86,10 @@ class Methods:
         In a `call` directive, the method needs no result.
         """
         expressions = self._expressions
-        given = bind(expressions, method.text, method.parameters, node.arguments, scope, is_method=True)
+        given = Binding(expressions, method.text, method.parameters, scope).bind(node.arguments)
         for parameter in method.parameters.values():
             if parameter.default is None and parameter.name not in given:
-                expressions.bag.add(messages.missing_argument, node.span, method.text, parameter.name)
+                expressions.bag.add(behaviors.missing_argument, node.span, method.text, parameter.name)
         if method.result is None and not is_directive:
             expressions.bag.add(method_messages.no_result, node.span, method.text)
             return nothing(node.span)

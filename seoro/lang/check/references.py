@@ -14,8 +14,7 @@ from seoro.lang.check.methods import Methods
 from seoro.lang.check.plan_types import enum_value
 from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import methods as method_messages
-from seoro.lang.diagnostics import names
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import names, types
 from seoro.lang.habits import UNITS, compound_unit
 from seoro.lang.recorder import EnumMember
 from seoro.lang.source import Span
@@ -139,12 +138,12 @@ class References:
             if isinstance(symbol, EnumSymbol):
                 member = next(iter(symbol.members), "<member>")
                 hint = f"write a member of an enumeration as `{name.text}!{member}`"
-            self._bag.add(messages.not_a_value, name.span, name.text, kind, hint)
+            self._bag.add(types.not_a_value, name.span, name.text, kind, hint)
         elif self._methods.own(name, scope) is not None:
-            self._bag.add(messages.not_a_value, name.span, name.text, "a method", f"call it: `{name.text}()`")
+            self._bag.add(types.not_a_value, name.span, name.text, "a method", f"call it: `{name.text}()`")
         elif scope.owner is not None and name.text in (labels := self._labels.of(scope.owner)):
             is_early, is_invocation = not scope.is_running, labels.is_invocation(name.text)
-            self._bag.add(messages.label_as_value, name.span, name.text, is_invocation, is_early)
+            self._bag.add(types.label_as_value, name.span, name.text, is_invocation, is_early)
         else:
             start, unit = compound_unit(name.span.file.text, name.span.start, name.span.end)
             if unit in UNITS:

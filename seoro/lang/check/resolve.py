@@ -9,10 +9,7 @@ from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.enumerations import Enumerations
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import behaviors as behavior_messages
-from seoro.lang.diagnostics import coverage as coverage_messages
-from seoro.lang.diagnostics import names
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import behaviors, coverage, names, types
 from seoro.lang.namespaces import Home, Space
 from seoro.lang.program import Declaration, Program, actors_with
 from seoro.lang.types import BOOL, PRIMITIVES, UNKNOWN, is_number
@@ -52,7 +49,7 @@ class Resolver:
                 program.globals[home.namespace_of(name), name.text].type = type_
             for item in parameter.coverage:
                 span, name = item.span.head(item.kind), parameter.names[0]
-                self._bag.add(coverage_messages.misplaced_item, span, item.kind, name.text)
+                self._bag.add(coverage.misplaced_item, span, item.kind, name.text)
 
     # ------------------------------------------------------------ extensions (7.3.9)
 
@@ -152,7 +149,7 @@ class Resolver:
         owner_name, text = actor.name if actor is not None else None, name.name.text
         others = actors_with(self._program.behaviors, text)
         hint = f"it belongs to actor `{others[0]}`; write `{others[0]}.{text}`" if others and actor is None else ""
-        self._bag.add(behavior_messages.unknown_behavior, name.span, text, owner_name, known, hint)
+        self._bag.add(behaviors.unknown_behavior, name.span, text, owner_name, known, hint)
 
     def _check_lines(self, structured: list[symbols.TypeSymbol]) -> None:
         """Cut cyclic bases, and chains of bases that are too long."""
@@ -236,7 +233,7 @@ class Resolver:
             case _ if type_ == BOOL and isinstance(value, ast.BoolLiteral):
                 return True
             case _ if type_ != UNKNOWN:
-                self._bag.add(messages.invalid_condition, value.span)
+                self._bag.add(types.invalid_condition, value.span)
             case _:
                 pass
         return False
@@ -251,13 +248,13 @@ class Resolver:
             case ast.ListTypeDeclarator(element, span):
                 inner = self.type_of(element, space)
                 if isinstance(inner, symbols.ListOf):
-                    self._bag.add(messages.list_of_list, span)
+                    self._bag.add(types.list_of_list, span)
                     return UNKNOWN
                 return symbols.ListOf(inner)
             case ast.RangeTypeDeclarator(element, span):
                 inner = self.type_of(element, space)
                 if inner != UNKNOWN and not is_number(inner):
-                    self._bag.add(messages.not_numeric_range, span, f"`{element.span.text}`")
+                    self._bag.add(types.not_numeric_range, span, f"`{element.span.text}`")
                     return UNKNOWN
                 return symbols.RangeOf(inner)
             case ast.NamedType(name):

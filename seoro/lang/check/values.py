@@ -12,16 +12,14 @@ from dataclasses import replace
 from functools import cached_property
 
 from seoro.lang import ast, plan, symbols
-from seoro.lang.check.arguments import bind
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.defaults import Defaults
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.plan_types import enum_value, plan_type
 from seoro.lang.check.scopes import Scope, scope_of
-from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import syntax
-from seoro.lang.diagnostics import types as type_messages
+from seoro.lang.diagnostics import behaviors, syntax, types
 from seoro.lang.source import Span
 from seoro.lang.types import BOOL, UNKNOWN
 
@@ -52,11 +50,12 @@ class Values:
     def from_arguments(self, symbol: symbols.TypeSymbol, node: ast.FunctionApplication, scope: Scope) -> Typed:
         """Construct `name(arguments)`; other fields get their defaults."""
         fields = symbol.inventory.fields
-        given = bind(self._expressions, symbol.name, fields, node.arguments, scope, symbols.is_open(symbol))
+        binding = Binding(self._expressions, symbol.name, fields, scope, symbols.is_open(symbol))
+        given = binding.bind(node.arguments)
         self.check_conditions(symbol, given, is_known_later=True)
         missing = self.lacking_of(symbol, given)
         if missing:
-            self._expressions.bag.add(messages.missing_argument, node.span, symbol.name, missing[0])
+            self._expressions.bag.add(behaviors.missing_argument, node.span, symbol.name, missing[0])
         arguments = tuple((name, given[name]) for name in fields if name in given)
         type_ = symbol.plan_type
         assert isinstance(type_, plan.StructType)
@@ -90,7 +89,7 @@ class Values:
                 continue
             if not isinstance(value, plan.Literal) or value.value != needed:
                 shown = needed.member if isinstance(needed, plan.EnumValue) else str(needed).lower()
-                self._expressions.bag.add(type_messages.fixed_by_condition, value.span, symbol.name, name, shown)
+                self._expressions.bag.add(types.fixed_by_condition, value.span, symbol.name, name, shown)
 
     # ------------------------------------------------------------ missing values
 
