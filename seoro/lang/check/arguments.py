@@ -9,8 +9,8 @@ from typing import Final, TypeAlias
 from urllib.parse import unquote
 
 from seoro.lang import ast, plan
+from seoro.lang.check.constraints import fields_on, leads_to_variable
 from seoro.lang.check.expression_checker import ExpressionChecker
-from seoro.lang.check.paths import fields_on, leads_to_variable
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors, constraints

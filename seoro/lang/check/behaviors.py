@@ -5,16 +5,11 @@ from __future__ import annotations
 from typing import assert_never
 
 from seoro.lang import ast, plan
+from seoro.lang.check import directives, events, labels, targets, with_blocks
 from seoro.lang.check.arguments import Binding
-from seoro.lang.check.compositions import COMPOSITIONS
-from seoro.lang.check.directives import Directives
-from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.labels import labelled
-from seoro.lang.check.scopes import running_scope
-from seoro.lang.check.targets import Target, Targets
+from seoro.lang.check.scopes import COMPOSITIONS, running_scope
 from seoro.lang.check.times import Timing
-from seoro.lang.check.with_blocks import Modifications, WithBlocks
 from seoro.lang.diagnostics import behaviors, names
 from seoro.lang.symbols import DoFound, Kind, Structured, is_open
 
@@ -34,16 +29,16 @@ class Behaviors:
         self._expressions = expressions
         self._bag = expressions.bag
         self._scope = running_scope(found.owner, found.home)
-        self._targets = Targets(expressions, found.owner, found.home)
-        self._events = Events(expressions, self._scope)
-        self._directives = Directives(expressions, self._events)
+        self._targets = targets.Targets(expressions, found.owner, found.home)
+        self._events = events.Events(expressions, self._scope)
+        self._directives = directives.Directives(expressions, self._events)
         self._timing = Timing(expressions, self._scope)
-        self._with_blocks = WithBlocks(expressions, self._scope)
+        self._with_blocks = with_blocks.WithBlocks(expressions, self._scope)
 
     def elaborate(self) -> plan.Behavior | None:
         """Return the behavior; report an invalid one and return None."""
         first: dict[str, ast.Name] = {}
-        for label, _ in labelled(self._directive.member):
+        for label, _ in labels.labelled(self._directive.member):
             if first.setdefault(label.text, label) is not label:
                 self._bag.add(names.duplicate, label.span, "label", label.text, first[label.text].span)
         return self._member(self._directive.member)
@@ -92,7 +87,11 @@ class Behaviors:
         return self._invoke(target, node, label, modifications) if target is not None else None
 
     def _invoke(
-        self, target: Target, node: ast.BehaviorInvocation, label: str | None, modifications: Modifications
+        self,
+        target: targets.Target,
+        node: ast.BehaviorInvocation,
+        label: str | None,
+        modifications: with_blocks.Modifications,
     ) -> plan.Behavior:
         """Build the invocation of a scenario or an action."""
         symbol, call = target.symbol, node.invocation

@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from seoro.lang import ast, plan
-from seoro.lang.check import declare
+from seoro.lang.check import body_cache, containment, declare, members, resolve
 from seoro.lang.check.arguments import NO_TRAITS, Traits
-from seoro.lang.check.body_cache import BodyMessages, ElaboratedBehaviors, bodies
-from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.members import Members
 from seoro.lang.check.reactions import Reactions
-from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.frozen import Value
@@ -58,7 +54,7 @@ def check(
     traits: Traits = NO_TRAITS,
     strict: bool = False,
     recorder: Recorder | None = None,
-    known: BodyMessages | None = None,
+    known: body_cache.BodyMessages | None = None,
 ) -> Checked:
     """Check a loaded scenario; errors are in the `diagnostics` of the result.
 
@@ -74,7 +70,7 @@ def check(
     bag = Bag()
     program = Program(Span(sources.entry.file, 0, 0), sources.unread, recorder)
     expressions = Expressions(program, bag, strict, traits)
-    behaviors = ElaboratedBehaviors(expressions)
+    behaviors = body_cache.ElaboratedBehaviors(expressions)
     reactions = Reactions(expressions)
     if strict:
         _note_reserved(sources, bag)
@@ -86,7 +82,7 @@ def check(
     if known is not None:
         known.check(sources, expressions, behaviors)
     else:
-        for found in bodies(program):
+        for found in body_cache.bodies(program):
             behaviors.add(found)
     expressions.applications.check(bag)
     diagnostics = in_order(sources, (*sources.diagnostics, *bag.diagnostics))
@@ -106,9 +102,9 @@ def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:
     declare.declare_behaviors(declared, program, bag)
     declare.check_namespaces(declared, program, bag)
     declare.name_for_plan(program)
-    resolver = Resolver(program, bag)
+    resolver = resolve.Resolver(program, bag)
     resolver.resolve(declared)
-    Members(program, resolver, bag).declare(declared)
+    members.Members(program, resolver, bag).declare(declared)
     resolver.resolve_conditions()
 
 
@@ -121,7 +117,7 @@ def _check_fields(program: Program, expressions: Expressions) -> None:
             for parameter in event.parameters.values():
                 defaults.of(parameter)
     values.globals()
-    check_containment(program.structures, expressions.bag)
+    containment.check_containment(program.structures, expressions.bag)
     for symbol in structured:
         defaults.check_order(symbol.inventory.fields)
     defaults.check_order({found.name: found for found in program.globals.values()})

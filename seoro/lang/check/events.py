@@ -7,11 +7,10 @@ from dataclasses import replace
 from typing import NamedTuple, assert_never
 
 from seoro.lang import ast, plan, symbols
-from seoro.lang.check.compositions import TIME
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import names_of, path_of
-from seoro.lang.check.scopes import Scope, running_scope
+from seoro.lang.check.scopes import TIME, Scope, running_scope
 from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
 from seoro.lang.members import MemberTable

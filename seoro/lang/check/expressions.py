@@ -10,22 +10,23 @@ from collections.abc import Mapping
 from typing import TypeVar, assert_never
 
 from seoro.lang import ast, plan, symbols
-from seoro.lang.check.aggregates import MAX_CHAIN, Aggregates
-from seoro.lang.check.applications import Applications
-from seoro.lang.check.arguments import NO_TRAITS, Traits
-from seoro.lang.check.calls import Calls
-from seoro.lang.check.casts import Casts
-from seoro.lang.check.compositions import ANY_BEHAVIOR, OVERLAP_KIND
-from seoro.lang.check.constraints import Constraints
+from seoro.lang.check import (
+    aggregates,
+    applications,
+    arguments,
+    calls,
+    casts,
+    constraints,
+    defaults,
+    labels,
+    methods,
+    references,
+    values,
+)
 from seoro.lang.check.convert import Typed, nothing
-from seoro.lang.check.defaults import Defaults
 from seoro.lang.check.expression_checker import ExpressionChecker
-from seoro.lang.check.labels import AllLabels, Receivers, implicit_duration
 from seoro.lang.check.lookup import candidates
-from seoro.lang.check.methods import Methods
-from seoro.lang.check.references import References
-from seoro.lang.check.scopes import Scope
-from seoro.lang.check.values import Values
+from seoro.lang.check.scopes import ANY_BEHAVIOR, OVERLAP_KIND, Scope
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import names, syntax, types
 from seoro.lang.escapes import unknown_escapes
@@ -48,19 +49,21 @@ class Expressions(ExpressionChecker):
         traits: Traits of parameters in Python implementations of actions and modifiers.
     """
 
-    def __init__(self, program: Program, bag: Bag, strict: bool, traits: Traits = NO_TRAITS) -> None:
+    def __init__(
+        self, program: Program, bag: Bag, strict: bool, traits: arguments.Traits = arguments.NO_TRAITS
+    ) -> None:
         super().__init__(program, bag, strict)
-        self.labels = AllLabels(self)
-        self.methods = Methods(self)
-        self.constraints = Constraints(self)
-        self.defaults = Defaults(self, self.methods)
-        self.values = Values(self, self.constraints, self.defaults)
-        self.receivers = Receivers(self, self.labels)
-        self.calls = Calls(self, self.values, self.methods, self.receivers)
-        self.references = References(self, self.methods, self.labels)
-        self.aggregates = Aggregates(self)
-        self.casts = Casts(self)
-        self.applications = Applications()
+        self.labels = labels.AllLabels(self)
+        self.methods = methods.Methods(self)
+        self.constraints = constraints.Constraints(self)
+        self.defaults = defaults.Defaults(self, self.methods)
+        self.values = values.Values(self, self.constraints, self.defaults)
+        self.receivers = labels.Receivers(self, self.labels)
+        self.calls = calls.Calls(self, self.values, self.methods, self.receivers)
+        self.references = references.References(self, self.methods, self.labels)
+        self.aggregates = aggregates.Aggregates(self)
+        self.casts = casts.Casts(self)
+        self.applications = applications.Applications()
         self._traits = traits
 
     def _value(self, node: ast.Expression, scope: Scope, expected: symbols.Type | None) -> Typed:
@@ -139,7 +142,7 @@ class Expressions(ExpressionChecker):
                 if is_known(base.type):
                     self.bag.add(types.no_fields, node.base.span, self.converter.describe(base.type))
                 return nothing(node.span)
-        found = self._member_field(base.type, fields, name, scope) or implicit_duration(base, name)
+        found = self._member_field(base.type, fields, name, scope) or labels.implicit_duration(base, name)
         if found is not None:
             if isinstance(base.expression, plan.Self):
                 return Typed(plan.Field(found.name, node.span), found.type)
@@ -190,8 +193,8 @@ class Expressions(ExpressionChecker):
         chain, kind = [node], type(node)
         while isinstance(left := chain[-1].left, kind):
             chain.append(left)
-        if len(chain) > MAX_CHAIN:
-            self.bag.add(syntax.too_deep, node.span, MAX_CHAIN)
+        if len(chain) > aggregates.MAX_CHAIN:
+            self.bag.add(syntax.too_deep, node.span, aggregates.MAX_CHAIN)
             return []
         return chain[::-1]
 

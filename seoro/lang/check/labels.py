@@ -11,10 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import DURATION, duration_of
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
-from seoro.lang.check.scopes import Scope
+from seoro.lang.check.scopes import DURATION, Scope, duration_of
 from seoro.lang.check.targets import Targets
 from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span

@@ -24,10 +24,8 @@ def plan_type(type_: symbols.Type, program: Program) -> plan.ValueType:
             unit = unit_text(dimension)
             name = program.quantities.get(dimension, unit)
             return plan.PhysicalType(name, unit, base_unit(dimension, program))
-        case symbols.Enumeration(symbol):
-            return symbol.plan_type
-        case symbols.Structured(symbol):
-            return symbol.plan_type
+        case symbols.Enumeration() | symbols.Structured():
+            return type_.symbol.plan_type
         case symbols.ListOf(element):
             return plan.ListType(plan_type(element, program))
         case symbols.RangeOf(element):
@@ -65,18 +63,12 @@ def _bare_name(type_: symbols.Type, program: Program) -> str:
             return name
         case symbols.Quantity(dimension):
             return program.quantities.get(dimension) or unit_text(dimension)
-        case symbols.Enumeration(symbol):
-            return symbol.name
-        case symbols.Structured(symbol):
-            return symbol.name
+        case symbols.Enumeration() | symbols.Structured() | symbols.EventObject() | symbols.CompositionObject():
+            return type_.symbol.name
         case symbols.ListOf(element):
             return f"list of {_bare_name(element, program)}"
         case symbols.RangeOf(element):
             return f"range of {_bare_name(element, program)}"
-        case symbols.EventObject(event):
-            return event.name
-        case symbols.CompositionObject(composition):
-            return composition.name
         case symbols.Unknown():
             return "unknown"
         case _:

@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import parameters_of_invocation
+from seoro.lang.check import directives
 from seoro.lang.check.declare import describe_kind
-from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
-from seoro.lang.check.scopes import running_scope
+from seoro.lang.check.scopes import parameters_of_invocation, running_scope
 from seoro.lang.check.traversal import circles
 from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import names
@@ -86,7 +85,7 @@ class Reactions:
             for member in part.members:
                 if isinstance(member, ast.OnDirective) and has_phases(symbol):
                     events = Events(self._expressions, scope)
-                    directive = Directives(self._expressions, events).on(member)
+                    directive = directives.Directives(self._expressions, events).on(member)
                     on += [directive] if directive is not None else []
                 elif isinstance(member, ast.VariableDeclaration):
                     events = Events(self._expressions, scope)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import OVERLAP_KIND
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.labels import AllLabels
 from seoro.lang.check.lookup import candidates
 from seoro.lang.check.methods import Methods
 from seoro.lang.check.plan_types import enum_value
-from seoro.lang.check.scopes import Scope
+from seoro.lang.check.scopes import OVERLAP_KIND, Scope
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, types
 from seoro.lang.habits import UNITS, compound_unit

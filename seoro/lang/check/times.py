@@ -7,9 +7,8 @@ from math import inf
 from typing import Final, NamedTuple
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import DURATION, END_TO_END, OVERLAP, START_TO_START, TIME
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.scopes import Scope
+from seoro.lang.check.scopes import DURATION, END_TO_END, OVERLAP, START_TO_START, TIME, Scope
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as argument_messages
 from seoro.lang.diagnostics import times as messages
