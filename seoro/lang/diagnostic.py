@@ -63,13 +63,7 @@ class Diagnostic(Value):
 
 
 def error(
-    code: str,
-    span: Span,
-    text: str,
-    hint: str = "",
-    label: str = "",
-    other: Span | None = None,
-    remark: str = "",
+    code: str, span: Span, text: str, hint: str = "", label: str = "", other: Span | None = None, remark: str = ""
 ) -> Diagnostic:
     """Create an error; the middle of overlong texts is left out, as names and strings can have any length.
 

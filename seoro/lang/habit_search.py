@@ -10,8 +10,8 @@ from typing import Final
 
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.diagnostics import listing, syntax
+from seoro.lang.expression_habits import BLOCK, END, Habit
 from seoro.lang.frozen import Frozen
-from seoro.lang.habit import BLOCK, END, Habit
 from seoro.lang.lexer import Token
 from seoro.lang.line_habits import HABITS
 from seoro.lang.source import SourceFile, Span

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from seoro.lang.expression_habits import EXPRESSION_HABITS
-from seoro.lang.habit import BEHAVIORS, FILE, MEMBERS, REACTIONS, Habit
+from seoro.lang.expression_habits import BEHAVIORS, EXPRESSION_HABITS, FILE, MEMBERS, REACTIONS, Habit
 from seoro.lang.habits import NO_IF
 
 _TOP: Final = (

@@ -8,8 +8,7 @@ from typing import assert_never
 
 from seoro.lang import symbols
 from seoro.lang.check.plan_types import type_name
-from seoro.lang.program import Program
-from seoro.lang.recorder import EnumMember
+from seoro.lang.program import EnumMember, Program
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.units import unit_text
 from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence, definition

@@ -18,7 +18,7 @@ from seoro.lsp.cursor_context import CursorContext
 from seoro.lsp.describe import comment, parameter_text, signature, type_text
 
 FIRST, SOON, LATER, LAST = range(4)  # likelihood of an item
-_SORTS = {
+SORTS = {
     symbols.Kind.STRUCT: Sort.Struct,
     symbols.Kind.ACTOR: Sort.Class,
     symbols.Kind.SCENARIO: Sort.Function,
@@ -105,12 +105,12 @@ def type_name(label: str, symbol: Declaration, rank: int = SOON) -> Item:
         case symbols.EnumSymbol():
             return Item(label, Sort.Enum, "enumeration", comment(symbol), rank=rank)
         case symbols.TypeSymbol():
-            return Item(label, _SORTS[symbol.kind], symbol.kind.value, comment(symbol), rank=rank)
+            return Item(label, SORTS[symbol.kind], symbol.kind.value, comment(symbol), rank=rank)
 
 
 def behavior(label: str, symbol: symbols.TypeSymbol, program: Program, rank: int = SOON) -> Item:
     """Create the item of a scenario, action or modifier."""
-    return Item(label, _SORTS[symbol.kind], signature(symbol, program), comment(symbol), rank=rank)
+    return Item(label, SORTS[symbol.kind], signature(symbol, program), comment(symbol), rank=rank)
 
 
 # ---------------------------------------------------------------- groups

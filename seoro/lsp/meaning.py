@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TypeAlias, assert_never
 
 from seoro.lang import ast, symbols
-from seoro.lang.program import Program
-from seoro.lang.recorder import EnumMember
+from seoro.lang.program import EnumMember, Program
 from seoro.lang.source import Span
 
 

@@ -13,7 +13,7 @@ from seoro.lang.check.constraints import fields_on, leads_to_variable
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope
-from seoro.lang.diagnostics import behaviors, constraints
+from seoro.lang.diagnostics import behaviors
 from seoro.lang.diagnostics import types as type_messages
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
@@ -138,7 +138,7 @@ class Binding:
         fields = fields_on(found.expression, self.scope, expressions.program)
         if not fields or not leads_to_variable(fields) or isinstance(found.expression, plan.Index):
             parameter = fields[-1].span if fields else None
-            expressions.bag.add(constraints.not_a_variable, value.span, value.span.text, parameter)
+            expressions.bag.add(behaviors.not_a_variable, value.span, value.span.text, parameter)
         elif is_a_number and not is_number(found.type):
             described = expressions.converter.describe(found.type)
             expressions.bag.add(type_messages.mismatch, value.span, "a variable that holds a number", described)

@@ -1,17 +1,87 @@
-"""Fifth pass: convert the `do` of scenarios and actions to behaviors of the plan (7.3.13, 7.2.2.4.7)."""
+"""Fifth pass: convert the `do` of scenarios and actions to behaviors of the plan (7.3.13, 7.2.2.4.7).
+
+The directives `emit`, `call`, and `on`, which contains them, take no time.
+"""
 
 from __future__ import annotations
 
 from typing import assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check import directives, events, labels, targets, with_blocks
+from seoro.lang.check import labels, targets, with_blocks
 from seoro.lang.check.arguments import Binding
+from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.scopes import COMPOSITIONS, running_scope
+from seoro.lang.check.scopes import COMPOSITIONS, Scope, running_scope
 from seoro.lang.check.times import Timing
 from seoro.lang.diagnostics import behaviors, names
-from seoro.lang.symbols import DoFound, Kind, Structured, is_open
+from seoro.lang.diagnostics import events as messages
+from seoro.lang.members import MemberTable
+from seoro.lang.symbols import DoFound, EventSymbol, Kind, Structured, is_open
+from seoro.lang.types import is_known
+
+
+class Directives:
+    """Elaborates directives.
+
+    Args:
+        expressions: The expression checker.
+        events: The visible events.
+    """
+
+    def __init__(self, expressions: Expressions, events: Events) -> None:
+        self._expressions = expressions
+        self._events = events
+        self._bag = expressions.bag
+
+    def on(self, node: ast.OnDirective) -> plan.On | None:
+        """Elaborate `on <event specification>:`; report an invalid one and return None."""
+        specification, scope = self._events.specified(node.event)
+        members: list[plan.Emit | plan.CallMethod | None] = []
+        for member in node.members:
+            match member:
+                case ast.EmitDirective():
+                    members.append(self.emit(member, None, scope))
+                case ast.CallDirective():
+                    members.append(self.call(member, None, scope))
+                case ast.InvalidStatement():
+                    pass
+        if specification is None:
+            return None
+        return plan.On(specification, tuple(found for found in members if found is not None), node.span.head("on"))
+
+    def emit(self, node: ast.EmitDirective, label: str | None, scope: Scope) -> plan.Emit | None:
+        """Elaborate `emit <event>(...)` of an event of the type itself."""
+        found = self._events.own(node.event)
+        if found is None:
+            return None
+        event, symbol = found
+        if isinstance(event, plan.PhaseEvent) and event.phase is plan.Phase.START:
+            self._bag.add(messages.emit_start, node.event.span)
+            return None
+        return plan.Emit(label, event, self._arguments(node, symbol, scope), node.span)
+
+    def _arguments(
+        self, node: ast.EmitDirective, symbol: EventSymbol | None, scope: Scope
+    ) -> tuple[tuple[str, plan.Expression], ...]:
+        """Return the values of an event's parameters; the others need defaults."""
+        name = node.event.text
+        parameters = symbol.parameters if symbol is not None else MemberTable()
+        values = Binding(self._expressions, name, parameters, scope).bind(node.arguments)
+        for parameter in parameters.values():
+            if parameter.name not in values and self._expressions.defaults.of(parameter) is None:
+                self._bag.add(behaviors.missing_argument, node.span, name, parameter.name)
+        return tuple((name, values[name]) for name in parameters if name in values)
+
+    def call(self, node: ast.CallDirective, label: str | None, scope: Scope) -> plan.CallMethod | None:
+        """Elaborate `call <method>(...)`; the method needs no result."""
+        found = self._expressions.calls.application(node.invocation, scope, is_directive=True)
+        if isinstance(found.expression, plan.Call):
+            return plan.CallMethod(label, found.expression, node.span)
+        if is_known(found.type):
+            self._bag.add(messages.not_a_method, node.invocation.span)
+        return None
+
 
 Arguments = tuple[tuple[str, plan.Expression], ...]
 
@@ -30,8 +100,8 @@ class Behaviors:
         self._bag = expressions.bag
         self._scope = running_scope(found.owner, found.home)
         self._targets = targets.Targets(expressions, found.owner, found.home)
-        self._events = events.Events(expressions, self._scope)
-        self._directives = directives.Directives(expressions, self._events)
+        self._events = Events(expressions, self._scope)
+        self._directives = Directives(expressions, self._events)
         self._timing = Timing(expressions, self._scope)
         self._with_blocks = with_blocks.WithBlocks(expressions, self._scope)
 

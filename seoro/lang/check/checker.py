@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from seoro.lang import ast, plan
-from seoro.lang.check import body_cache, containment, declare, members, resolve
+from seoro.lang.check import body_cache, declare, members, resolve
 from seoro.lang.check.arguments import NO_TRAITS, Traits
 from seoro.lang.check.coverage import Coverage
+from seoro.lang.check.defaults import check_containment
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.reactions import Reactions
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.frozen import Value
 from seoro.lang.loader import Sources
-from seoro.lang.program import Program
-from seoro.lang.recorder import Recorder
+from seoro.lang.program import Program, Recorder
 from seoro.lang.source import Span
 from seoro.lang.symbols import Kind, TypeSymbol
 
@@ -117,7 +117,7 @@ def _check_fields(program: Program, expressions: Expressions) -> None:
             for parameter in event.parameters.values():
                 defaults.of(parameter)
     values.globals()
-    containment.check_containment(program.structures, expressions.bag)
+    check_containment(program.structures, expressions.bag)
     for symbol in structured:
         defaults.check_order(symbol.inventory.fields)
     defaults.check_order({found.name: found for found in program.globals.values()})

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from seoro.lang import ast, plan
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.scopes import Scope, duration_of
-from seoro.lang.diagnostics import constraints as messages
+from seoro.lang.diagnostics import behaviors
 from seoro.lang.program import Program
 from seoro.lang.symbols import CompositionObject, FieldSymbol, ListOf, Structured, Type
 from seoro.lang.types import BOOL
@@ -41,7 +41,7 @@ class Constraints:
         variable = next((path for path in paths if leads_to_variable(path[1])), None)
         if variable is not None and all(leads_to_variable(fields) for _, fields in paths):
             span = variable[0].span
-            self._bag.add(messages.constrained_variable, span, span.text, _variable(variable[1]).span)
+            self._bag.add(behaviors.constrained_variable, span, span.text, _variable(variable[1]).span)
             return None
         return plan.Constraint(condition, node.qualifier == "default", node.span)
 
@@ -53,7 +53,7 @@ class Constraints:
         fields = fields_on(parameter, scope, self._expressions.program)
         if not fields or leads_to_variable(fields):
             declared = _variable(fields).span if fields else None
-            self._bag.add(messages.not_a_parameter, node.parameter.span, node.parameter.span.text, declared)
+            self._bag.add(behaviors.not_a_parameter, node.parameter.span, node.parameter.span.text, declared)
             return None
         return plan.RemoveDefault(parameter, node.span)
 

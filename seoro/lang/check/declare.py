@@ -112,11 +112,9 @@ def _declare(
             enum = EnumSymbol(name.text, home.namespace_of(name), home, name.span)
             enum.declared += [(member, home) for member in members]
             _add_type(program, enum, bag)
-        case ast.StructDeclaration(name):
-            symbol = TypeSymbol(Kind.STRUCT, name.text, home.namespace_of(name), home, statement, name.span)
-            _add_type(program, symbol, bag)
-        case ast.ActorDeclaration(name):
-            symbol = TypeSymbol(Kind.ACTOR, name.text, home.namespace_of(name), home, statement, name.span)
+        case ast.StructDeclaration(name) | ast.ActorDeclaration(name):
+            kind = Kind.STRUCT if isinstance(statement, ast.StructDeclaration) else Kind.ACTOR
+            symbol = TypeSymbol(kind, name.text, home.namespace_of(name), home, statement, name.span)
             _add_type(program, symbol, bag)
         case ast.ScenarioDeclaration() | ast.ActionDeclaration() | ast.ModifierDeclaration():
             declared.behaviors.append((statement, home))

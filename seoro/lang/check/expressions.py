@@ -15,7 +15,6 @@ from seoro.lang.check import (
     applications,
     arguments,
     calls,
-    casts,
     constraints,
     defaults,
     labels,
@@ -62,7 +61,7 @@ class Expressions(ExpressionChecker):
         self.calls = calls.Calls(self, self.values, self.methods, self.receivers)
         self.references = references.References(self, self.methods, self.labels)
         self.aggregates = aggregates.Aggregates(self)
-        self.casts = casts.Casts(self)
+        self.casts = aggregates.Casts(self)
         self.applications = applications.Applications()
         self._traits = traits
 

@@ -158,14 +158,8 @@ class Operators:
 
     def _uncomparable(self, node: ast.Relation, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
-        self._bag.add(
-            messages.incomparable_operands,
-            node.left.span,
-            node.right.span,
-            node.operator,
-            describe(left.type),
-            describe(right.type),
-        )
+        shown = node.operator, describe(left.type), describe(right.type)
+        self._bag.add(messages.incomparable_operands, node.left.span, node.right.span, *shown)
 
     # ------------------------------------------------------------ logic (7.4.2.2)
 

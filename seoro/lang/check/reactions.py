@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from seoro.lang import ast, plan
-from seoro.lang.check import directives
+from seoro.lang.check.behaviors import Directives
 from seoro.lang.check.declare import describe_kind
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
@@ -85,7 +85,7 @@ class Reactions:
             for member in part.members:
                 if isinstance(member, ast.OnDirective) and has_phases(symbol):
                     events = Events(self._expressions, scope)
-                    directive = directives.Directives(self._expressions, events).on(member)
+                    directive = Directives(self._expressions, events).on(member)
                     on += [directive] if directive is not None else []
                 elif isinstance(member, ast.VariableDeclaration):
                     events = Events(self._expressions, scope)

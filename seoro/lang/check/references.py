@@ -15,7 +15,7 @@ from seoro.lang.check.scopes import OVERLAP_KIND, Scope
 from seoro.lang.diagnostics import methods as method_messages
 from seoro.lang.diagnostics import names, types
 from seoro.lang.habits import UNITS, compound_unit
-from seoro.lang.recorder import EnumMember
+from seoro.lang.program import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import Enumeration, EnumSymbol, Kind, QuantitySymbol, Type, TypeSymbol, is_open
 from seoro.lang.types import quantity

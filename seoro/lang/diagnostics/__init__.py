@@ -3,9 +3,9 @@
 Each message is a function: it fills the texts, and returns the `Diagnostic`. A bag calls it only if it takes the
 message, as suggestions are slow to find. The folder imports `source`, `diagnostic` and the tables of `habits`.
 
-The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors`, `events`,
-`modifiers` and `times` (E04), `coverage` (E05), `bindings` to Python (E06). Modules are loaded on first
-use, as most scenarios cause no message.
+The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors`, `events` and
+`modifiers` (E04), `coverage` (E05), `bindings` to Python (E06). Modules are loaded on first use, as most scenarios
+cause no message.
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ from types import ModuleType
 from typing import Any, Final
 
 _PHASES: Final = frozenset(
-    {"syntax", "imports", "names", "types", "methods", "behaviors", "events", "modifiers", "times", "constraints"}
-    | {"coverage", "bindings"}
+    {"syntax", "imports", "names", "types", "methods", "behaviors", "events", "modifiers", "coverage", "bindings"}
 )
 MAX_CANDIDATES = 500  # compared for a suggestion
 

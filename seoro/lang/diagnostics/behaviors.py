@@ -1,13 +1,16 @@
-"""Messages of behaviors and instantiation (E0401 to E0428)."""
+"""Messages of behaviors, instantiation, constraints and times (E0401 to E0444, E0454, E0480 to E0482).
+
+Unsatisfied constraints are reported by runs, from E0442.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from seoro.lang.builtin_libraries import BEHAVIORS, import_hint
 from seoro.lang.diagnostic import Diagnostic, error, warning
 from seoro.lang.diagnostics import listing, near, near_or_all
 from seoro.lang.habits import BEHAVIORS as HABITS
-from seoro.lang.import_hints import BEHAVIORS, import_hint
 from seoro.lang.source import Span
 
 FILE_NOT_FOUND = "E0414"
@@ -129,3 +132,58 @@ def made_by_field(actor: str, parameters: Sequence[str]) -> str:
     if not parameters:
         return text
     return f"{text}, with a block `with:` that has `keep(it.{parameters[0]} == <value>)`"
+
+
+def negative_time(span: Span, what: str, is_positive: bool) -> Diagnostic:
+    """An invalid time literal.
+
+    Args:
+        span: The literal.
+        what: What the time means.
+        is_positive: Whether zero is invalid, too.
+    """
+    if is_positive:
+        return error("E0454", span, f"the {what} must be longer than zero", "use more than `0s`")
+    return error("E0454", span, f"the {what} must not be negative", "use `0s` or more")
+
+
+def parallel_only(span: Span, name: str, operator: str) -> Diagnostic:
+    """An argument of `parallel` for another composition (7.3.13.2)."""
+    return error("E0480", span, f"`{name}` is a parameter of `parallel`, not of `{operator}`")
+
+
+def unknown_overlap(span: Span, candidates: tuple[str, ...]) -> Diagnostic:
+    """An unknown kind of overlap (7.3.13.2)."""
+    hint = near_or_all(span.text, candidates, "the kinds are")
+    return error("E0481", span, f"unknown kind of overlap `{span.text}`", hint)
+
+
+def contradictory_offset(span: Span, name: str, overlap: str, low: float, high: float) -> Diagnostic:
+    """An offset that the kind of overlap excludes (7.3.13.2)."""
+    expected = "zero" if low == high else "zero or more" if low == 0 else "zero or less"
+    text = f"with `overlap: {overlap}`, `{name}` has to be {expected}"
+    return error("E0482", span, text, "`overlap: any` allows any offset")
+
+
+def constrained_variable(span: Span, path: str, declared: Span) -> Diagnostic:
+    """A constraint that contains only variables."""
+    text = f"`{path}` is a variable, and variables cannot be constrained"
+    hint = "constrain a parameter, or wait for the condition: `wait <condition>`"
+    return error("E0440", span, text, hint, other=declared, remark="the variable is declared here")
+
+
+def not_a_parameter(span: Span, path: str, declared: Span | None) -> Diagnostic:
+    """`remove_default` of something other than a parameter."""
+    expected, found = ("a parameter", "the variable ") if declared else ("the path of a parameter", "")
+    text = f"expected {expected}, found {found}`{path}`"
+    hint = "`remove_default` removes the default of a parameter"
+    return error("E0441", span, text, hint, other=declared, remark="declared here")
+
+
+def not_a_variable(span: Span, path: str, parameter: Span | None) -> Diagnostic:
+    """Something other than the path of a variable."""
+    if parameter is None:
+        return error("E0444", span, "expected the path of a variable", label="this is a value")
+    text = f"`{path}` is a parameter, which does not change"
+    hint = f"declare it as a variable: `var {parameter.text}: ...`"
+    return error("E0444", span, text, hint, other=parameter, remark="declared here")

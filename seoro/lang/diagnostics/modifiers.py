@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from seoro.lang.builtin_libraries import MODIFIERS, import_hint
 from seoro.lang.diagnostic import Diagnostic, error
 from seoro.lang.diagnostics import near, near_or_all, with_article
-from seoro.lang.import_hints import MODIFIERS, import_hint
 from seoro.lang.source import Span
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from seoro.lang.builtin_libraries import TYPES as DATA
+from seoro.lang.builtin_libraries import import_hint
 from seoro.lang.diagnostic import Diagnostic, error
 from seoro.lang.diagnostics import listing, near, near_or_all
 from seoro.lang.habits import METHODS, NAMES, TYPES, UNITS
-from seoro.lang.import_hints import TYPES as DATA
-from seoro.lang.import_hints import import_hint
 from seoro.lang.source import Span
 
 
