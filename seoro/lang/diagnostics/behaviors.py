@@ -139,7 +139,7 @@ def negative_time(span: Span, what: str, is_positive: bool) -> Diagnostic:
 
     Args:
         span: The literal.
-        what: What the time means.
+        what: Purpose of the time.
         is_positive: Whether zero is invalid, too.
     """
     if is_positive:
