@@ -16,8 +16,7 @@ from seoro.lang.frontend import check
 from seoro.lang.frozen import replaced
 from seoro.lang.loader import Sources
 from seoro.lang.plan import ValueType
-from seoro.lang.program import Program
-from seoro.lang.recorder import Recorder
+from seoro.lang.program import Program, Recorder
 from seoro.lang.symbols import TypeSymbol
 from seoro.runtime.functions.fitting import Fitting
 

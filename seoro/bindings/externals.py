@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from seoro.bindings.imports import ImportFailed, Root, import_beside, is_module, reason_of, root_of, root_of_folder
 from seoro.lang.builtin_libraries import builtin_libraries
-from seoro.lang.diagnostic import Bag, Message
+from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import bindings as messages
 from seoro.lang.libraries import Library, Origin, folder_around
 from seoro.lang.plan import External, Methods
@@ -31,7 +31,7 @@ class _NotFound(Exception):
         message: Diagnostic.
     """
 
-    def __init__(self, message: Message) -> None:
+    def __init__(self, message: Diagnostic) -> None:
         super().__init__(message)
         self.message = message
 
@@ -57,14 +57,14 @@ def bind_externals(checked: Checked, fitting: Fitting, is_own_only: bool, bag: B
         try:
             function = find_function(external, _root(file, library))
         except _NotFound as error:
-            bag.add(error.message)
+            bag.put(error.message)
             continue
         if file in wrong:
             continue
         try:
             checked.program.methods.bind(external, bind_function(function, method, external, fitting))
         except SignatureMismatch as mismatch:
-            bag.add(messages.MethodSignatureMismatch(external.span, external.path, method.name, str(mismatch)))
+            bag.add(messages.method_signature_mismatch, external.span, external.path, method.name, str(mismatch))
 
 
 def bind_own_externals(methods: Methods, fitting: Fitting) -> None:
@@ -102,7 +102,7 @@ def find_function(external: External, root: Root | None) -> object:
         if not hasattr(found, part):
             holder = ".".join(parts[:length])
             raise _NotFound(
-                messages.MissingFunction(external.span, external.path, holder, part, tuple(dir(found)))
+                messages.missing_function(external.span, external.path, holder, part, tuple(dir(found)))
             )
         found = getattr(found, part)
         length += 1
@@ -124,9 +124,9 @@ def _find_module(external: External, parts: list[str], root: Root | None) -> tup
                 return found, length
     except ImportFailed as error:
         raise _NotFound(
-            messages.BrokenFunction(external.span, external.path, error.module, error.reason, error.hint)
+            messages.broken_function(external.span, external.path, error.module, error.reason, error.hint)
         ) from error
-    raise _NotFound(messages.MissingModule(external.span, external.path, ".".join(parts[:-1])))
+    raise _NotFound(messages.missing_module(external.span, external.path, ".".join(parts[:-1])))
 
 
 def _import(name: str) -> object | None:

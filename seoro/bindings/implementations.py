@@ -73,7 +73,7 @@ def find_implementations(
             other = first.setdefault(made.key, made)
             if other.function is not made.function:
                 functions = function_name(other.function), function_name(made.function)
-                bag.add(messages.SeveralImplementations(library.span, made.key[0].value, made.key[1], functions))
+                bag.add(messages.several_implementations, library.span, made.key[0].value, made.key[1], functions)
     return {**first, **found}
 
 
@@ -81,7 +81,7 @@ def _of_library(library: Library, sources: Sources, bag: Bag) -> Iterator[Implem
     try:
         module = library_module(library)
     except ImportFailed as error:
-        bag.add(messages.BrokenModule(library.span, library.name, error.module, error.reason, error.hint))
+        bag.add(messages.broken_module, library.span, library.name, error.module, error.reason, error.hint)
         return
     if module is not None:
         yield from _marked(module, library)
@@ -90,7 +90,7 @@ def _of_library(library: Library, sources: Sources, bag: Bag) -> Iterator[Implem
     if library.origin is Origin.BESIDE and actions:
         path = Path(library.shown).with_suffix(".py")
         expected = path if path.parent.name != library.module else path.with_name("__init__.py")
-        bag.add(messages.NoImplementation(library.span, library.name, listing(actions), str(expected)))
+        bag.add(messages.no_implementation, library.span, library.name, listing(actions), str(expected))
 
 
 def _declared_actions(library: Library, sources: Sources) -> list[str]:
@@ -148,15 +148,15 @@ def bind_implementations(checked: Checked, found: Implementations, fitting: Fitt
         if symbol is None:
             _report_undeclared(made, symbols, bag)
         elif isinstance(made.mark, Mark) and inspect.iscoroutinefunction(made.function) == made.mark.thread:
-            message = messages.AsyncInThread if made.mark.thread else messages.PlainFunction
-            bag.add(message(symbol.span, function_name(made.function), made.mark.name))
+            message = messages.async_in_thread if made.mark.thread else messages.plain_function
+            bag.add(message, symbol.span, function_name(made.function), made.mark.name)
         elif symbol.span.file not in wrong:
             try:
                 _match(symbol, made, checked, fitting, bound)
             except SignatureMismatch as mismatch:
                 name, kind = function_name(made.function), key[0].value
                 reason, expected = str(mismatch), mismatch.expected
-                bag.add(messages.ImplementationMismatch(symbol.span, name, kind, key[1], reason, expected))
+                bag.add(messages.implementation_mismatch, symbol.span, name, kind, key[1], reason, expected)
     return bound
 
 
@@ -176,7 +176,7 @@ def _report_undeclared(made: Implementation, symbols: Mapping[tuple[Kind, str], 
         if is_kind is kind and symbol.home.library == made.library.name
     )  # fmt: skip
     function = function_name(made.function)
-    bag.add(messages.Undeclared(made.library.span, made.library.name, function, kind.value, name, declared))
+    bag.add(messages.undeclared, made.library.span, made.library.name, function, kind.value, name, declared)
 
 
 def _match(

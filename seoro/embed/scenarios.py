@@ -20,7 +20,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.loader import PARSERS, Parsers, Reader, Sources, read_file
 from seoro.lang.lower.lower import find_entry
 from seoro.lang.plan import Plan
-from seoro.lang.recorder import Recorder
+from seoro.lang.program import Recorder
 from seoro.lang.source import SourceFile
 
 

@@ -48,9 +48,9 @@ def _make_room(node: Any, depth: int, frames: int, span: Span) -> None:
     """
     start = Span(span.file, span.start, span.start + 1)
     if not isinstance(node, ast.Composition):
-        raise Refused(syntax.TooNested(start, MAX_FRAMES // frames))
+        raise Refused(syntax.too_nested(start, MAX_FRAMES // frames))
     if depth > MAX_COMPOSITIONS * frames + MAX_FRAMES:
-        raise Refused(syntax.TooNested(start, MAX_COMPOSITIONS))
+        raise Refused(syntax.too_nested(start, MAX_COMPOSITIONS))
     sys.setrecursionlimit(max(sys.getrecursionlimit(), depth + _SPARE_FRAMES))
 
 

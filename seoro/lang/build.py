@@ -46,7 +46,7 @@ class Builder:
         for statement in statements:
             if isinstance(statement, ast.ImportModule | ast.ImportUri):
                 if not is_prelude:
-                    self._bag.add(syntax.LateImport(statement.span))
+                    self._bag.add(syntax.late_import, statement.span)
             elif not isinstance(statement, ast.InvalidStatement):
                 is_prelude = False
         return ast.OscFile(statements, (), span)
@@ -215,7 +215,7 @@ class Builder:
                 named.append(argument)
             else:
                 if named:
-                    self._bag.add(syntax.MixedArguments(argument.span))
+                    self._bag.add(syntax.mixed_arguments, argument.span)
                 positional.append(argument)
         return ast.ArgumentList(tuple(positional), tuple(named), span)
 
@@ -251,7 +251,7 @@ class Builder:
             match operand:
                 case ast.IntegerLiteral(value) if value >= 0 and not operand.span.text.startswith("0x"):
                     if value > 2**63:
-                        self._bag.add(syntax.IntegerOutOfRange(span))
+                        self._bag.add(syntax.integer_out_of_range, span)
                         value = 0
                     return ast.IntegerLiteral(-value, span)
                 case ast.FloatLiteral(value) if operand.span.text[0] not in "+-":
@@ -265,7 +265,7 @@ class Builder:
     ) -> ast.FloatLiteral | ast.PhysicalLiteral:
         """`+1.5`: the sign belongs to the number."""
         if literal.span.start != span.start + 1:
-            self._bag.add(syntax.UnexpectedToken(span, "`+`", ("an expression",)))
+            self._bag.add(syntax.unexpected_token, span, "`+`", ("an expression",))
         if isinstance(literal, ast.FloatLiteral):
             return ast.FloatLiteral(literal.value, span)
         return ast.PhysicalLiteral(literal.value, literal.unit, span)

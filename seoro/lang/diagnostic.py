@@ -1,23 +1,24 @@
 """Diagnostics: messages about source text with a code, spans and help.
 
-Each message is declared by a small frozen class in `diagnostics/`, which fills its templates.
+Each message is declared by a function in `diagnostics/`, which fills its texts.
 `render.py` prints diagnostics as text or JSON.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import field
 from enum import Enum
-from typing import Final, Protocol
+from typing import Final, ParamSpec
 
-from seoro.lang.frozen import Value
+from seoro.lang.frozen import Value, replaced
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.source import Span
 
 MAX_ERRORS: Final = 300  # of a phase
 MAX_TEXT: Final = 1000  # characters of a message
+P = ParamSpec("P")
 
 
 class Severity(Enum):
@@ -61,17 +62,32 @@ class Diagnostic(Value):
         return span.file.name, span.start, span.end
 
 
-class Message(Protocol):
-    """Interface of the classes in `diagnostics/`."""
+def error(
+    code: str, span: Span, text: str, hint: str = "", label: str = "", other: Span | None = None, remark: str = ""
+) -> Diagnostic:
+    """Create an error; the middle of overlong texts is left out, as names and strings can have any length.
 
-    @property
-    def span(self) -> Span:
-        """Span of the diagnostic."""
-        ...
+    Args:
+        code: The code.
+        span: The primary span.
+        text: The message.
+        hint: Suggested fix.
+        label: Remark at the span.
+        other: Another span that explains it, if any.
+        remark: Remark at the other span.
+    """
+    others = () if other is None else (Label(other, _shortened(remark)),)
+    labels = Label(span, _shortened(label)), others
+    return Diagnostic(Severity.ERROR, code, _shortened(text), *labels, _shortened(hint))
 
-    def diagnostic(self) -> Diagnostic:
-        """Create the diagnostic."""
-        ...
+
+def warning(code: str, span: Span, text: str, hint: str = "") -> Diagnostic:
+    """Create a warning, like `error`."""
+    return replaced(error(code, span, text, hint), severity=Severity.WARNING)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT // 2]}...{text[-MAX_TEXT // 2 :]}"
 
 
 @lazy_dataclass
@@ -86,15 +102,18 @@ class Bag:
     _dropped: int = 0
     _copies: list[Diagnostic] | None = None
 
-    def add(self, message: Message) -> None:
-        """Add a message, or count it as dropped if the bag is full."""
-        if self._errors >= MAX_ERRORS:
+    def add(self, make: Callable[P, Diagnostic], /, *args: P.args, **named: P.kwargs) -> None:
+        """Add the message that a function of `diagnostics/` makes, or count it as dropped if the bag is full."""
+        if self.is_full:
             self._dropped += 1
-            return
-        self.put(message.diagnostic())
+        else:
+            self.put(make(*args, **named))
 
     def put(self, found: Diagnostic) -> None:
-        """Add a diagnostic."""
+        """Add a diagnostic, or count it as dropped if the bag is full."""
+        if self.is_full:
+            self._dropped += 1
+            return
         if self._copies is not None:
             self._copies.append(found)
         span = found.primary.span

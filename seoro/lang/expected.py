@@ -7,50 +7,16 @@ from typing import Final
 from seoro.lang import parse_table
 from seoro.lang.lexer import Token
 
-_OPERANDS: Final = frozenset(
-    {
-        "NAME",
-        "PREFIXED",
-        "INTEGER_LITERAL",
-        "FLOAT_LITERAL",
-        "PHYSICAL_LITERAL",
-        "STRING_LITERAL",
-        "LPAR",
-        "LSQB",
-        "MINUS",
-        "PLUS",
-        "NOT",
-        "IT",
-        "TRUE",
-        "FALSE",
-        "INF",
-        "NAN",
-        "RANGE",
-    }
-)
-_OPERATORS: Final = frozenset(
-    {
-        "PLUS",
-        "MINUS",
-        "STAR",
-        "SLASH",
-        "PERCENT",
-        "EQUAL",
-        "UNEQUAL",
-        "LESSTHAN",
-        "MORETHAN",
-        "AT_MOST",
-        "AT_LEAST",
-        "IN",
-        "AND",
-        "OR",
-        "IMPLIES",
-        "QMARK",
-        "DOT",
-        "LPAR",
-        "LSQB",
-        "BANG",
-    }
+OPERAND_STARTS: Final = frozenset(
+    {"NAME", "PREFIXED", "INTEGER_LITERAL", "FLOAT_LITERAL", "PHYSICAL_LITERAL", "STRING_LITERAL", "LPAR", "LSQB"}
+)  # operands without keywords and signs
+_OPERANDS: Final = OPERAND_STARTS | {"MINUS", "PLUS", "NOT", "IT", "TRUE", "FALSE", "INF", "NAN", "RANGE"}
+_RELATIONS: Final = frozenset({"EQUAL", "UNEQUAL", "LESSTHAN", "MORETHAN", "AT_MOST", "AT_LEAST", "IN"})
+_OPERATORS: Final = (
+    _RELATIONS
+    | {"PLUS", "MINUS", "STAR", "SLASH", "PERCENT"}
+    | {"AND", "OR", "IMPLIES", "QMARK"}
+    | {"DOT", "LPAR", "LSQB", "BANG"}
 )
 _TYPES: Final = frozenset({"BOOL", "INT", "UINT", "FLOAT", "STRING", "LIST", "RANGE", "NAME", "PREFIXED"})
 _NUMBERS: Final = {"INTEGER_LITERAL": "an integer", "FLOAT_LITERAL": "a number", "PHYSICAL_LITERAL": "a quantity"}

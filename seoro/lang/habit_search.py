@@ -8,9 +8,10 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Final
 
+from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.diagnostics import listing, syntax
+from seoro.lang.expression_habits import BLOCK, END, Habit
 from seoro.lang.frozen import Frozen
-from seoro.lang.habit import BLOCK, END, Habit
 from seoro.lang.lexer import Token
 from seoro.lang.line_habits import HABITS
 from seoro.lang.source import SourceFile, Span
@@ -31,7 +32,7 @@ class Found(Frozen):
     """
 
     habit: Habit
-    message: syntax.ForeignSyntax
+    message: Diagnostic
     first: int
     behind: int
     repair: str | None
@@ -72,7 +73,7 @@ def find(
         fields |= {"meant": listing(near, "or"), "only": near[0] if near else "", "at": span.text}
         if "number" in fields:
             fields["percent"] = f"{float(fields['number']) / 100:g}"
-        message = syntax.ForeignSyntax(span, habit.message.format(**fields), habit.help.format(**fields))
+        message = syntax.foreign_syntax(span, habit.message.format(**fields), habit.help.format(**fields))
         repair = habit.repair.format(**fields) if habit.repair is not None else None
         return Found(habit, message, first + start, first + behind, repair)
     return None

@@ -13,7 +13,7 @@ from typing import Final
 _TRUE: Final = "booleans are `true` and `false`"
 _NULL: Final = "every field has a value: omit the default, and the run chooses or sets it"
 _SELF: Final = "write only the name of a field of the own type"
-_NO_IF: Final = "use `one_of` with a `wait <condition>` in each branch, `on <event>:`, or `? :` in an expression"
+NO_IF: Final = "use `one_of` with a `wait <condition>` in each branch, `on <event>:`, or `? :` in an expression"
 _EVENTS: Final = "write it directly after `wait`, `on`, `until` or `is`, without brackets around it"
 
 NAMES: Final[Mapping[str, str]] = {
@@ -58,7 +58,7 @@ BEHAVIORS: Final[Mapping[str, str]] = {
         ("assert", "check", "expect", "require"), "write `wait <condition>`, with a `timeout` below `with:`"
     ),
     **dict.fromkeys(("exit", "quit", "stop"), "write `emit end`, or `emit fail`"),
-    **dict.fromkeys(("if", "switch"), _NO_IF),
+    **dict.fromkeys(("if", "switch"), NO_IF),
     **dict.fromkeys(
         ("set", "assign"), "change a variable by `increment(...)` or `decrement(...)` of `osc.helpers`"
     ),

@@ -11,7 +11,7 @@ import unicodedata
 from typing import Any, Final, NamedTuple
 
 from seoro.lang import parse_table
-from seoro.lang.diagnostic import Bag, Message
+from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import syntax
 from seoro.lang.escapes import unescape
 from seoro.lang.habits import BLANKS, CLOSING_QUOTES, COMMENTS, OPENING_QUOTES, OPERATORS
@@ -68,7 +68,7 @@ class Number(NamedTuple):
 class Refused(Exception):
     """Reading of a text stopped; the message has the reason."""
 
-    def __init__(self, message: Message) -> None:
+    def __init__(self, message: Diagnostic) -> None:
         super().__init__()
         self.message = message
 
@@ -106,7 +106,7 @@ class Lexer:
         while offset < len(text):
             if len(tokens) - first > MAX_TOKENS:
                 span = Span(self._file, tokens[first].start, offset)
-                raise Refused(syntax.TooLong(span, MAX_TOKENS))
+                raise Refused(syntax.too_long(span, MAX_TOKENS))
             if at_start:
                 offset, column = self._indentation(offset)
                 if text.startswith(("//", "/*"), offset):
@@ -180,7 +180,7 @@ class Lexer:
                 blanks = self._text[start:offset]
                 mixes = "\t" in blanks or "\t" in self._file.line(self._file.position(end)[0])[: inner or 1]
                 columns = tuple(dict.fromkeys((*levels, inner)))
-                self._report(syntax.UnknownIndentation(Span(self._file, start, offset), columns, mixes))
+                self._report(syntax.unknown_indentation(Span(self._file, start, offset), columns, mixes))
                 levels.append(inner)
                 return
             tokens.append(Token("_DEDENT", column, end, end))
@@ -224,13 +224,13 @@ class Lexer:
         if is_float:
             value = float(digits)
             if value == float("inf"):
-                self._report(syntax.FloatOutOfRange(span))
+                self._report(syntax.float_out_of_range(span))
         elif len(digits) > 30 and len(digits.lstrip("0x")) > 20:  # far out of range, and slow to convert
-            self._report(syntax.IntegerOutOfRange(span))
+            self._report(syntax.integer_out_of_range(span))
         else:
             value = int(digits, 16 if is_hex else 10)
             if value >= 2**64:
-                self._report(syntax.IntegerOutOfRange(span))
+                self._report(syntax.integer_out_of_range(span))
                 value = 0
         kind = "PHYSICAL_LITERAL" if unit else "FLOAT_LITERAL" if is_float else "INTEGER_LITERAL"
         return Token(kind, Number(value, is_float, unit), start, end)
@@ -247,12 +247,12 @@ class Lexer:
                     return start + index
         return end
 
-    def _report(self, message: Message) -> None:
+    def _report(self, message: Diagnostic) -> None:
         """Report an error; stop reading after `MAX_ERRORS`."""
         self._errors += 1
         if self._errors >= MAX_ERRORS:
             raise Refused(message)
-        self._bag.add(message)
+        self._bag.put(message)
 
     def _recover(self, tokens: list[Token], offset: int) -> int:
         """Report an invalid token; return the offset to resume at."""
@@ -268,7 +268,7 @@ class Lexer:
         if sign is not None:
             return self._foreign_operator(tokens, offset, sign)
         if char != "}" or not self._has_braces:  # belongs to a reported brace
-            self._report(syntax.UnknownCharacter(Span(self._file, offset, offset + 1)))
+            self._report(syntax.unknown_character(Span(self._file, offset, offset + 1)))
         self._has_braces |= char == "{"
         return offset + 1
 
@@ -278,7 +278,7 @@ class Lexer:
         quotes = text[offset] * 3 if text.startswith(text[offset] * 3, offset) else text[offset]
         ends = [text.find(end, offset) for end in "\r\n"] if len(quotes) == 1 else []
         end = min((found for found in ends if found >= 0), default=len(text))
-        self._report(syntax.UnclosedString(Span(self._file, offset, end), quotes))
+        self._report(syntax.unclosed_string(Span(self._file, offset, end), quotes))
         tokens.append(Token("STRING_LITERAL", "", offset, end))
         return end
 
@@ -287,7 +287,7 @@ class Lexer:
         char = self._text[offset]
         hint = "quote strings by `\"` or `'`"
         self._report(
-            syntax.ForeignSyntax(Span(self._file, offset, offset + 1), f"unexpected quotes `{char}`", hint)
+            syntax.foreign_syntax(Span(self._file, offset, offset + 1), f"unexpected quotes `{char}`", hint)
         )
         end = offset + 1
         while end < len(self._text) and self._text[end] not in f"\"'\r\n{CLOSING_QUOTES}":
@@ -300,7 +300,7 @@ class Lexer:
         """Replace an operator of another language by its equivalent."""
         own, end = OPERATORS[sign], offset + len(sign)
         span = Span(self._file, offset, end)
-        self._report(syntax.ForeignSyntax(span, f"unknown operator `{sign}`", f"write `{own}`"))
+        self._report(syntax.foreign_syntax(span, f"unknown operator `{sign}`", f"write `{own}`"))
         tokens.append(Token("NAME" if own.isalpha() else self._operators[own], own, offset, end))
         return end
 
@@ -311,7 +311,7 @@ class Lexer:
         before = self._text[self._text.rfind("\n", 0, offset) + 1 : offset]
         is_behind = bool(before.strip()) and sign == "//"
         hint = "begin a comment with `#`" + (", and write a division as `/`" if is_behind else "")
-        self._report(syntax.ForeignSyntax(span, f"unexpected `{sign}`", hint))
+        self._report(syntax.foreign_syntax(span, f"unexpected `{sign}`", hint))
         found = re.compile(COMMENTS[sign]).match(self._text, offset)
         return found.end() if found else offset + 2
 
@@ -324,5 +324,5 @@ class Lexer:
             name = unicodedata.name(char, "a blank").lower()
             text = f"unexpected blank U+{ord(char):04X} ({name})"
             span = Span(self._file, offset, offset + 1)
-            self._report(syntax.ForeignSyntax(span, text, "indent and separate words by spaces"))
+            self._report(syntax.foreign_syntax(span, text, "indent and separate words by spaces"))
         return offset + 1

@@ -26,9 +26,9 @@ from seoro.lang.source import SourceFile, Span
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
 
-    from seoro.lang.diagnostic import Message
+    from seoro.lang.diagnostic import Diagnostic
 
-Report: TypeAlias = "Callable[[Message], None]"
+Report: TypeAlias = "Callable[[Diagnostic], None]"
 
 FOLDER = "seoro.libraries"  # beside the scenario file
 ENTRY_POINTS = "seoro.libraries"  # the group of installed packages
@@ -76,7 +76,7 @@ def find_library(name: str, span: Span, entry: SourceFile, report: Report) -> Li
     own = builtin_libraries().get(name)
     if own is not None:
         if beside is not None:
-            report(imports.ReservedLibrary(span, name, _shown(beside, entry)))
+            report(imports.reserved_library(span, name, _shown(beside, entry)))
         return Library(name, Origin.OWN, own, f"<{name}>", "", span)
     bare = name.removeprefix("osc.")
     if beside is not None:
@@ -148,14 +148,14 @@ def _installed(name: str, bare: str, span: Span, entry: SourceFile, report: Repo
     points = entry_points(group=ENTRY_POINTS)
     modules = sorted({point.module for point in points if point.name == bare}) if bare != name else []
     if not modules:
-        report(imports.UnknownModule(span, name, tuple(sorted(library_files(entry.path)))))
+        report(imports.unknown_module(span, name, tuple(sorted(library_files(entry.path)))))
         return None
     if len(modules) > 1:
-        report(imports.AmbiguousLibrary(span, name, tuple(modules)))
+        report(imports.ambiguous_library(span, name, tuple(modules)))
         return None
     origin = _locate(modules[0])
     if origin is None:
-        report(imports.MissingModule(span, name, modules[0]))
+        report(imports.missing_module(span, name, modules[0]))
         return None
     return Library(name, Origin.INSTALLED, origin.parent / f"{bare}.osc", f"<{name}>", modules[0], span)
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from seoro.lang.expression_habits import EXPRESSION_HABITS
-from seoro.lang.habit import BEHAVIORS, FILE, MEMBERS, REACTIONS, Habit
+from seoro.lang.expression_habits import BEHAVIORS, EXPRESSION_HABITS, FILE, MEMBERS, REACTIONS, Habit
+from seoro.lang.habits import NO_IF
 
 _TOP: Final = (
     *("import", "namespace", "export", "unit", "enum", "struct", "actor", "action", "scenario", "modifier"),
@@ -18,9 +18,6 @@ _TOP: Final = (
 _MEMBERS: Final = ("event", "var", "def", "keep", "remove_default", "cover", "record", "do")
 _COMPOSITIONS: Final = ("serial", "parallel", "one_of")
 _STEPS: Final = ("wait", "emit", "call", "do", *_COMPOSITIONS)
-_INSTEAD_OF_IF: Final = (
-    "use `one_of` with a `wait <condition>` in each branch, `on <event>:`, or `? :` in an expression"
-)
 _CHANGES: Final = (
     "change a variable by `increment({name})` or `decrement({name})` of `import osc.helpers`, or by events: "
     "`var {name}: <type> = sample(<value>, @<event>, <first value>)`"
@@ -54,7 +51,7 @@ HABITS: Final = (
     Habit(
         r"(?P<at>if|elif|else|switch|case|match|unless|select|when)\b(?! [.=]| : [^\n])",
         "`{at}` is not a statement of OpenSCENARIO DSL",
-        _INSTEAD_OF_IF,
+        NO_IF,
         tails=("else", "elif", "case", "default"),
     ),
     Habit(

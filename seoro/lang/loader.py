@@ -18,7 +18,7 @@ from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang import ast
 from seoro.lang.builtin_libraries import STANDARD_MODULES
 from seoro.lang.cache import parse_library
-from seoro.lang.diagnostic import Bag, Diagnostic, Message
+from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import imports, syntax
 from seoro.lang.frozen import Value
 from seoro.lang.lazy_dataclass import lazy_dataclass
@@ -111,10 +111,10 @@ class _Loading:
     libraries: dict[str, Library] = field(default_factory=dict)
     missed: int = 0
 
-    def miss(self, message: Message) -> None:
+    def miss(self, message: Diagnostic) -> None:
         """Report a failed import."""
         self.missed += 1
-        self.bag.add(message)
+        self.bag.put(message)
 
 
 def load(
@@ -140,7 +140,7 @@ def load(
     file = SourceFile(shown, text if isinstance(text, str) else "", path)
     loading = _Loading(file, read, locate, parsers)
     if not isinstance(text, str):
-        loading.miss(syntax.UnreadableFile(Span(file, 0, 0), shown, text.reason))
+        loading.miss(syntax.unreadable_file(Span(file, 0, 0), shown, text.reason))
     entry = _load(loading, file, path, None)
     return Sources(
         entry,
@@ -171,8 +171,8 @@ def read_source(path: Path) -> SourceFile:
     text = read_file(path)
     if isinstance(text, str):
         return SourceFile(str(path), text, path)
-    fault = syntax.UnreadableFile(Span(SourceFile(str(path), "", path), 0, 0), str(path), text.reason)
-    raise InvalidScenario([fault.diagnostic()])
+    fault = syntax.unreadable_file(Span(SourceFile(str(path), "", path), 0, 0), str(path), text.reason)
+    raise InvalidScenario([fault])
 
 
 def _load(loading: _Loading, file: SourceFile, path: Path, library: str | None) -> Module:
@@ -227,7 +227,7 @@ def _find_module(loading: _Loading, statement: ast.ImportModule) -> tuple[Source
         return None
     text = loading.read(path)
     if not isinstance(text, str):
-        loading.miss(imports.MissingFile(statement.span, name, f"{path}: {text.reason}"))
+        loading.miss(imports.missing_file(statement.span, name, f"{path}: {text.reason}"))
         return None
     return SourceFile(library.shown, text, path), path, name
 
@@ -238,18 +238,18 @@ def _find_file(
     """Find the file of a URI, relative to the importing file, unless it is loaded or missing."""
     if len(statement.uri) > MAX_PATH:
         reason = f"longer than {MAX_PATH} characters"
-        loading.miss(imports.MissingFile(statement.span, statement.uri, reason))
+        loading.miss(imports.missing_file(statement.span, statement.uri, reason))
         return None
     path = path_of(statement.uri)
     if path is None:
-        loading.miss(imports.UnknownScheme(statement.span, statement.uri.partition(":")[0]))
+        loading.miss(imports.unknown_scheme(statement.span, statement.uri.partition(":")[0]))
         return None
     full = loading.locate(path) if path.is_absolute() else where.parent / path
     if resolved(full) in loading.seen:
         return None
     text = loading.read(full)
     if not isinstance(text, str):
-        loading.miss(imports.MissingFile(statement.span, statement.uri, text.reason, not path.is_absolute()))
+        loading.miss(imports.missing_file(statement.span, statement.uri, text.reason, not path.is_absolute()))
         return None
     is_shown = not importer.file.name.startswith("<")
     shown = str(Path(importer.file.name).parent / path) if is_shown else f"<{path}>"

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from seoro.lang import ast, parse_table
 from seoro.lang.automaton import LAYOUT, Automaton
 from seoro.lang.build import Builder
-from seoro.lang.diagnostic import Bag, Message
+from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import syntax
-from seoro.lang.expected import describe, explain
+from seoro.lang.expected import OPERAND_STARTS, describe, explain
 from seoro.lang.habits import foreign_format
 from seoro.lang.lexer import MAX_ERRORS, Lexer, Refused, Token
 from seoro.lang.source import SourceFile, Span
@@ -29,9 +29,6 @@ _STATEMENTS = frozenset({"event", "def", "var", "do", "on", "emit", "wait", "cal
 _NAMING = frozenset({"event", "def", "var", "do", "emit"})  # a name follows, no bracket
 _COMPOSITIONS = frozenset({"serial", "parallel", "one_of"})
 _NAME_GOES_ON = frozenset({"COLON", "COMMA", "DOT", "_ASSIGN"})
-_OPERAND_STARTS = frozenset(
-    {"NAME", "PREFIXED", "INTEGER_LITERAL", "FLOAT_LITERAL", "PHYSICAL_LITERAL", "STRING_LITERAL", "LPAR", "LSQB"}
-)
 _WORD_OPERATORS = frozenset({"in", "and", "or"})
 _MARKS_OF_PLACES: Mapping[str, tuple[tuple[str, bool], ...]] = {
     "": (),
@@ -47,7 +44,7 @@ def parse_file(file: SourceFile, bag: Bag) -> ast.OscFile:
     whole = Span(file, 0, len(file.text))
     kind = foreign_format(file.text)
     if kind:
-        bag.add(syntax.ForeignFile(_first_line(whole), kind))
+        bag.add(syntax.foreign_file, _first_line(whole), kind)
         return ast.OscFile((), None, whole)
     parser = _Parser(file, bag)
     tree = _parse(parser, "osc_file", 0)
@@ -80,7 +77,7 @@ def _parse(parser: _Parser, start: str, offset: int) -> Any:
     try:
         return parser.parse(start, Lexer(parser.file, parser.bag, parser.stop).tokens(offset))
     except Refused as refused:
-        parser.bag.add(refused.message)
+        parser.bag.put(refused.message)
         return None
 
 
@@ -160,7 +157,7 @@ class _Parser(Automaton):
         elif word in {"as", "is"}:
             is_keyword = behind.kind == "LPAR"
         elif word in {"default", "hard"}:
-            is_keyword = behind.kind in _OPERAND_STARTS and behind.value not in _WORD_OPERATORS
+            is_keyword = behind.kind in OPERAND_STARTS and behind.value not in _WORD_OPERATORS
         elif word in _COMPOSITIONS:
             is_keyword = behind.kind in {"COLON", "LPAR"}
         elif word in _STATEMENTS:
@@ -243,12 +240,12 @@ class _Parser(Automaton):
         self._tokens[found.first : found.behind] = words
         return first
 
-    def _add(self, message: Message) -> None:
+    def _add(self, message: Diagnostic) -> None:
         """Report, unless the line has an error already."""
-        line = message.span.line
+        line = message.primary.span.line
         if line not in self._reported:
             self._reported.add(line)
-            self.bag.add(message)
+            self.bag.put(message)
 
     def _unexpected_block(self, index: int) -> int:
         """Recover from a block below a line that opens none, or lacks its colon."""
@@ -261,14 +258,14 @@ class _Parser(Automaton):
             self._states.append(taken[0])
             self._values.append(taken[1])
             self._spans.append(taken[2])
-        self._add(syntax.UnexpectedIndentation(self._span(tokens[index + 1])))
+        self._add(syntax.unexpected_indentation(self._span(tokens[index + 1])))
         del tokens[self._end_of_block(index)], tokens[index]
         return index
 
     def _missing_colon(self, index: int) -> int:
         """Put a colon before the end of a line."""
         token = self._tokens[index]
-        self._add(syntax.MissingColon(self._span(token)))
+        self._add(syntax.missing_colon(self._span(token)))
         self._tokens.insert(index, Token("COLON", ":", token.start, token.start))
         self._fresh = False
         return index
@@ -280,7 +277,7 @@ class _Parser(Automaton):
         while header.kind in LAYOUT and header is not tokens[0]:
             header = tokens[tokens.index(header) - 1]
         line = Span(self.file, self._spans[self._marks[-1]][0], header.end)
-        self._add(syntax.MissingBlock(self._span(here), line))
+        self._add(syntax.missing_block(self._span(here), line))
         self._drop_line()
         return index if self._feed_invalid(tokens[index]) else -1
 
@@ -289,12 +286,12 @@ class _Parser(Automaton):
         first = index if self._fresh else self._first_of_line(index)
         word = tokens[first].value
         if tokens[first].kind == "NAME" and index - first <= 1 and (place := explain(word)):
-            self._add(syntax.MisplacedStatement(self._span(tokens[first]), word, "here", place))
+            self._add(syntax.misplaced_statement(self._span(tokens[first]), word, "here", place))
             return
         previous = tokens[index - 1] if index > first else None
         expected = {terminal for terminal in self._rows[self._states[-1]] if self._accepts(terminal)}
         found, wanted, hint = describe(token, kind, previous, expected)
-        self._add(syntax.UnexpectedToken(self._span(token), found, wanted, hint))
+        self._add(syntax.unexpected_token(self._span(token), found, wanted, hint))
 
     def _reread_unclosed(self, index: int) -> bool:
         """Read the line of a token again if an open bracket consumed the line end before it."""
@@ -304,7 +301,7 @@ class _Parser(Automaton):
             return False
         line = self.file.position(token.start)[0]
         if token.kind == "_NEWLINE":  # within brackets, a line ends only with the file
-            self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
+            self._add(syntax.unclosed_bracket(self._span(opened), opened.value))
             self._reported.add(line)
             return False
         first = index
@@ -313,7 +310,7 @@ class _Parser(Automaton):
         is_statement = tokens[first].kind == "NAME" and bool(explain(tokens[first].value))
         if opened.start >= tokens[first].start or not (first == index or is_statement):
             return False
-        self._add(syntax.UnclosedBracket(self._span(opened), opened.value))
+        self._add(syntax.unclosed_bracket(self._span(opened), opened.value))
         start = tokens[first].start - self.file.position(tokens[first].start)[1] + 1
         levels = self._levels(index)
         self._drop_line()

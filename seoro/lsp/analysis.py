@@ -1,23 +1,59 @@
-"""Analysis of a document: check it with its imports, as the editor shows them."""
+"""Analysis of documents: check them with their imports, as the editor shows them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
 from seoro.embed.scenarios import check_file
+from seoro.files.inputs import resolved
 from seoro.lang import ast
+from seoro.lang.cache import parse_library
+from seoro.lang.check.body_cache import BodyMessages
 from seoro.lang.check.checker import Checked
+from seoro.lang.diagnostic import Bag
+from seoro.lang.incremental_parser import IncrementalParser
 from seoro.lang.libraries import library_files
-from seoro.lang.loader import Module
+from seoro.lang.loader import Module, Parse, Parsers, read_file
 from seoro.lang.source import SourceFile
-from seoro.lsp.check_cache import CheckCache
 from seoro.lsp.documents import Texts, reader
 from seoro.lsp.index import Files, Index, Notes
 
 ENTRY = ".import-of-one-library.osc"  # a scenario that imports an open library
+MAX_FILES = 2000  # searched in a workspace
+SUFFIX = ".osc"
+
+
+class CheckCache:
+    """Cached trees and messages of a document and its imports."""
+
+    def __init__(self) -> None:
+        self.bodies = BodyMessages()
+        self.parsers = Parsers(self._own, self._library)
+        self._trees: dict[Path | None, ast.OscFile] = {}  # of files without errors
+        self._parsers: dict[Path | None, IncrementalParser] = {}
+
+    def _own(self, file: SourceFile, bag: Bag) -> ast.OscFile:
+        """Parse a file, and reuse the trees of unchanged statements."""
+        return self._kept(file, bag, self._parsers.setdefault(file.path, IncrementalParser()).parse)
+
+    def _library(self, file: SourceFile, bag: Bag) -> ast.OscFile:
+        """Parse a file of a library, which seldom changes."""
+        return self._kept(file, bag, parse_library)
+
+    def _kept(self, file: SourceFile, bag: Bag, parse: Parse) -> ast.OscFile:
+        """Return the cached tree of an unchanged file without errors, else parse it."""
+        kept = self._trees.get(file.path)
+        if kept is not None and (kept.span.file.name, kept.span.file.text) == (file.name, file.text):
+            return kept
+        before = len(bag)
+        tree = parse(file, bag)
+        if len(bag) == before:
+            self._trees[file.path] = tree
+        return tree
 
 
 @dataclass(frozen=True)
@@ -100,3 +136,35 @@ def library_at(path: Path) -> str | None:
 def _libraries() -> Mapping[Path, str]:
     """Return the libraries by their files; cached, as searching installed packages is slow."""
     return {path.resolve(): name for name, path in sorted(library_files(None).items())}
+
+
+def files_with(words: Sequence[str], folders: Iterable[Path]) -> Iterator[Path]:
+    """Yield the scenario files that contain one of the words, without hidden folders."""
+    seen = 0
+    for folder in folders:
+        for where, below, names in os.walk(folder):
+            below[:] = sorted(name for name in below if not name.startswith("."))
+            for name in sorted(names):
+                if not name.endswith(SUFFIX):
+                    continue
+                seen += 1
+                if seen > MAX_FILES:
+                    return
+                path = Path(where, name)
+                text = read_file(path)
+                if isinstance(text, str) and any(word in text for word in words):
+                    yield resolved(path)
+
+
+def analyse_users(
+    words: Sequence[str], folders: Iterable[Path], texts: Texts, known: Iterable[Analysis]
+) -> list[Analysis]:
+    """Analyse files of the workspace that may use one of the names and are in no known analysis."""
+    found = list(known)
+    seen = {path for analysis in found for path in analysis.files.by_path}
+    for path in files_with(words, folders):
+        if path not in seen:
+            analysis = analyse(path, texts)
+            found.append(analysis)
+            seen |= analysis.files.by_path.keys()
+    return found

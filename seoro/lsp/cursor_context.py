@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from seoro.lang import ast, plan
+from seoro.lang import ast, plan, symbols
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import labelled
 from seoro.lang.check.scopes import Scope, running_scope, scope_of
@@ -16,20 +16,11 @@ from seoro.lang.namespaces import GLOBAL_NAMESPACE, Home, Space
 from seoro.lang.parser import parse_expression
 from seoro.lang.program import Declaration, Program
 from seoro.lang.source import SourceFile
-from seoro.lang.symbols import (
-    EventObject,
-    EventSymbol,
-    ListOf,
-    MethodSymbol,
-    Structured,
-    Type,
-    TypeSymbol,
-)
 from seoro.lang.types import UNKNOWN
 from seoro.lsp.analysis import Analysis
 from seoro.lsp.cursor import Cursor, Line
 
-Callable_ = TypeSymbol | MethodSymbol | EventSymbol
+Callable_ = symbols.TypeSymbol | symbols.MethodSymbol | symbols.EventSymbol
 _NAMESPACE = re.compile(r"^namespace[ \t]+(\w+)(?:[ \t]+use[ \t]+([^\r\n#]*))?", re.MULTILINE)
 _BULK = frozenset(operator.value for operator in plan.Bulk)
 
@@ -48,7 +39,7 @@ class CursorContext:
     cursor: Cursor
     program: Program
     space: Space
-    owner: TypeSymbol | None
+    owner: symbols.TypeSymbol | None
 
     @cached_property
     def _expressions(self) -> Expressions:
@@ -69,10 +60,12 @@ class CursorContext:
             if word == "as" and "@" in words[:index]:
                 event = self._event(line, words.index("@") + 1, index)
                 if event is not None:
-                    scope = replace(scope, bindings={**scope.bindings, words[index + 1]: EventObject(event)})
+                    scope = replace(
+                        scope, bindings={**scope.bindings, words[index + 1]: symbols.EventObject(event)}
+                    )
         return self._within_operators(scope)
 
-    def _event(self, line: Line, first: int, end: int) -> EventSymbol | None:
+    def _event(self, line: Line, first: int, end: int) -> symbols.EventSymbol | None:
         """Return the event of the scenario itself that a range of tokens names."""
         if self.owner is None or end - first != 1:
             return None
@@ -86,15 +79,15 @@ class CursorContext:
             if bracket.is_call and self.cursor.line.word(bracket.index - 1) in _BULK:
                 first = self.cursor.receiver(bracket.index)
                 base = self._value(self.cursor.text(first, bracket.index - 2), scope)
-                if isinstance(base, ListOf):
+                if isinstance(base, symbols.ListOf):
                     scope = replace(scope, it=base.element, is_it_bound=True)
         return scope
 
-    def type_of(self, text: str) -> Type:
+    def type_of(self, text: str) -> symbols.Type:
         """Return the type of an expression at the cursor."""
         return self._value(text, self.scope)
 
-    def _value(self, text: str, scope: Scope) -> Type:
+    def _value(self, text: str, scope: Scope) -> symbols.Type:
         node = parse_expression(SourceFile("cursor", text), Bag())
         return UNKNOWN if node is None else self._expressions.receivers.find(node, scope).type
 
@@ -111,21 +104,21 @@ class CursorContext:
         name = name_in(text)
         return self._expressions.lookup.type(self.space, name) if name is not None else None
 
-    def find_behavior(self, text: str, actor: TypeSymbol | None) -> TypeSymbol | None:
+    def find_behavior(self, text: str, actor: symbols.TypeSymbol | None) -> symbols.TypeSymbol | None:
         """Find a scenario, action or modifier of an actor, or of none."""
         name, lookup = name_in(text), self._expressions.lookup
         if name is None:
             return None
         return lookup.behavior(self.space, actor, name) or lookup.modifier(self.space, actor, name)
 
-    def find_method(self, text: str, owner: TypeSymbol | None) -> MethodSymbol | None:
+    def find_method(self, text: str, owner: symbols.TypeSymbol | None) -> symbols.MethodSymbol | None:
         """Find a method of a type."""
         name = name_in(text)
         if name is None or owner is None:
             return None
         return self._expressions.lookup.member(self.space, owner.inventory.methods, name)
 
-    def shown(self, symbol: Declaration | TypeSymbol, found: Declaration | None) -> str:
+    def shown(self, symbol: Declaration | symbols.TypeSymbol, found: Declaration | None) -> str:
         """Return the name of a symbol here, given the meaning of its bare name."""
         return symbol.name if found is symbol else f"{symbol.namespace}::{symbol.name}"
 
@@ -134,7 +127,7 @@ class CursorContext:
         for symbol in self.program.types.values():
             yield self.shown(symbol, self.find_type(symbol.name)), symbol
 
-    def behaviors(self, table: Iterable[TypeSymbol]) -> Iterator[tuple[str, TypeSymbol]]:
+    def behaviors(self, table: Iterable[symbols.TypeSymbol]) -> Iterator[tuple[str, symbols.TypeSymbol]]:
         """Yield scenarios, actions or modifiers, with their names here."""
         for symbol in table:
             yield self.shown(symbol, self.find_behavior(symbol.name, symbol.actor)), symbol
@@ -155,7 +148,7 @@ def cursor_context(cursor: Cursor, analyses: Iterable[Analysis]) -> CursorContex
     return CursorContext(cursor, found[0].checked.program, _space(cursor, found[0]), None)
 
 
-def _owner(cursor: Cursor, analysis: Analysis) -> TypeSymbol | None:
+def _owner(cursor: Cursor, analysis: Analysis) -> symbols.TypeSymbol | None:
     """Return the type that the outermost line declares or extends."""
     words = (cursor.parents[-1] if cursor.parents else cursor.line).words
     if len(words) < 2 or words[0] not in {"struct", "actor", "scenario", "action", "modifier", "extend"}:
@@ -206,7 +199,7 @@ def callee(around: CursorContext, index: int, starts: int | None) -> Callable_ |
             return next((event for event in around.owner.inventory.events.values() if event.text == name), None)
         return _unprefixed(around, name, is_behavior)
     base = around.type_of(cursor.text(first, index - 2))
-    owner = base.symbol if isinstance(base, Structured) else None
+    owner = base.symbol if isinstance(base, symbols.Structured) else None
     return around.find_behavior(name, owner) if is_behavior else around.find_method(name, owner)
 
 
@@ -216,4 +209,4 @@ def _unprefixed(around: CursorContext, name: str, is_behavior: bool) -> Callable
         found = around.find_behavior(name, own) if own is not None else None
         return found or around.find_behavior(name, None)
     symbol = around.find_type(name)
-    return symbol if isinstance(symbol, TypeSymbol) else around.find_method(name, around.owner)
+    return symbol if isinstance(symbol, symbols.TypeSymbol) else around.find_method(name, around.owner)

@@ -6,85 +6,73 @@ import re
 from collections.abc import Mapping
 from typing import assert_never
 
+from seoro.lang import symbols
 from seoro.lang.check.plan_types import type_name
-from seoro.lang.program import Program
-from seoro.lang.recorder import EnumMember
+from seoro.lang.program import EnumMember, Program
 from seoro.lang.source import SourceFile, Span
-from seoro.lang.symbols import (
-    EnumSymbol,
-    EventSymbol,
-    FieldSymbol,
-    Kind,
-    ListOf,
-    MethodSymbol,
-    Quantity,
-    QuantitySymbol,
-    RangeOf,
-    Type,
-    TypeSymbol,
-    UnitSymbol,
-)
 from seoro.lang.units import unit_text
 from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence, definition
 
 LANGUAGE = "osc"  # of code blocks
 MAX_LINES = 40  # of a shown declaration
-_INVOKED = frozenset({Kind.SCENARIO, Kind.ACTION, Kind.MODIFIER})
+_INVOKED = frozenset({symbols.Kind.SCENARIO, symbols.Kind.ACTION, symbols.Kind.MODIFIER})
 _FENCE = re.compile(r"`{3,}")
 
 
-def type_text(type_: Type, program: Program) -> str:
+def type_text(type_: symbols.Type, program: Program) -> str:
     """Format a type in the syntax of the language, if it has a name."""
     return type_name(type_, program).strip("`")
 
 
-def unit_of(type_: Type) -> str:
+def unit_of(type_: symbols.Type) -> str:
     """Return the SI unit of physical values, or of lists and ranges of them; empty for others."""
     match type_:
-        case Quantity(dimension):
+        case symbols.Quantity(dimension):
             return unit_text(dimension)
-        case ListOf(element) | RangeOf(element):
+        case symbols.ListOf(element) | symbols.RangeOf(element):
             return unit_of(element)
         case _:
             return ""
 
 
-def typed(type_: Type, program: Program) -> str:
+def typed(type_: symbols.Type, program: Program) -> str:
     """Format a type with its SI unit, in Markdown."""
     unit = unit_of(type_)
     name = type_name(type_, program)
     return f"{name} [{unit}]" if unit and unit not in name else name
 
 
-def parameter_text(parameter: FieldSymbol, program: Program) -> str:
+def parameter_text(parameter: symbols.FieldSymbol, program: Program) -> str:
     """Format a parameter like a declaration, with its type and default."""
     default = f" = {_one_line(parameter.default.span.text)}" if parameter.default is not None else ""
     return f"{parameter.text}: {type_text(parameter.type, program)}{default}"
 
 
-def signature(meaning: TypeSymbol | MethodSymbol | EventSymbol, program: Program) -> str:
+def signature(meaning: symbols.TypeSymbol | symbols.MethodSymbol | symbols.EventSymbol, program: Program) -> str:
     """Format a callable with its parameters, on one line."""
     parameters = parameters_of(meaning)
     text = ", ".join(parameter_text(parameter, program) for parameter in parameters.values())
     match meaning:
-        case MethodSymbol(text=name, result=result):
+        case symbols.MethodSymbol(text=name, result=result):
             arrow = f" -> {type_text(result, program)}" if result is not None else ""
             return f"{name}({text}){arrow}"
-        case EventSymbol(text=name):
+        case symbols.EventSymbol(text=name):
             return f"{name}({text})" if text else name
-        case TypeSymbol():
+        case symbols.TypeSymbol():
             return f"{meaning.qualified_name}({text})"
 
 
-def parameters_of(meaning: TypeSymbol | MethodSymbol | EventSymbol) -> Mapping[str, FieldSymbol]:
+def parameters_of(
+    meaning: symbols.TypeSymbol | symbols.MethodSymbol | symbols.EventSymbol,
+) -> Mapping[str, symbols.FieldSymbol]:
     """Return the parameters of a callable."""
-    return meaning.inventory.fields if isinstance(meaning, TypeSymbol) else meaning.parameters
+    return meaning.inventory.fields if isinstance(meaning, symbols.TypeSymbol) else meaning.parameters
 
 
 def declaration(meaning: Meaning, program: Program) -> str:
     """Format a declaration, shortened for its uses."""
     match meaning:
-        case TypeSymbol():
+        case symbols.TypeSymbol():
             lines = [_line(Span(meaning.span.file, meaning.declaration.span.start, meaning.span.end))]
             fields = [f"    {parameter_text(field, program)}" for field in meaning.inventory.fields.values()]
             lines[0] += ":" if fields else ""
@@ -93,13 +81,13 @@ def declaration(meaning: Meaning, program: Program) -> str:
             return "\n".join(lines)
         case EnumMember(enum, text):
             return f"{enum.name}!{text} = {enum.members[text]}"
-        case EnumSymbol():
+        case symbols.EnumSymbol():
             return f"enum {meaning.name}: [{', '.join(meaning.members)}]"
-        case MethodSymbol():
+        case symbols.MethodSymbol():
             return f"def {signature(meaning, program)}"
-        case EventSymbol():
+        case symbols.EventSymbol():
             return f"event {signature(meaning, program)}"
-        case FieldSymbol():
+        case symbols.FieldSymbol():
             return parameter_text(meaning, program)
         case Label(span=span):
             return _line(span)
@@ -107,7 +95,7 @@ def declaration(meaning: Meaning, program: Program) -> str:
             return f"as {meaning.text}"
         case ImportedFile(path, library):
             return f"import {library}" if library is not None else f'import "{path.name}"'
-        case QuantitySymbol() | UnitSymbol():
+        case symbols.QuantitySymbol() | symbols.UnitSymbol():
             return _line(meaning.span)
         case _:
             assert_never(meaning)
@@ -116,18 +104,18 @@ def declaration(meaning: Meaning, program: Program) -> str:
 def kind(meaning: Meaning, program: Program) -> str:
     """Describe a symbol in Markdown: its kind, its type, and its owner."""
     match meaning:
-        case TypeSymbol():
+        case symbols.TypeSymbol():
             base = f", inherits `{meaning.base.qualified_name}`" if meaning.base is not None else ""
             return f"{meaning.kind.value}{base}"
         case EnumMember(enum):
             return f"member of `{enum.name}`"
-        case EnumSymbol():
+        case symbols.EnumSymbol():
             return "enumeration"
-        case MethodSymbol(owner=owner, receiver=receiver):
+        case symbols.MethodSymbol(owner=owner, receiver=receiver):
             return f"method of {_of(owner) or typed(receiver, program)}"
-        case EventSymbol(owner=owner):
+        case symbols.EventSymbol(owner=owner):
             return f"event of {_of(owner)}"
-        case FieldSymbol():
+        case symbols.FieldSymbol():
             return f"{_field_kind(meaning)}: {typed(meaning.type, program)}"
         case Label():
             return "label"
@@ -135,15 +123,15 @@ def kind(meaning: Meaning, program: Program) -> str:
             return "occurrence of an event"
         case ImportedFile():
             return "library" if meaning.library is not None else "file"
-        case QuantitySymbol(dimension=dimension):
+        case symbols.QuantitySymbol(dimension=dimension):
             return f"physical type, in {unit_text(dimension)}"
-        case UnitSymbol():
+        case symbols.UnitSymbol():
             return _unit_kind(meaning, program)
         case _:
             assert_never(meaning)
 
 
-def _field_kind(field: FieldSymbol) -> str:
+def _field_kind(field: symbols.FieldSymbol) -> str:
     owner = field.owner
     if owner is None:
         return "global parameter" if field.name.startswith("global ") else "parameter"
@@ -152,7 +140,7 @@ def _field_kind(field: FieldSymbol) -> str:
     return f"{'parameter' if owner.kind in _INVOKED else 'field'} of {_of(owner)}"
 
 
-def _unit_kind(unit: UnitSymbol, program: Program) -> str:
+def _unit_kind(unit: symbols.UnitSymbol, program: Program) -> str:
     if unit.dimension is None:
         return "unit"
     quantity = program.quantities.get(unit.dimension)
@@ -161,13 +149,13 @@ def _unit_kind(unit: UnitSymbol, program: Program) -> str:
     return f"unit{of}: 1 {unit.name} = {unit.factor:g}{offset} {unit_text(unit.dimension)}"
 
 
-def _of(owner: TypeSymbol | None) -> str:
+def _of(owner: symbols.TypeSymbol | None) -> str:
     return f"{owner.kind.value} `{owner.qualified_name}`" if owner is not None else ""
 
 
 def comment(meaning: Meaning) -> str:
     """Return the `#` lines directly above a declaration."""
-    span = meaning.declaration.span if isinstance(meaning, TypeSymbol) else definition(meaning)
+    span = meaning.declaration.span if isinstance(meaning, symbols.TypeSymbol) else definition(meaning)
     return _comment_above(span.file, span.line) if span is not None else ""
 
 

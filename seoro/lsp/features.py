@@ -13,17 +13,15 @@ from seoro.errors import InvalidScenario
 from seoro.lang.format.formatter import format_text
 from seoro.lang.source import SourceFile, Span
 from seoro.lsp import navigation
-from seoro.lsp.analysis import Analysis
+from seoro.lsp.analysis import Analysis, analyse_users
 from seoro.lsp.completion import complete
 from seoro.lsp.hover import hover
 from seoro.lsp.items import Item
 from seoro.lsp.meaning import name_of
 from seoro.lsp.outline import Outline, declared, folds, kind_of
-from seoro.lsp.overriding import family
 from seoro.lsp.rename_check import check_collisions
 from seoro.lsp.server import SeoroServer
 from seoro.lsp.signatures import signature_at
-from seoro.lsp.workspace import analyse_users
 
 SUFFIXES = "**/*.osc"
 
@@ -107,7 +105,7 @@ def _answer_about_names(server: SeoroServer) -> None:
             return []
         use, target = found
         users = await _users(server, name_of(use.meaning))
-        declared = family(target, users)
+        declared = navigation.family(target, users)
         return [
             _location(server, path, span)
             for path, spans in navigation.uses(declared, users).items()
@@ -121,7 +119,7 @@ def _answer_about_names(server: SeoroServer) -> None:
         found = navigation.target_at(analysis, offset)
         if found is None:
             return []
-        spans = navigation.uses(family(found[1], [analysis]), [analysis]).get(analysis.path, [])
+        spans = navigation.uses(navigation.family(found[1], [analysis]), [analysis]).get(analysis.path, [])
         return [lsp.DocumentHighlight(server.positions.range(span)) for span in spans]
 
     @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)

@@ -7,19 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias, assert_never
 
-from seoro.lang import ast
-from seoro.lang.program import Program
-from seoro.lang.recorder import EnumMember
+from seoro.lang import ast, symbols
+from seoro.lang.program import EnumMember, Program
 from seoro.lang.source import Span
-from seoro.lang.symbols import (
-    EnumSymbol,
-    EventSymbol,
-    FieldSymbol,
-    MethodSymbol,
-    QuantitySymbol,
-    TypeSymbol,
-    UnitSymbol,
-)
 
 
 @dataclass(frozen=True)
@@ -48,13 +38,13 @@ class ImportedFile:
 
 
 Meaning: TypeAlias = (
-    QuantitySymbol
-    | EnumSymbol
-    | TypeSymbol
-    | UnitSymbol
-    | FieldSymbol
-    | EventSymbol
-    | MethodSymbol
+    symbols.QuantitySymbol
+    | symbols.EnumSymbol
+    | symbols.TypeSymbol
+    | symbols.UnitSymbol
+    | symbols.FieldSymbol
+    | symbols.EventSymbol
+    | symbols.MethodSymbol
     | EnumMember
     | Label
     | Occurrence
@@ -65,7 +55,7 @@ Meaning: TypeAlias = (
 def definition(meaning: Meaning) -> Span | None:
     """Return the name in the declaration; None without one in a text, or if it is invalid."""
     match meaning:
-        case TypeSymbol():
+        case symbols.TypeSymbol():
             return type_name_span(meaning)
         case EnumMember(enum, text):
             return next((member.name.span for member, _ in enum.declared if member.name.text == text), None)
@@ -75,7 +65,7 @@ def definition(meaning: Meaning) -> Span | None:
             return meaning.span
 
 
-def type_name_span(symbol: TypeSymbol) -> Span:
+def type_name_span(symbol: symbols.TypeSymbol) -> Span:
     """Return the name of a type in its declaration, without its actor."""
     name = symbol.declaration.name
     return name.name.span if isinstance(name, ast.BehaviorName) else name.span
@@ -84,9 +74,16 @@ def type_name_span(symbol: TypeSymbol) -> Span:
 def name_of(meaning: Meaning) -> str:
     """Return the identifier of a symbol."""
     match meaning:
-        case FieldSymbol() | EventSymbol() | MethodSymbol() | EnumMember() | Label() | Occurrence():
+        case (
+            symbols.FieldSymbol()
+            | symbols.EventSymbol()
+            | symbols.MethodSymbol()
+            | EnumMember()
+            | Label()
+            | Occurrence()
+        ):
             return meaning.text
-        case QuantitySymbol() | EnumSymbol() | TypeSymbol() | UnitSymbol():
+        case symbols.QuantitySymbol() | symbols.EnumSymbol() | symbols.TypeSymbol() | symbols.UnitSymbol():
             return meaning.name
         case ImportedFile(path):
             return path.name
@@ -98,7 +95,7 @@ def declarations(program: Program) -> Iterator[Meaning]:
     """Yield all declarations of a program."""
     for symbol in program.types.values():
         yield symbol
-        if isinstance(symbol, EnumSymbol):
+        if isinstance(symbol, symbols.EnumSymbol):
             yield from (EnumMember(symbol, text) for text in symbol.members)
     yield from program.behaviors.values()
     yield from program.modifiers.values()
@@ -114,7 +111,7 @@ def declarations(program: Program) -> Iterator[Meaning]:
         yield from _methods(methods.values())
 
 
-def _methods(methods: Iterable[MethodSymbol]) -> Iterator[Meaning]:
+def _methods(methods: Iterable[symbols.MethodSymbol]) -> Iterator[Meaning]:
     for method in methods:
         yield method
         yield from method.parameters.values()

@@ -1,18 +1,18 @@
-"""Declarations and uses of names, and edits of a rename."""
+"""Declarations and uses of names, members that override each other, and edits of a rename."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from pathlib import Path
 
 from seoro.lang.diagnostic import Bag
 from seoro.lang.lexer import Lexer
 from seoro.lang.source import SourceFile, Span
+from seoro.lang.symbols import EventSymbol, MethodSymbol
 from seoro.lsp.analysis import Analysis, library_at
 from seoro.lsp.index import Place, Use
 from seoro.lsp.meaning import ImportedFile, definition, name_of
-from seoro.lsp.overriding import family
 
 
 def declared_at(analysis: Analysis, offset: int) -> tuple[Path, Span] | None:
@@ -105,3 +105,38 @@ def is_identifier(text: str) -> bool:
     bag = Bag()
     first = Lexer(SourceFile("name", text), bag).tokens()[0]
     return (first.kind, first.start, first.end, len(bag)) == ("NAME", 0, len(text), 0)
+
+
+def family(target: Place, analyses: Iterable[Analysis]) -> set[Place]:
+    """Return the places of a declaration and of all that override it or that it overrides, in any step."""
+    neighbours: dict[Place, set[Place]] = {}
+    for analysis in analyses:
+        for one, other in _overrides(analysis):
+            neighbours.setdefault(one, set()).add(other)
+            neighbours.setdefault(other, set()).add(one)
+    found: set[Place] = set()
+    pending = {target}
+    while pending:
+        found |= pending
+        pending = {near for place in pending for near in neighbours.get(place, ())} - found
+    return found
+
+
+def _overrides(analysis: Analysis) -> Iterator[tuple[Place, Place]]:
+    """Yield the places of declarations, each with that of the nearest overridden one."""
+    target = analysis.index.target
+    for symbol in analysis.checked.program.structured():
+        if symbol.base is None:
+            continue
+        inherited = symbol.base.inventory
+        pairs: list[tuple[EventSymbol | MethodSymbol, EventSymbol | MethodSymbol]] = []
+        pairs += [(own, inherited.events[name]) for name, own in symbol.events.items() if name in inherited.events]
+        pairs += [
+            (own, inherited.methods[name]) for name, own in symbol.methods.items() if name in inherited.methods
+        ]
+        for own, overridden in pairs:
+            alike = [(own.parameters[name], overridden.parameters.get(name)) for name in own.parameters]
+            for one, other in [(own, overridden), *alike]:
+                places = target(one), target(other) if other is not None else None
+                if places[0] is not None and places[1] is not None:
+                    yield places[0], places[1]

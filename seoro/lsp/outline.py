@@ -9,8 +9,9 @@ from lsprotocol.types import DocumentSymbol, FoldingRange, FoldingRangeKind, Sym
 
 from seoro.lang import ast
 from seoro.lang.source import SourceFile, Span
-from seoro.lang.symbols import EnumSymbol, EventSymbol, FieldSymbol, Kind, MethodSymbol, TypeSymbol
+from seoro.lang.symbols import EnumSymbol, EventSymbol, FieldSymbol, MethodSymbol, TypeSymbol
 from seoro.lsp.analysis import Analysis, library_at
+from seoro.lsp.items import SORTS
 from seoro.lsp.meaning import Meaning, declarations, definition, name_of
 from seoro.lsp.positions import Positions
 from seoro.lsp.tree import walk
@@ -34,13 +35,6 @@ _FOLDED = (
     | ast.FunctionApplication
 )
 
-_KINDS_OF_TYPES = {
-    Kind.STRUCT: SymbolKind.Struct,
-    Kind.ACTOR: SymbolKind.Class,
-    Kind.SCENARIO: SymbolKind.Function,
-    Kind.ACTION: SymbolKind.Function,
-    Kind.MODIFIER: SymbolKind.Operator,
-}
 MAX_FOUND = 500  # symbols per query
 
 
@@ -186,7 +180,7 @@ def kind_of(meaning: Meaning) -> SymbolKind:
     """Return the kind of a declaration in outlines."""
     match meaning:
         case TypeSymbol(kind=kind):
-            return _KINDS_OF_TYPES[kind]
+            return SymbolKind[SORTS[kind].name]
         case FieldSymbol():
             return SymbolKind.Field
         case EventSymbol():

@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from lsprotocol.types import (
-    Diagnostic as Shown,
-)
-from lsprotocol.types import (
-    DiagnosticRelatedInformation,
-    DiagnosticSeverity,
-    Location,
-)
+from lsprotocol import types as lsp
 
 from seoro.files.inputs import resolved
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
@@ -23,7 +16,7 @@ from seoro.lsp.local_names import imports
 from seoro.lsp.positions import Positions
 
 SOURCE = "seoro"
-_SEVERITIES = {Severity.ERROR: DiagnosticSeverity.Error, Severity.WARNING: DiagnosticSeverity.Warning}
+_SEVERITIES = {Severity.ERROR: lsp.DiagnosticSeverity.Error, Severity.WARNING: lsp.DiagnosticSeverity.Warning}
 
 
 class Reports:
@@ -38,7 +31,7 @@ class Reports:
         self._documents = documents
         self._positions = positions
 
-    def report(self, path: Path, own: Analysis, others: Iterable[Analysis]) -> list[Shown]:
+    def report(self, path: Path, own: Analysis, others: Iterable[Analysis]) -> list[lsp.Diagnostic]:
         """Return the diagnostics of a document.
 
         Errors in imported files appear there, if they are open, else at the import.
@@ -51,7 +44,7 @@ class Reports:
         found = [*self._found_in(path, own), *_at_imports(own, self._documents)]
         for other in others:
             found += self._found_in(path, other)
-        shown: dict[tuple[object, ...], Shown] = {}
+        shown: dict[tuple[object, ...], lsp.Diagnostic] = {}
         for diagnostic in found:
             span = diagnostic.primary.span
             key = (diagnostic.code, diagnostic.message, span.start, span.end)
@@ -64,12 +57,12 @@ class Reports:
             if analysis.files.path_of(diagnostic.primary.span.file) == path:
                 yield diagnostic
 
-    def _shown(self, diagnostic: Diagnostic, analysis: Analysis) -> Shown:
+    def _shown(self, diagnostic: Diagnostic, analysis: Analysis) -> lsp.Diagnostic:
         text = [diagnostic.message]
         text += [diagnostic.primary.text] if diagnostic.primary.text else []
         text += [f"help: {diagnostic.help}"] if diagnostic.help else []
         related = (self._related(label, analysis) for label in diagnostic.secondary)
-        return Shown(
+        return lsp.Diagnostic(
             self._positions.range(diagnostic.primary.span),
             "\n".join(text),
             _SEVERITIES[diagnostic.severity],
@@ -78,12 +71,12 @@ class Reports:
             related_information=[found for found in related if found is not None],
         )
 
-    def _related(self, label: Label, analysis: Analysis) -> DiagnosticRelatedInformation | None:
+    def _related(self, label: Label, analysis: Analysis) -> lsp.DiagnosticRelatedInformation | None:
         path = analysis.files.path_of(label.span.file)
         if path is None:
             return None
-        location = Location(self._documents.uri_of(path), self._positions.range(label.span))
-        return DiagnosticRelatedInformation(location, label.text or "see here")
+        location = lsp.Location(self._documents.uri_of(path), self._positions.range(label.span))
+        return lsp.DiagnosticRelatedInformation(location, label.text or "see here")
 
 
 def _at_imports(analysis: Analysis, documents: Documents) -> Iterator[Diagnostic]:

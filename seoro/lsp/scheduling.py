@@ -14,8 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
-from seoro.lsp.analysis import Analysis, analyse
-from seoro.lsp.check_cache import CheckCache
+from seoro.lsp.analysis import Analysis, CheckCache, analyse
 from seoro.lsp.documents import Documents
 
 DELAY = 0.15  # [s] from the last change to the check

@@ -8,8 +8,7 @@ import pytest
 
 from seoro.embed import check_file
 from seoro.lang.diagnostic import Severity
-from seoro.lsp.analysis import analyse
-from seoro.lsp.check_cache import CheckCache
+from seoro.lsp.analysis import CheckCache, analyse
 
 SPAWN = """import osc.gazebo
 import osc.sim

@@ -40,7 +40,7 @@ OWN = {
     "seoro/security/keys/files.py": "writes a new file",
     "seoro/lang/explain.py": "explanations that come with seoro",
     "seoro/lang/grammar.py": "the grammar",
-    "seoro/lang/import_hints.py": "libraries that come with seoro",
+    "seoro/lang/builtin_libraries.py": "libraries that come with seoro",
     "seoro/lang/parse_table.py": "the table of the grammar",
     "seoro/cli/results.py": "files that it writes",
     "sim_nodes/worlds/loader.py": "worlds that come with seoro",

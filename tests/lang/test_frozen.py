@@ -5,21 +5,12 @@ from __future__ import annotations
 import copy
 import dataclasses
 from dataclasses import field, fields, is_dataclass, replace
-from importlib import import_module
-from types import ModuleType
 from typing import Any, ClassVar
 
 import pytest
 
 from seoro.lang import ast
-from seoro.lang.diagnostics.template import TemplateMessage
 from seoro.lang.frozen import Frozen, Value, replaced
-
-PHASES = (
-    *("behaviors", "bindings", "constraints", "coverage", "events", "imports", "methods", "modifiers", "names"),
-    *("syntax", "times", "types"),
-)
-MODULES = (ast, *(import_module(f"seoro.lang.diagnostics.{phase}") for phase in PHASES))
 
 
 class Point(Value):
@@ -38,13 +29,9 @@ class Node(Frozen):
     span: str
 
 
-def classes(module: ModuleType) -> list[type[Frozen]]:
-    """Return the classes of a module."""
-    return [
-        found
-        for found in vars(module).values()
-        if isinstance(found, type) and found.__module__ == module.__name__ and issubclass(found, Frozen)
-    ]
+def nodes() -> list[type[Frozen]]:
+    """Return the classes of the syntax tree."""
+    return [found for found in vars(ast).values() if isinstance(found, type) and issubclass(found, ast.Node)]
 
 
 def made(cls: type[Frozen]) -> Any:
@@ -52,11 +39,9 @@ def made(cls: type[Frozen]) -> Any:
     return cls(*range(len(fields(cls))))
 
 
-@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
-def test_nodes_and_messages_are_frozen_dataclasses(module: ModuleType) -> None:
-    found = classes(module)
-    assert found
-    for cls in found:
+def test_nodes_are_frozen_dataclasses() -> None:
+    assert nodes()
+    for cls in nodes():
         node = made(cls)
         assert is_dataclass(cls)
         assert cls.__dataclass_params__.frozen
@@ -67,14 +52,6 @@ def test_nodes_and_messages_are_frozen_dataclasses(module: ModuleType) -> None:
             with pytest.raises(dataclasses.FrozenInstanceError, match=each.name):
                 delattr(node, each.name)
         assert dataclasses.astuple(replace(node)) == dataclasses.astuple(node)
-
-
-@pytest.mark.parametrize("module", MODULES[1:], ids=lambda module: module.__name__)
-def test_message_modules_define_only_messages_with_a_code_and_a_text(module: ModuleType) -> None:
-    for found in classes(module):
-        assert issubclass(found, TemplateMessage)
-        assert found.CODE.startswith("E")
-        assert found.TEXT
 
 
 def test_fields_are_given_by_position_or_by_name_or_have_defaults() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from seoro.lang import frontend
-from seoro.lang.habit import Habit
+from seoro.lang.expression_habits import Habit
 from seoro.lang.habits import foreign_format
 from seoro.lang.line_habits import HABITS
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from seoro.lang import frontend
-from seoro.lang.recorder import EnumMember
+from seoro.lang.program import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, Type, TypeSymbol, UnitSymbol
 from seoro.lang.types import FLOAT

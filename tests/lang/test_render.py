@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
-from seoro.lang.diagnostics.types import NotAValue
+from seoro.lang.diagnostics.types import not_a_value
 from seoro.lang.render import render_text, to_json
 from seoro.lang.source import SourceFile, Span
 from tests.lang.helpers import check
@@ -50,7 +50,7 @@ def test_a_long_line_is_shown_around_the_mark() -> None:
 
 
 def test_long_messages_are_shortened_in_the_middle() -> None:
-    found = NotAValue(span("2m"), "a" * 5000, "a label", help="b" * 5000).diagnostic()
+    found = not_a_value(span("2m"), "a" * 5000, "a label", hint="b" * 5000)
     assert found.message.startswith("`aaa")
     assert found.message.endswith("aaa` is a label, not a value")
     assert len(found.message) == len(found.help) == 1003

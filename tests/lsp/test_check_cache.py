@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from seoro.lang.check import body_cache
 from seoro.lang.symbols import DoFound
-from seoro.lsp.analysis import Analysis, analyse
-from seoro.lsp.check_cache import CheckCache
+from seoro.lsp.analysis import Analysis, CheckCache, analyse
 from tests.lang.fuzzing import mutate_once, seeds
 from tests.lsp.helpers import SCENARIO
 

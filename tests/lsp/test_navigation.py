@@ -6,9 +6,8 @@ import pytest
 
 from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lsp import navigation
-from seoro.lsp.analysis import Analysis, analyse
+from seoro.lsp.analysis import Analysis, analyse, analyse_users
 from seoro.lsp.outline import declared
-from seoro.lsp.workspace import analyse_users
 from tests.lsp.helpers import SCENARIO, analysis, split
 
 

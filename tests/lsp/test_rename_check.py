@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from seoro.lsp import navigation
-from seoro.lsp.analysis import analyse
+from seoro.lsp.analysis import analyse, analyse_users
 from seoro.lsp.rename_check import check_collisions
-from seoro.lsp.workspace import analyse_users
 from tests.lsp.helpers import SCENARIO, split
 
 FAMILY = """struct base:

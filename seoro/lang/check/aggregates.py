@@ -1,16 +1,16 @@
-"""Lists, ranges and `? :`: values composed of values of one type (7.4.2.7.4, 7.4.2.8.1, 7.4.2.9)."""
+"""Lists, ranges, `? :`, `.is()` and `.as()`: expressions for values of all types (7.4.2.5 to 7.4.2.9)."""
 
 from __future__ import annotations
 
 from seoro.lang import ast, plan
 from seoro.lang.check.convert import Typed, common_type, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
+from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope
-from seoro.lang.diagnostics import syntax
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import methods, syntax, types
 from seoro.lang.source import Span
-from seoro.lang.symbols import ListOf, Quantity, RangeOf, Type
-from seoro.lang.types import BOOL, UNKNOWN, is_known, is_number, is_plain_number
+from seoro.lang.symbols import Enumeration, ListOf, Quantity, RangeOf, Structured, Type, TypeSymbol, lineage
+from seoro.lang.types import BOOL, UNKNOWN, is_integer, is_known, is_number, is_plain_number
 
 MAX_CHAIN = 20_000  # of operands in a row
 
@@ -31,7 +31,7 @@ class Aggregates:
         while isinstance(last := rows[-1].otherwise, ast.TernaryOpExp):
             rows.append(last)
         if len(rows) > MAX_CHAIN:
-            expressions.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+            expressions.bag.add(syntax.too_deep, node.span, MAX_CHAIN)
             return nothing(node.span)
         parts: list[tuple[Span, plan.Expression, Typed]] = []
         for row in rows:
@@ -97,7 +97,7 @@ class Aggregates:
             self._no_common("the bounds of a range", low, high)
             return nothing(node.span)
         if not is_number(shared):
-            expressions.bag.add(messages.NotNumericRange(node.span, expressions.converter.describe(shared)))
+            expressions.bag.add(types.not_numeric_range, node.span, expressions.converter.describe(shared))
             return nothing(node.span)
         return Typed(plan.RangeOf(convert(low, shared), convert(high, shared), node.span), RangeOf(shared))
 
@@ -114,9 +114,8 @@ class Aggregates:
 
     def _no_common(self, what: str, left: Typed, right: Typed) -> None:
         describe = self._expressions.converter.describe
-        spans = right.expression.span, left.expression.span
-        message = messages.NoCommonType(*spans, what, describe(left.type), describe(right.type))
-        self._expressions.bag.add(message)
+        shown = describe(left.type), describe(right.type)
+        self._expressions.bag.add(types.no_common_type, right.expression.span, left.expression.span, what, *shown)
 
 
 def _element(item: Typed) -> Type:
@@ -129,3 +128,79 @@ def _are_bare_numbers(items: list[Typed], element: Type | None) -> bool:
     return isinstance(element, Quantity) and all(
         is_plain_number(item.type) and isinstance(item.expression, plan.Literal) for item in items
     )
+
+
+class Casts:
+    """Elaborates type tests and conversions.
+
+    Args:
+        expressions: The expression checker.
+    """
+
+    def __init__(self, expressions: ExpressionChecker) -> None:
+        self._expressions = expressions
+
+    def test(self, node: ast.TypeTestExp, scope: Scope) -> Typed:
+        """`a.is(T)`."""
+        target = self._expressions.type_of(node.type, scope.space)
+        operand = self._expressions.value(node.base, scope, target if is_number(target) else None)
+        if not is_known(target) or not is_known(operand.type):
+            return Typed(plan.Literal(False, node.span), BOOL)
+        if not _depends_on_value(operand.type, target):
+            return Typed(plan.Literal(operand.type == target, node.span), BOOL)
+        wanted = plan_type(target, self._expressions.program)
+        return Typed(plan.TypeTest(operand.expression, wanted, node.span), BOOL)
+
+    def cast(self, node: ast.CastExp, scope: Scope) -> Typed:
+        """`a.as(T)`."""
+        expressions = self._expressions
+        target = expressions.type_of(node.type, scope.space)
+        operand = expressions.value(node.base, scope)
+        if not is_known(target) or not is_known(operand.type):
+            return nothing(node.span)
+        if operand.type == target:
+            return Typed(operand.expression, target)
+        if not _may_become(operand.type, target):
+            describe = expressions.converter.describe
+            expressions.bag.add(methods.impossible_cast, node.span, describe(operand.type), describe(target))
+            return nothing(node.span)
+        return Typed(plan.Cast(operand.expression, plan_type(target, expressions.program), node.span), target)
+
+
+def _depends_on_value(source: Type, target: Type) -> bool:
+    """Return whether a value of a type decides if it is of another type."""
+    match source, target:
+        case Structured(a), Structured(b):
+            return _may_share(a, b)
+        case ListOf(a), ListOf(b):
+            return _depends_on_value(a, b)
+        case _:
+            return False
+
+
+def _may_become(source: Type, target: Type) -> bool:
+    """Return whether some value of a type can be converted to another one."""
+    match source, target:
+        case Structured(a), Structured(b):
+            return _may_share(a, b)
+        case (Enumeration(), _):
+            return is_integer(target)
+        case (_, Enumeration()):
+            return is_integer(source)
+        case (ListOf(a), ListOf(b)) | (RangeOf(a), RangeOf(b)):
+            return a == b or _may_become(a, b)
+        case (_, RangeOf(element)):
+            return source == element or _may_become(source, element)
+        case _:
+            return is_plain_number(source) and is_plain_number(target)
+
+
+def _may_share(left: TypeSymbol, right: TypeSymbol) -> bool:
+    """Return whether a value can be of both types: by inheritance, or by conditions on one base."""
+    first, second = _unconditional(left), _unconditional(right)
+    return first in lineage(second) or second in lineage(first)
+
+
+def _unconditional(symbol: TypeSymbol) -> TypeSymbol:
+    """Return the nearest unconditional base of a type."""
+    return next(type_ for type_ in lineage(symbol) if type_.condition is None or type_.base is None)

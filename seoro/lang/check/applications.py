@@ -6,20 +6,10 @@ recorded during the check, and compared at its end.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import modifiers as messages
 from seoro.lang.source import Span
 from seoro.lang.symbols import Kind, TypeSymbol
-
-
-class _Application(NamedTuple):
-    """Application of a modifier to `what`, which has these parameters."""
-
-    place: Span
-    what: str
-    parameters: frozenset[str]
 
 
 class Applications:
@@ -29,7 +19,7 @@ class Applications:
         self.count = 0  # recorded uses and applications
         self._uses: dict[TypeSymbol, dict[str, Span]] = {}
         self._appliers: dict[TypeSymbol, list[TypeSymbol]] = {}  # modifiers without `of` that apply a modifier
-        self._applied: dict[TypeSymbol, list[_Application]] = {}
+        self._applied: dict[TypeSymbol, list[tuple[Span, str, frozenset[str]]]] = {}  # place, what and parameters
 
     def use(self, modifier: TypeSymbol, parameter: str, place: Span) -> None:
         """Record that a modifier uses a parameter of the modified behavior."""
@@ -52,7 +42,7 @@ class Applications:
         if owner is not None and owner.kind is Kind.MODIFIER and owner.of is None:
             self._appliers.setdefault(modifier, []).append(owner)
         else:
-            self._applied.setdefault(modifier, []).append(_Application(place, what, parameters))
+            self._applied.setdefault(modifier, []).append((place, what, parameters))
 
     def check(self, bag: Bag) -> None:
         """Report applications to behaviors that lack a used parameter."""
@@ -62,7 +52,7 @@ class Applications:
             for place, what, parameters in applications:
                 lacking = next((name for name in uses if name not in parameters), None)
                 if lacking is not None:
-                    bag.add(messages.LacksParameter(place, modifier.name, lacking, what, uses[lacking]))
+                    bag.add(messages.lacks_parameter, place, modifier.name, lacking, what, uses[lacking])
 
     def _spread(self) -> None:
         """Propagate the uses of each modifier to the modifiers that apply it."""

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field
+from pathlib import Path
 from typing import Final, TypeAlias
+from urllib.parse import unquote
 
 from seoro.lang import ast, plan
+from seoro.lang.check.constraints import fields_on, leads_to_variable
 from seoro.lang.check.expression_checker import ExpressionChecker
-from seoro.lang.check.named_files import is_missing
-from seoro.lang.check.paths import fields_on, leads_to_variable
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope
-from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import constraints as constraint_messages
+from seoro.lang.diagnostics import behaviors
 from seoro.lang.diagnostics import types as type_messages
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
@@ -25,61 +25,48 @@ from seoro.lang.types import is_known, is_number
 Traits: TypeAlias = Mapping[tuple[Kind, str], Mapping[str, ParameterTrait]]
 """Traits of the parameters of actions and modifiers in Python, by name; all others get plain values."""
 NO_TRAITS: Final[Traits] = {}
-_VALUES: Final[Mapping[str, ParameterTrait]] = {}
+_SCHEME: Final = "://"
+_FILE_SCHEME: Final = "file://"
+_SUFFIXES: Final = frozenset({".sdf", ".urdf", ".world", ".xml", ".yaml", ".yml"})  # of models and worlds
 
 
-def bind(
-    expressions: ExpressionChecker,
-    owner: str,
-    parameters: MemberTable[FieldSymbol],
-    arguments: ast.ArgumentList | None,
-    scope: Scope,
-    is_open: bool = False,
-    traits: Mapping[str, ParameterTrait] = _VALUES,
-    is_method: bool = False,
-    ranges: dict[str, plan.Expression] | None = None,
-    types: dict[str, plan.ValueType] | None = None,
-) -> dict[str, plan.Expression]:
-    """Return the values of the given parameters, in the order of the arguments.
+@lazy_dataclass
+class Binding:
+    """Binds the arguments of one call to parameters.
 
     Args:
         expressions: The expression checker.
         owner: Name of the callee, for messages.
         parameters: Its parameters, in order.
-        arguments: The arguments, or None.
         scope: Scope of the arguments.
         is_open: Whether the callee may have unknown parameters.
         traits: Traits of parameters in a Python implementation, where they differ from the declaration.
-        is_method: Whether the callee is a method.
         ranges: Receives ranges for parameters that hold one number (7.3.5.1.3); None if ranges are invalid.
         types: Receives the static types of arguments that may be of any type.
+        given: The values of the given parameters, in the order of the arguments.
+        places: The places of these arguments.
     """
-    if arguments is None:
-        return {}
-    binding = _Binding(expressions, owner, parameters, scope, is_open, traits, is_method, ranges, types)
-    binding.bind_positional(arguments.positional)
-    for argument in arguments.named:
-        binding.bind_named(argument)
-    return binding.given
-
-
-@lazy_dataclass
-class _Binding:
-    """State of `bind`, whose parameters are the fields."""
 
     expressions: ExpressionChecker
     owner: str
     parameters: MemberTable[FieldSymbol]
     scope: Scope
-    is_open: bool
-    traits: Mapping[str, ParameterTrait]
-    is_method: bool
-    ranges: dict[str, plan.Expression] | None
-    types: dict[str, plan.ValueType] | None
+    is_open: bool = False
+    traits: Mapping[str, ParameterTrait] = field(default_factory=dict)
+    ranges: dict[str, plan.Expression] | None = None
+    types: dict[str, plan.ValueType] | None = None
     given: dict[str, plan.Expression] = field(default_factory=dict)
     places: dict[str, Span] = field(default_factory=dict)
 
-    def bind_positional(self, values: tuple[ast.Expression, ...]) -> None:
+    def bind(self, arguments: ast.ArgumentList | None) -> dict[str, plan.Expression]:
+        """Bind the arguments, and return the values of the given parameters, in the order of the arguments."""
+        if arguments is not None:
+            self._bind_positional(arguments.positional)
+            for argument in arguments.named:
+                self._bind_named(argument)
+        return self.given
+
+    def _bind_positional(self, values: tuple[ast.Expression, ...]) -> None:
         order = list(self.parameters.values())
         for place, value in enumerate(values):
             if place < len(order):
@@ -87,9 +74,9 @@ class _Binding:
                 continue
             self.expressions.value(value, self.scope)
             if not self.is_open:
-                self.expressions.bag.add(messages.TooManyArguments(value.span, self.owner, len(order)))
+                self.expressions.bag.add(behaviors.too_many_arguments, value.span, self.owner, len(order))
 
-    def bind_named(self, argument: ast.NamedArgument) -> None:
+    def _bind_named(self, argument: ast.NamedArgument) -> None:
         name = argument.name
         parameter = self.expressions.lookup.parameter(self.scope.space, self.parameters, name)
         if parameter is None:
@@ -97,14 +84,16 @@ class _Binding:
             self._report_unknown(name)
             return
         if parameter.name in self.places:
-            self.expressions.bag.add(messages.DuplicateArgument(name.span, name.text, self.places[parameter.name]))
+            self.expressions.bag.add(
+                behaviors.duplicate_argument, name.span, name.text, self.places[parameter.name]
+            )
         self._give(parameter, argument.value, name.span)
 
     def _report_unknown(self, name: ast.Name) -> None:
         bag = self.expressions.bag
         if not self.is_open and not self.expressions.program.is_unread(name.text):
             known = tuple(parameter.text for parameter in self.parameters.values())
-            bag.add(messages.UnknownArgument(name.span, self.owner, name.text, known))
+            bag.add(behaviors.unknown_argument, name.span, self.owner, name.text, known)
 
     def _give(self, parameter: FieldSymbol, value: ast.Expression, place: Span) -> None:
         self.places[parameter.name] = place
@@ -136,9 +125,9 @@ class _Binding:
         if not isinstance(given, plan.Literal) or not isinstance(given.value, str):
             return
         entry = self.expressions.program.nowhere.file
-        if is_missing(given.value, trait, (entry.path, span.file.path)):
+        if _is_missing(given.value, trait, (entry.path, span.file.path)):
             is_uri = trait is ParameterTrait.URI
-            self.expressions.bag.add(messages.MissingFile(span, given.value, is_uri))
+            self.expressions.bag.add(behaviors.missing_file, span, given.value, is_uri)
 
     def _variable(self, value: ast.Expression, is_a_number: bool) -> plan.Expression:
         """Return the path of a variable, which is passed by reference."""
@@ -149,10 +138,10 @@ class _Binding:
         fields = fields_on(found.expression, self.scope, expressions.program)
         if not fields or not leads_to_variable(fields) or isinstance(found.expression, plan.Index):
             parameter = fields[-1].span if fields else None
-            expressions.bag.add(constraint_messages.NotAVariable(value.span, value.span.text, parameter))
+            expressions.bag.add(behaviors.not_a_variable, value.span, value.span.text, parameter)
         elif is_a_number and not is_number(found.type):
             described = expressions.converter.describe(found.type)
-            expressions.bag.add(type_messages.Mismatch(value.span, "a variable that holds a number", described))
+            expressions.bag.add(type_messages.mismatch, value.span, "a variable that holds a number", described)
         return plan.Reference(found.expression, plan_type(found.type, expressions.program), value.span)
 
     def _any_value(self, parameter: FieldSymbol, value: ast.Expression) -> plan.Expression:
@@ -161,13 +150,39 @@ class _Binding:
         found = expressions.value(value, self.scope)
         if isinstance(found.type, Structured) and found.type.symbol.kind not in {Kind.STRUCT, Kind.ACTOR}:
             kind = f"a running {found.type.symbol.kind.value}"
-            expressions.bag.add(type_messages.NotAValue(value.span, value.span.text, kind))
+            expressions.bag.add(type_messages.not_a_value, value.span, value.span.text, kind)
         elif isinstance(found.type, CompositionObject | EventObject):
             kind = "an occurrence" if isinstance(found.type, EventObject) else "a running behavior"
-            expressions.bag.add(type_messages.NotAValue(value.span, value.span.text, kind))
+            expressions.bag.add(type_messages.not_a_value, value.span, value.span.text, kind)
         if expressions.strict and is_known(found.type) and found.type != parameter.type:
             declared = expressions.converter.describe(parameter.type)
-            expressions.bag.add(type_messages.AnyArgument(value.span, parameter.name, declared))
+            expressions.bag.add(type_messages.any_argument, value.span, parameter.name, declared)
         if self.types is not None and is_known(found.type):
             self.types[parameter.name] = plan_type(found.type, expressions.program)
         return found.expression
+
+
+def _is_missing(text: str, trait: ParameterTrait, files: Iterable[Path | None]) -> bool:
+    """Return whether a text names a missing file or folder.
+
+    Names that simulators resolve, such as `garden://pot.sdf` or `maze`, do not count.
+
+    Args:
+        text: The literal.
+        trait: Trait of the parameter: `FILE` or `URI`.
+        files: Scenario files whose folders are searched, besides the working directory.
+    """
+    if trait is ParameterTrait.URI:
+        if text.startswith(_FILE_SCHEME):
+            text = unquote(text.removeprefix(_FILE_SCHEME))
+        elif _SCHEME in text or Path(text).suffix not in _SUFFIXES:
+            return False
+    folders = [Path(), *(file.parent for file in files if file is not None)]
+    return bool(text) and not any(_exists(folder / text) for folder in folders)
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # too long, not permitted, or with a zero in it
+        return False

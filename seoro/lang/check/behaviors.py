@@ -1,23 +1,87 @@
-"""Fifth pass: convert the `do` of scenarios and actions to behaviors of the plan (7.3.13, 7.2.2.4.7)."""
+"""Fifth pass: convert the `do` of scenarios and actions to behaviors of the plan (7.3.13, 7.2.2.4.7).
+
+The directives `emit`, `call`, and `on`, which contains them, take no time.
+"""
 
 from __future__ import annotations
 
 from typing import assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
-from seoro.lang.check.compositions import COMPOSITIONS
-from seoro.lang.check.directives import Directives
+from seoro.lang.check import labels, targets, with_blocks
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.labels import labelled
-from seoro.lang.check.scopes import running_scope
-from seoro.lang.check.targets import Target, Targets
+from seoro.lang.check.scopes import COMPOSITIONS, Scope, running_scope
 from seoro.lang.check.times import Timing
-from seoro.lang.check.with_blocks import Modifications, WithBlocks
-from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import names
-from seoro.lang.symbols import DoFound, Kind, Structured, is_open
+from seoro.lang.diagnostics import behaviors, names
+from seoro.lang.diagnostics import events as messages
+from seoro.lang.members import MemberTable
+from seoro.lang.symbols import DoFound, EventSymbol, Kind, Structured, is_open
+from seoro.lang.types import is_known
+
+
+class Directives:
+    """Elaborates directives.
+
+    Args:
+        expressions: The expression checker.
+        events: The visible events.
+    """
+
+    def __init__(self, expressions: Expressions, events: Events) -> None:
+        self._expressions = expressions
+        self._events = events
+        self._bag = expressions.bag
+
+    def on(self, node: ast.OnDirective) -> plan.On | None:
+        """Elaborate `on <event specification>:`; report an invalid one and return None."""
+        specification, scope = self._events.specified(node.event)
+        members: list[plan.Emit | plan.CallMethod | None] = []
+        for member in node.members:
+            match member:
+                case ast.EmitDirective():
+                    members.append(self.emit(member, None, scope))
+                case ast.CallDirective():
+                    members.append(self.call(member, None, scope))
+                case ast.InvalidStatement():
+                    pass
+        if specification is None:
+            return None
+        return plan.On(specification, tuple(found for found in members if found is not None), node.span.head("on"))
+
+    def emit(self, node: ast.EmitDirective, label: str | None, scope: Scope) -> plan.Emit | None:
+        """Elaborate `emit <event>(...)` of an event of the type itself."""
+        found = self._events.own(node.event)
+        if found is None:
+            return None
+        event, symbol = found
+        if isinstance(event, plan.PhaseEvent) and event.phase is plan.Phase.START:
+            self._bag.add(messages.emit_start, node.event.span)
+            return None
+        return plan.Emit(label, event, self._arguments(node, symbol, scope), node.span)
+
+    def _arguments(
+        self, node: ast.EmitDirective, symbol: EventSymbol | None, scope: Scope
+    ) -> tuple[tuple[str, plan.Expression], ...]:
+        """Return the values of an event's parameters; the others need defaults."""
+        name = node.event.text
+        parameters = symbol.parameters if symbol is not None else MemberTable()
+        values = Binding(self._expressions, name, parameters, scope).bind(node.arguments)
+        for parameter in parameters.values():
+            if parameter.name not in values and self._expressions.defaults.of(parameter) is None:
+                self._bag.add(behaviors.missing_argument, node.span, name, parameter.name)
+        return tuple((name, values[name]) for name in parameters if name in values)
+
+    def call(self, node: ast.CallDirective, label: str | None, scope: Scope) -> plan.CallMethod | None:
+        """Elaborate `call <method>(...)`; the method needs no result."""
+        found = self._expressions.calls.application(node.invocation, scope, is_directive=True)
+        if isinstance(found.expression, plan.Call):
+            return plan.CallMethod(label, found.expression, node.span)
+        if is_known(found.type):
+            self._bag.add(messages.not_a_method, node.invocation.span)
+        return None
+
 
 Arguments = tuple[tuple[str, plan.Expression], ...]
 
@@ -35,18 +99,18 @@ class Behaviors:
         self._expressions = expressions
         self._bag = expressions.bag
         self._scope = running_scope(found.owner, found.home)
-        self._targets = Targets(expressions, found.owner, found.home)
+        self._targets = targets.Targets(expressions, found.owner, found.home)
         self._events = Events(expressions, self._scope)
         self._directives = Directives(expressions, self._events)
         self._timing = Timing(expressions, self._scope)
-        self._with_blocks = WithBlocks(expressions, self._scope)
+        self._with_blocks = with_blocks.WithBlocks(expressions, self._scope)
 
     def elaborate(self) -> plan.Behavior | None:
         """Return the behavior; report an invalid one and return None."""
         first: dict[str, ast.Name] = {}
-        for label, _ in labelled(self._directive.member):
+        for label, _ in labels.labelled(self._directive.member):
             if first.setdefault(label.text, label) is not label:
-                self._bag.add(names.Duplicate(label.span, "label", label.text, first[label.text].span))
+                self._bag.add(names.duplicate, label.span, "label", label.text, first[label.text].span)
         return self._member(self._directive.member)
 
     def _member(self, member: ast.DoMember) -> plan.Behavior | None:
@@ -93,7 +157,11 @@ class Behaviors:
         return self._invoke(target, node, label, modifications) if target is not None else None
 
     def _invoke(
-        self, target: Target, node: ast.BehaviorInvocation, label: str | None, modifications: Modifications
+        self,
+        target: targets.Target,
+        node: ast.BehaviorInvocation,
+        label: str | None,
+        modifications: with_blocks.Modifications,
     ) -> plan.Behavior:
         """Build the invocation of a scenario or an action."""
         symbol, call = target.symbol, node.invocation
@@ -101,24 +169,16 @@ class Behaviors:
         duration, rest = self._timing.of_invocation(call.arguments, parameters)
         ranges: dict[str, plan.Expression] = {}
         types: dict[str, plan.ValueType] = {}
-        given = bind(
-            self._expressions,
-            name,
-            parameters,
-            rest,
-            self._scope,
-            is_open(symbol),
-            self._expressions.traits_of(symbol),
-            ranges=ranges,
-            types=types,
-        )
+        traits, checker, scope = self._expressions.traits_of(symbol), self._expressions, self._scope
+        binding = Binding(checker, name, parameters, scope, is_open(symbol), traits, ranges, types)
+        given = binding.bind(rest)
         values.check_conditions(symbol, given)
         constraints = [_within(parameter, bounds) for parameter, bounds in ranges.items()]
         constraints += self._with_blocks.constraints(node, Structured(symbol))
         may_be_given = self._with_blocks.may_constrain(node, modifications)
         missing = () if may_be_given else values.lacking_of(symbol, {**given, **ranges})
         if missing:
-            self._bag.add(messages.MissingArgument(call.span, name, missing[0]))
+            self._bag.add(behaviors.missing_argument, call.span, name, missing[0])
         is_atomic = symbol.kind is Kind.ACTION and symbol.do is None
         arguments = tuple((name, given[name]) for name in parameters if name in given)
         common = (label, target.actor, arguments, tuple(constraints), duration, modifications, call.span, name)

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.scopes import Scope
-from seoro.lang.diagnostics import behaviors as behavior_messages
-from seoro.lang.diagnostics import methods as messages
-from seoro.lang.diagnostics import types as type_messages
+from seoro.lang.diagnostics import behaviors, methods, types
 from seoro.lang.members import MemberTable
 from seoro.lang.namespaces import Home, Space
 from seoro.lang.source import Span
@@ -80,7 +78,7 @@ class Builtins:
         operator = plan.Bulk(name.text)
         arguments = node.arguments
         if len(arguments.positional) != 1 or arguments.named:
-            self._expressions.bag.add(messages.InvalidOperands(node.span, name.text, "one expression, about `it`"))
+            self._expressions.bag.add(methods.invalid_operands, node.span, name.text, "one expression, about `it`")
             return nothing(node.span)
         inside = replace(scope, it=element, is_it_bound=True)
         argument = arguments.positional[0]
@@ -89,7 +87,7 @@ class Builtins:
         if not is_map:
             self._expressions.operators.truth(body, name.text, argument.span)
         elif isinstance(body.type, ListOf):
-            self._expressions.bag.add(type_messages.ListOfList(argument.span))
+            self._expressions.bag.add(types.list_of_list, argument.span)
             return nothing(node.span)
         result = self._result(operator, element, body.type)
         made = plan.ForEach(operator, base.expression, body.expression, node.span)
@@ -116,16 +114,16 @@ class Builtins:
         parameters: MemberTable[FieldSymbol] = MemberTable()
         for name, type_ in declared:
             parameters.add(_parameter(name, type_, node.span))
-        given = bind(self._expressions, method.value, parameters, node.arguments, scope, is_method=True)
+        given = Binding(self._expressions, method.value, parameters, scope).bind(node.arguments)
         for name in parameters:
             if name not in given and name != _OPTIONAL:
-                self._expressions.bag.add(behavior_messages.MissingArgument(node.span, method.value, name))
+                self._expressions.bag.add(behaviors.missing_argument, node.span, method.value, name)
         arguments = tuple(given[name] for name in parameters if name in given)
         return Typed(plan.StringCall(method, base.expression, arguments, node.span), result)
 
     def _take_nothing(self, name: str, node: ast.FunctionApplication) -> None:
         if node.arguments.positional or node.arguments.named:
-            self._expressions.bag.add(messages.InvalidOperands(node.arguments.span, name, "no arguments"))
+            self._expressions.bag.add(methods.invalid_operands, node.arguments.span, name, "no arguments")
 
 
 def _parameter(name: str, type_: Type, span: Span) -> FieldSymbol:

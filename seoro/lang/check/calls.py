@@ -6,14 +6,13 @@ from seoro.lang import ast, plan
 from seoro.lang.check.builtins import Builtins
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
+from seoro.lang.check.labels import Receivers
 from seoro.lang.check.lookup import candidates
 from seoro.lang.check.methods import Methods
-from seoro.lang.check.receivers import Receivers
 from seoro.lang.check.scopes import Scope
 from seoro.lang.check.values import Values
 from seoro.lang.diagnostics import methods as method_messages
-from seoro.lang.diagnostics import names
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import names, types
 from seoro.lang.diagnostics.behaviors import made_by_field
 from seoro.lang.symbols import Kind, MethodSymbol, Structured, TypeSymbol, is_open
 from seoro.lang.types import INT, UINT, is_known
@@ -45,7 +44,7 @@ class Calls:
                 symbol = self._expressions.lookup.type(scope.space, name)
                 if isinstance(symbol, TypeSymbol) and symbol.kind is Kind.STRUCT:
                     if self._expressions.strict:
-                        self._expressions.bag.add(messages.StructConstructor(node.span, name.text))
+                        self._expressions.bag.add(types.struct_constructor, node.span, name.text)
                     return self._values.from_arguments(symbol, node, scope)
                 method = self._methods.own(name, scope)
                 if method is not None:
@@ -55,7 +54,7 @@ class Calls:
             case ast.FieldAccess(base, name):
                 return self._call(base, name, node, scope, is_directive)
             case _:
-                self._expressions.bag.add(messages.NotCallable(node.span, node.function.span.text))
+                self._expressions.bag.add(types.not_callable, node.span, node.function.span.text)
                 return nothing(node.span)
 
     def _call(
@@ -90,26 +89,21 @@ class Calls:
             return self._methods.call(method, receiver, node, scope, is_directive)
         if not is_hidden and not self._expressions.program.is_unread(name.text):
             owner = self._expressions.converter.describe(found.type)
-            self._expressions.bag.add(method_messages.UnknownMethod(name.span, owner, name.text, known))
+            self._expressions.bag.add(method_messages.unknown_method, name.span, owner, name.text, known)
         return nothing(node.span)
 
     def _default_of(self, base: ast.Expression, scope: Scope) -> Typed | None:
         """Return the default value of a struct that is named as a value: an extension."""
         if not isinstance(base, ast.NameExpression):
             return None
-        name, lookup = base.name, self._expressions.lookup
-        is_bound = name.namespace is None and name.text in scope.bindings
-        if (
-            is_bound
-            or lookup.member(scope.space, scope.fields, name)
-            or lookup.global_parameter(scope.space, name)
-        ):
+        name = base.name
+        if self._expressions.is_value(name, scope):
             return None
-        symbol = lookup.type(scope.space, name)
+        symbol = self._expressions.lookup.type(scope.space, name)
         if not isinstance(symbol, TypeSymbol) or symbol.kind is not Kind.STRUCT:
             return None
         if self._expressions.strict:
-            self._expressions.bag.add(messages.StructConstructor(base.span, name.text))
+            self._expressions.bag.add(types.struct_constructor, base.span, name.text)
         arguments = ast.ArgumentList((), (), base.span)
         return self._values.from_arguments(symbol, ast.FunctionApplication(base, arguments, base.span), scope)
 
@@ -118,13 +112,13 @@ class Calls:
             return nothing(node.span)
         if any(key[2] == name.text for key in self._expressions.program.behaviors):
             hint = "invoke scenarios and actions below `do`"
-            self._expressions.bag.add(messages.NotCallable(name.span, name.text, hint))
+            self._expressions.bag.add(types.not_callable, name.span, name.text, hint)
             return nothing(node.span)
         methods = scope.owner.inventory.methods if scope.owner is not None else {}
         known = tuple(method.text for method in methods.values())
         known += self._expressions.program.types_of(Kind.STRUCT)
         hint = self._construction(name, node, scope)
-        self._expressions.bag.add(names.UnknownType(name.span, name.text, known, "method or struct", hint))
+        self._expressions.bag.add(names.unknown_type, name.span, name.text, known, "method or struct", hint)
         return nothing(node.span)
 
     def _construction(self, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> str:

@@ -5,28 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from seoro.lang import ast, plan
+from seoro.lang.check import body_cache, declare, members, resolve
 from seoro.lang.check.arguments import NO_TRAITS, Traits
-from seoro.lang.check.body_cache import BodyMessages, ElaboratedBehaviors, bodies
-from seoro.lang.check.containment import check_containment
 from seoro.lang.check.coverage import Coverage
-from seoro.lang.check.declare import (
-    RESERVED_NAMESPACES,
-    check_namespaces,
-    declare,
-    declare_behaviors,
-    declare_units,
-    name_for_plan,
-)
+from seoro.lang.check.defaults import check_containment
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.members import Members
 from seoro.lang.check.reactions import Reactions
-from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag, Diagnostic, Severity
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.frozen import Value
 from seoro.lang.loader import Sources
-from seoro.lang.program import Program
-from seoro.lang.recorder import Recorder
+from seoro.lang.program import Program, Recorder
 from seoro.lang.source import Span
 from seoro.lang.symbols import Kind, TypeSymbol
 
@@ -65,7 +54,7 @@ def check(
     traits: Traits = NO_TRAITS,
     strict: bool = False,
     recorder: Recorder | None = None,
-    known: BodyMessages | None = None,
+    known: body_cache.BodyMessages | None = None,
 ) -> Checked:
     """Check a loaded scenario; errors are in the `diagnostics` of the result.
 
@@ -81,7 +70,7 @@ def check(
     bag = Bag()
     program = Program(Span(sources.entry.file, 0, 0), sources.unread, recorder)
     expressions = Expressions(program, bag, strict, traits)
-    behaviors = ElaboratedBehaviors(expressions)
+    behaviors = body_cache.ElaboratedBehaviors(expressions)
     reactions = Reactions(expressions)
     if strict:
         _note_reserved(sources, bag)
@@ -93,7 +82,7 @@ def check(
     if known is not None:
         known.check(sources, expressions, behaviors)
     else:
-        for found in bodies(program):
+        for found in body_cache.bodies(program):
             behaviors.add(found)
     expressions.applications.check(bag)
     diagnostics = in_order(sources, (*sources.diagnostics, *bag.diagnostics))
@@ -108,14 +97,14 @@ def in_order(sources: Sources, diagnostics: Iterable[Diagnostic]) -> tuple[Diagn
 
 def _declare_all(sources: Sources, program: Program, bag: Bag) -> None:
     """Run the passes over declarations."""
-    declared = declare(sources, program, bag)
-    declare_units(declared, program, bag)
-    declare_behaviors(declared, program, bag)
-    check_namespaces(declared, program, bag)
-    name_for_plan(program)
-    resolver = Resolver(program, bag)
+    declared = declare.declare(sources, program, bag)
+    declare.declare_units(declared, program, bag)
+    declare.declare_behaviors(declared, program, bag)
+    declare.check_namespaces(declared, program, bag)
+    declare.name_for_plan(program)
+    resolver = resolve.Resolver(program, bag)
     resolver.resolve(declared)
-    Members(program, resolver, bag).declare(declared)
+    members.Members(program, resolver, bag).declare(declared)
     resolver.resolve_conditions()
 
 
@@ -141,9 +130,9 @@ def _note_reserved(sources: Sources, bag: Bag) -> None:
             case ast.ImportModule(path):
                 name = ".".join(path)
                 if name.startswith("osc.") and name not in STANDARD_MODULES:
-                    bag.add(messages.LibraryImport(statement.span, name))
-            case ast.NamespaceStatement(name) if name.startswith(RESERVED_NAMESPACES):
-                bag.add(messages.ReservedNamespace(statement.span, name))
+                    bag.add(messages.library_import, statement.span, name)
+            case ast.NamespaceStatement(name) if name.startswith(declare.RESERVED_NAMESPACES):
+                bag.add(messages.reserved_namespace, statement.span, name)
             case _:
                 pass
 

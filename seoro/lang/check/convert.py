@@ -9,8 +9,7 @@ from typing import Final, NamedTuple
 from seoro.lang import plan
 from seoro.lang.check.plan_types import base_unit, type_name
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import listing
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import listing, types
 from seoro.lang.integers import INT_LIMITS, wrap_int, wrap_uint
 from seoro.lang.program import Program
 from seoro.lang.source import Span
@@ -108,7 +107,7 @@ class Converter:
         elif isinstance(target, Quantity) and isinstance(value.expression, plan.Literal):
             hint = self._units(target)
         found, needed = self.describe(value.type), self.describe(target)
-        self._bag.add(messages.Mismatch(value.expression.span, needed, found, context, hint))
+        self._bag.add(types.mismatch, value.expression.span, needed, found, context, hint)
 
     def _units(self, type_: Quantity) -> str:
         """Return a help text with the units of a type, the base unit first."""
@@ -143,16 +142,16 @@ class Converter:
     def _check_literal(self, expression: plan.Expression, target: Type) -> None:
         if isinstance(expression, plan.Literal) and isinstance(expression.value, int):
             if target == UINT and expression.value < 0:
-                self._bag.add(messages.NegativeUint(expression.span))
+                self._bag.add(types.negative_uint, expression.span)
             elif target == INT and expression.value > INT_LIMITS[1]:
-                self._bag.add(messages.IntTooLarge(expression.span))
+                self._bag.add(types.int_too_large, expression.span)
 
     def _bare_number(self, expression: plan.Expression, target: Quantity) -> plan.Expression | None:
         """Read a literal number without a unit in the SI base unit: an extension."""
         if not isinstance(expression, plan.Literal):
             return None
         if self._strict:
-            self._bag.add(messages.BareNumber(expression.span, unit_text(target.dimension)))
+            self._bag.add(types.bare_number, expression.span, unit_text(target.dimension))
         return as_number(expression, plan.Number.FLOAT)
 
     def _list(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:

@@ -95,7 +95,7 @@ class Coverage:
     def _report_second(self, draft: Draft, first: Item) -> None:
         owner, name = draft.owner.qualified_name, draft.name
         place, is_inherited = first.draft.name.span, first.draft.owner is not draft.owner
-        self._bag.add(messages.DuplicateItem(name.span, draft.kind, name.text, owner, place, is_inherited))
+        self._bag.add(messages.duplicate_item, name.span, draft.kind, name.text, owner, place, is_inherited)
 
     def _read(
         self, symbol: TypeSymbol, node: ast.CoverageDeclaration, home: Home, field: FieldSymbol | None
@@ -117,11 +117,11 @@ class Coverage:
         """Create a new item; report a missing name and return None."""
         argument = arguments.get("name")
         if argument is None:
-            self._bag.add(messages.MissingName(node.span.head(node.kind), node.kind))
+            self._bag.add(messages.missing_name, node.span.head(node.kind), node.kind)
             return None
         name = _identifier(argument)
         if name is None:
-            self._bag.add(messages.InvalidName(argument.value.span, node.kind))
+            self._bag.add(messages.invalid_name, argument.value.span, node.kind)
             return None
         return Draft(name, node.kind, symbol, field, scope, arguments, node.span)
 
@@ -139,7 +139,7 @@ class Coverage:
         name = _identifier(arguments["override"])
         if name is None:
             place = arguments["override"].value.span
-            self._bag.add(messages.InvalidArgumentValue(place, "override", "the name of an item"))
+            self._bag.add(messages.invalid_argument_value, place, "override", "the name of an item")
             return
         item = own.get(name.text)
         if item is None:
@@ -149,12 +149,12 @@ class Coverage:
         if item.draft.kind != node.kind:
             reason = f"`{name.text}` is declared as `{item.draft.kind}`"
             hint = f"write `{item.draft.kind}(override: {name.text}, ...)`"
-            self._bag.add(messages.InvalidItemOverride(node.span.head(node.kind), reason, place, hint))
+            self._bag.add(messages.invalid_item_override, node.span.head(node.kind), reason, place, hint)
             return
         for fixed in _FIXED:
             if fixed in arguments:
                 reason = f"an override cannot change the `{fixed}` of an item"
-                self._bag.add(messages.InvalidItemOverride(arguments[fixed].place, reason, place))
+                self._bag.add(messages.invalid_item_override, arguments[fixed].place, reason, place)
         changed = {key: value for key, value in arguments.items() if key not in (*_FIXED, "override")}
         draft = replace(item.draft, arguments={**item.draft.arguments, **changed})
         own[name.text] = self._items.elaborate(draft, ChainMap(own, inherited), places)
@@ -167,12 +167,12 @@ class Coverage:
             return
         if item is None:
             owner, known = symbol.qualified_name, tuple(self._of[symbol])
-            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))
+            self._bag.add(messages.unknown_item, name.span, name.text, owner, known, places.get(name.text))
             return
         owner = item.draft.owner.qualified_name
         reason = f"`{name.text}` is an item of `{owner}` and can be overridden only there"
         hint = f"write it in `extend {owner}:`"
-        self._bag.add(messages.InvalidItemOverride(name.span, reason, item.draft.name.span, hint))
+        self._bag.add(messages.invalid_item_override, name.span, reason, item.draft.name.span, hint)
 
 
 def _declarations(

@@ -12,8 +12,7 @@ from typing import Final
 from seoro.lang import ast
 from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import behaviors as behavior_messages
-from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.diagnostics import behaviors, coverage
 from seoro.lang.frozen import Value
 from seoro.lang.source import Span
 
@@ -41,13 +40,13 @@ def collect(kind: str, arguments: ast.ArgumentList, scope: Scope, bag: Bag) -> d
         if number == 0 and not is_override:
             found["name"] = Argument(value.span, value, scope)
         else:
-            bag.add(messages.UnnamedArgument(value.span, kind, is_override))
+            bag.add(coverage.unnamed_argument, value.span, kind, is_override)
     for argument in arguments.named:
         name = argument.name.text
         if name not in ARGUMENTS or argument.name.namespace is not None:
-            bag.add(messages.UnknownItemArgument(argument.name.span, kind, name, ARGUMENTS))
+            bag.add(coverage.unknown_item_argument, argument.name.span, kind, name, ARGUMENTS)
         elif name in found:
-            bag.add(behavior_messages.DuplicateArgument(argument.name.span, name, found[name].place))
+            bag.add(behaviors.duplicate_argument, argument.name.span, name, found[name].place)
         else:
             found[name] = Argument(argument.name.span, argument.value, scope)
     return found
@@ -142,7 +141,7 @@ class Literals:
             if edge is None:
                 return None
             if before is not None and edge < edges[-1]:
-                self._bag.add(messages.Descending(item.span, item.span.text, before.span.text, before.span))
+                self._bag.add(coverage.descending, item.span, item.span.text, before.span.text, before.span)
                 return None
             edges.append(edge)
         return tuple(edges)
@@ -185,4 +184,4 @@ class Literals:
         return None
 
     def _refuse(self, node: ast.Expression, name: str, needed: str, hint: str = "") -> None:
-        self._bag.add(messages.InvalidArgumentValue(node.span, name, needed, hint))
+        self._bag.add(coverage.invalid_argument_value, node.span, name, needed, hint)

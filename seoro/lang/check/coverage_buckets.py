@@ -38,13 +38,13 @@ def buckets_of(
     given = [each for each in BUCKET_ARGUMENTS if each in arguments]
     if given and not is_number(type_):
         for each in given:
-            bag.add(messages.NoBuckets(arguments[each].place, each, name, type_name(type_, program)))
+            bag.add(messages.no_buckets, arguments[each].place, each, name, type_name(type_, program))
         return _NO_BUCKETS
     if "buckets" in given:
         for each in given[:-1]:
             first, second = sorted((each, "buckets"), key=lambda name: arguments[name].place.start)
             reason = f"and `{first}` exclude each other"
-            bag.add(messages.ExcludedArgument(arguments[second].place, second, reason, arguments[first].place))
+            bag.add(messages.excluded_argument, arguments[second].place, second, reason, arguments[first].place)
         edges = literals.edges()
         return plan.Edges(edges) if edges is not None else _NO_BUCKETS
     bounds, width = literals.range(), literals.width()
@@ -60,7 +60,7 @@ def _sliced(bounds: tuple[float, float], width: float, every: Argument, bag: Bag
     low, high = bounds
     quotient = _rounded((high - low) / width)
     if quotient > MAX_BUCKETS:
-        bag.add(messages.TooManyBuckets(every.value.span, MAX_BUCKETS))
+        bag.add(messages.too_many_buckets, every.value.span, MAX_BUCKETS)
         return _NO_BUCKETS
     count = max(1, math.ceil(quotient))
     return plan.Edges((*(_rounded(low + number * width) for number in range(count)), high))

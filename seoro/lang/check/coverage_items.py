@@ -10,31 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from seoro.lang import ast, plan
+from seoro.lang import ast, plan, symbols
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
 from seoro.lang.check.coverage_buckets import buckets_of
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.scopes import Scope
 from seoro.lang.check.traversal import inner_first
-from seoro.lang.diagnostics import coverage as messages
+from seoro.lang.diagnostics import coverage, names
 from seoro.lang.diagnostics import events as event_messages
-from seoro.lang.diagnostics import names
 from seoro.lang.frozen import Value
 from seoro.lang.source import Span
-from seoro.lang.symbols import (
-    PHASES,
-    Enumeration,
-    FieldSymbol,
-    Primitive,
-    Quantity,
-    Type,
-    TypeSymbol,
-    UnitSymbol,
-    Unknown,
-    has_phases,
-    is_open,
-)
 from seoro.lang.types import BOOL, dimension_of, is_known
 
 CROSS_ARGUMENTS = ("name", "items", "event", "text", "target", "disable")
@@ -55,8 +41,8 @@ class Draft(Value):
 
     name: ast.Name
     kind: str
-    owner: TypeSymbol
-    held_by: FieldSymbol | None
+    owner: symbols.TypeSymbol
+    held_by: symbols.FieldSymbol | None
     scope: Scope
     arguments: Mapping[str, Argument]
     span: Span
@@ -104,22 +90,22 @@ class Items:
         if argument is None:
             return plan.PhaseEvent(None, plan.Phase.END, draft.span)
         if isinstance(argument.value, ast.FieldAccess):
-            self._bag.add(messages.PathOfEvent(argument.value.span))
+            self._bag.add(coverage.path_of_event, argument.value.span)
             return None
         if not isinstance(argument.value, ast.NameExpression):
-            self._bag.add(messages.InvalidArgumentValue(argument.value.span, "event", "the name of an event"))
+            self._bag.add(coverage.invalid_argument_value, argument.value.span, "event", "the name of an event")
             return None
         name, owner = argument.value.name, draft.owner
         events = owner.inventory.events
         declared = self._expressions.lookup.member(argument.scope.space, events, name)
         if declared is not None:
             return plan.DeclaredEvent(declared.name, name.span)
-        phases = tuple(PHASES) if has_phases(owner) else ()
+        phases = tuple(symbols.PHASES) if symbols.has_phases(owner) else ()
         if name.namespace is None and name.text in phases:
-            return plan.PhaseEvent(None, PHASES[name.text], name.span)
-        if not is_open(owner) and not self._expressions.program.is_unread(name.text):
+            return plan.PhaseEvent(None, symbols.PHASES[name.text], name.span)
+        if not symbols.is_open(owner) and not self._expressions.program.is_unread(name.text):
             known = (*(event.text for event in events.values()), *phases)
-            self._bag.add(event_messages.UnknownEvent(name.span, name.text, known))
+            self._bag.add(event_messages.unknown_event, name.span, name.text, known)
         return None
 
     # ------------------------------------------------------------ items of one value
@@ -167,56 +153,55 @@ class Items:
                 self._report_nothing(draft)
                 return None
             value = Typed(plan.Field(field.name, draft.name.span), field.type)
-        if isinstance(value.type, Primitive | Quantity | Enumeration | Unknown):
+        if isinstance(value.type, symbols.Primitive | symbols.Quantity | symbols.Enumeration | symbols.Unknown):
             return value
         described = expressions.converter.describe(value.type)
-        self._bag.add(messages.NotScalar(value.expression.span, draft.name.text, described))
+        self._bag.add(coverage.not_scalar, value.expression.span, draft.name.text, described)
         return None
 
     def _report_nothing(self, draft: Draft) -> None:
-        if not is_open(draft.owner) and not self._expressions.program.is_unread(draft.name.text):
+        if not symbols.is_open(draft.owner) and not self._expressions.program.is_unread(draft.name.text):
             known = tuple(field.text for field in draft.scope.fields.values())
             owner = draft.owner.qualified_name
-            self._bag.add(messages.NothingToSample(draft.name.span, draft.name.text, owner, known))
+            self._bag.add(coverage.nothing_to_sample, draft.name.span, draft.name.text, owner, known)
 
-    def _unit(self, draft: Draft, type_: Type) -> plan.CoverageUnit | None:
+    def _unit(self, draft: Draft, type_: symbols.Type) -> plan.CoverageUnit | None:
         """Return the unit of an item; None if it needs none, or if it is invalid, which is reported."""
         argument = draft.arguments.get("unit")
         described = self._expressions.converter.describe(type_)
         if argument is None:
-            if isinstance(type_, Quantity):
+            if isinstance(type_, symbols.Quantity):
                 units = self._units(type_)
-                self._bag.add(messages.MissingUnit(draft.name.span, draft.name.text, described, units))
+                self._bag.add(coverage.missing_unit, draft.name.span, draft.name.text, described, units)
             return None
         if not isinstance(argument.value, ast.NameExpression):
             needed = "the name of a unit"
             self._bag.add(
-                messages.InvalidArgumentValue(argument.value.span, "unit", needed, "such as `m` or `kph`")
+                coverage.invalid_argument_value, argument.value.span, "unit", needed, "such as `m` or `kph`"
             )
             return None
         name = argument.value.name
         unit = self._expressions.program.units.get(name.text)
         if unit is None:
-            self._bag.add(names.UnknownUnit(name.span, name.text, tuple(self._expressions.program.units)))
+            self._bag.add(names.unknown_unit, name.span, name.text, tuple(self._expressions.program.units))
         elif unit.dimension is not None and is_known(type_):
-            if isinstance(type_, Quantity) and dimension_of(type_) == unit.dimension:
+            if isinstance(type_, symbols.Quantity) and dimension_of(type_) == unit.dimension:
                 return plan.CoverageUnit(unit.name, unit.factor, unit.offset)
             fitting = self._units(type_)
-            message = messages.InvalidUnit(name.span, name.text, draft.name.text, described, fitting)
-            self._bag.add(message)
+            self._bag.add(coverage.invalid_unit, name.span, name.text, draft.name.text, described, fitting)
         return None
 
-    def _units(self, type_: Type) -> tuple[str, ...]:
+    def _units(self, type_: symbols.Type) -> tuple[str, ...]:
         """Return the units of a physical type, the SI unit first."""
 
-        def rank(unit: UnitSymbol) -> tuple[bool, int]:
+        def rank(unit: symbols.UnitSymbol) -> tuple[bool, int]:
             return unit.factor != 1 or unit.offset != 0, len(unit.name)
 
         units = self._expressions.program.units.values()
-        fitting = [u for u in units if isinstance(type_, Quantity) and u.dimension == dimension_of(type_)]
+        fitting = [u for u in units if isinstance(type_, symbols.Quantity) and u.dimension == dimension_of(type_)]
         return tuple(unit.name for unit in sorted(fitting, key=rank))
 
-    def _condition(self, draft: Draft, name: str, type_: Type) -> plan.Expression | None:
+    def _condition(self, draft: Draft, name: str, type_: symbols.Type) -> plan.Expression | None:
         """Elaborate `ignore` or `illegal`, which may contain the item's value and constants."""
         argument = draft.arguments.get(name)
         if argument is None:
@@ -227,13 +212,13 @@ class Items:
         allowed = (item,) if scope.is_it_bound else (item, "it")
         wrong = next((node for node in inner_first(condition) if not _is_constant(node, allowed)), None)
         if wrong is not None:
-            self._bag.add(messages.NotConstant(wrong.span, name, item))
+            self._bag.add(coverage.not_constant, wrong.span, name, item)
         return condition
 
     def _check_target(self, draft: Draft, kind: str, reason: str) -> None:
         argument = draft.arguments.get("target")
         if argument is not None and plan.CoverageKind(kind) is plan.CoverageKind.RECORD:
-            self._bag.add(messages.TargetOfRecord(argument.place, draft.name.text, reason))
+            self._bag.add(coverage.target_of_record, argument.place, draft.name.text, reason)
 
     # ------------------------------------------------------------ items of several values (7.5.4)
 
@@ -249,7 +234,7 @@ class Items:
             if name in arguments and name not in CROSS_ARGUMENTS:
                 reason = "belongs to the combined items, not to their combination"
                 place = arguments[name].place
-                self._bag.add(messages.ExcludedArgument(place, name, reason, arguments["items"].place))
+                self._bag.add(coverage.excluded_argument, place, name, reason, arguments["items"].place)
         literals = Literals(arguments, "", self._bag)
         combined = [self._combined(draft, name, event, before, places) for name in literals.names("items")]
         found = [item for item in combined if item is not None]
@@ -284,13 +269,13 @@ class Items:
             return None
         if item is None:
             owner, known = draft.owner.qualified_name, tuple(before)
-            self._bag.add(messages.UnknownItem(name.span, name.text, owner, known, places.get(name.text)))
+            self._bag.add(coverage.unknown_item, name.span, name.text, owner, known, places.get(name.text))
             return None
         if event is None or item.event is None:
             return None
         own, other = _event_name(event), _event_name(item.event)
         if own != other:
-            self._bag.add(messages.DifferentEvent(name.span, name.text, other, own, item.draft.name.span))
+            self._bag.add(coverage.different_event, name.span, name.text, other, own, item.draft.name.span)
             return None
         return item if item.plan is not None else None
 

@@ -8,9 +8,7 @@ from typing import assert_never
 from seoro.lang import ast
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import modifiers as modifier_messages
-from seoro.lang.diagnostics import names
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import modifiers, names, types
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.loader import Module, Sources
 from seoro.lang.namespaces import GLOBAL_NAMESPACE, Export, Home, Space
@@ -60,14 +58,14 @@ def check_namespaces(declared: Declared, program: Program, bag: Bag) -> None:
     for statement, _ in declared.spaces:
         for used in statement.uses:
             if used not in known:
-                bag.add(names.UnknownNamespace(statement.span, used, tuple(known)))
+                bag.add(names.unknown_namespace, statement.span, used, tuple(known))
     for namespace, exports in program.exports.items():
         for item in (item for items in exports.values() for item in items):
             if item.name is not None and not lookup.exported(namespace, item.name):
                 text = f"{item.namespace}::{item.name}" if item.namespace else item.name
-                bag.add(names.UnknownExport(item.span, text))
+                bag.add(names.unknown_export, item.span, text)
             elif item.name is None and item.namespace is not None and item.namespace not in known:
-                bag.add(names.UnknownNamespace(item.span, item.namespace, tuple(known)))
+                bag.add(names.unknown_namespace, item.span, item.namespace, tuple(known))
 
 
 def _define(statement: ast.Statement, home: Home, program: Program) -> None:
@@ -114,11 +112,9 @@ def _declare(
             enum = EnumSymbol(name.text, home.namespace_of(name), home, name.span)
             enum.declared += [(member, home) for member in members]
             _add_type(program, enum, bag)
-        case ast.StructDeclaration(name):
-            symbol = TypeSymbol(Kind.STRUCT, name.text, home.namespace_of(name), home, statement, name.span)
-            _add_type(program, symbol, bag)
-        case ast.ActorDeclaration(name):
-            symbol = TypeSymbol(Kind.ACTOR, name.text, home.namespace_of(name), home, statement, name.span)
+        case ast.StructDeclaration(name) | ast.ActorDeclaration(name):
+            kind = Kind.STRUCT if isinstance(statement, ast.StructDeclaration) else Kind.ACTOR
+            symbol = TypeSymbol(kind, name.text, home.namespace_of(name), home, statement, name.span)
             _add_type(program, symbol, bag)
         case ast.ScenarioDeclaration() | ast.ActionDeclaration() | ast.ModifierDeclaration():
             declared.behaviors.append((statement, home))
@@ -147,14 +143,14 @@ def _declare_globals(parameter: ast.ParameterDeclaration, home: Home, program: P
         symbol = FieldSymbol(unique, UNKNOWN, parameter.default, None, name.span, home, name.text, space)
         first = program.globals.setdefault((space, name.text), symbol)
         if first is not symbol:
-            bag.add(names.Duplicate(name.span, "global parameter", name.text, first.span))
+            bag.add(names.duplicate, name.span, "global parameter", name.text, first.span)
 
 
 def _add_type(program: Program, symbol: Declaration, bag: Bag) -> None:
     key = (symbol.namespace, symbol.name)
     first = program.types.setdefault(key, symbol)
     if first is not symbol and not program.is_unread(symbol.name):
-        bag.add(names.Duplicate(symbol.span, "type", symbol.name, first.span))
+        bag.add(names.duplicate, symbol.span, "type", symbol.name, first.span)
 
 
 def name_for_plan(program: Program) -> None:
@@ -183,9 +179,9 @@ def _dimension(exponents: tuple[ast.SiBaseExponent, ...], bag: Bag) -> Dimension
     for exponent in exponents:
         if exponent.unit not in BASE_UNITS:
             span = Span(exponent.span.file, exponent.span.start, exponent.span.start + len(exponent.unit))
-            bag.add(names.UnknownBaseUnit(span, exponent.unit, BASE_UNITS))
+            bag.add(names.unknown_base_unit, span, exponent.unit, BASE_UNITS)
         elif exponent.unit in found:
-            bag.add(names.Duplicate(exponent.span, "base unit", exponent.unit, exponents[0].span))
+            bag.add(names.duplicate, exponent.span, "base unit", exponent.unit, exponents[0].span)
         found[exponent.unit] = exponent.exponent
     return dimension({unit: power for unit, power in found.items() if unit in BASE_UNITS})
 
@@ -202,19 +198,19 @@ def declare_units(declared: Declared, program: Program, bag: Bag) -> None:
             of = None
             if quantity is None:
                 known = program.types_of(QuantitySymbol)
-                bag.add(names.UnknownType(unit.quantity.span, unit.quantity.text, known, "physical type"))
+                bag.add(names.unknown_type, unit.quantity.span, unit.quantity.text, known, "physical type")
             else:
                 bag.add(
-                    names.WrongKind(unit.quantity.span, quantity.name, describe_kind(quantity), "a physical type")
+                    names.wrong_kind, unit.quantity.span, quantity.name, describe_kind(quantity), "a physical type"
                 )
         elif quantity.dimension != found:
             of = None
             needed, given = unit_text(quantity.dimension), unit_text(found)
-            bag.add(messages.WrongUnitDimension(unit.name.span, name, quantity.name, needed, given))
+            bag.add(types.wrong_unit_dimension, unit.name.span, name, quantity.name, needed, given)
         symbol = UnitSymbol(name, of, unit.factor, unit.offset, unit.name.span)
         first = program.units.setdefault(name, symbol)
         if first is not symbol:
-            bag.add(names.Duplicate(unit.name.span, "unit", name, first.span))
+            bag.add(names.duplicate, unit.name.span, "unit", name, first.span)
 
 
 def declare_behaviors(declared: Declared, program: Program, bag: Bag) -> None:
@@ -233,20 +229,20 @@ def declare_behaviors(declared: Declared, program: Program, bag: Bag) -> None:
                 _report_actor(found, name.actor, program, bag)
                 continue
         if kind is Kind.MODIFIER and actor is None and name.name.text == OVERRIDE:
-            bag.add(modifier_messages.OverrideDeclared(name.span))
+            bag.add(modifiers.override_declared, name.span)
         namespace = home.namespace_of(name.name)
         symbol = TypeSymbol(kind, name.name.text, namespace, home, declaration, name.span, actor)
         table = program.modifiers if kind is Kind.MODIFIER else program.behaviors
         first = table.setdefault((namespace, actor, symbol.name), symbol)
         if first is not symbol and not program.is_unread(symbol.name):
-            bag.add(names.Duplicate(name.span, kind.value, symbol.qualified_name, first.span))
+            bag.add(names.duplicate, name.span, kind.value, symbol.qualified_name, first.span)
 
 
 def _report_actor(found: Declaration | None, name: ast.Name, program: Program, bag: Bag) -> None:
     if found is not None:
-        bag.add(names.WrongKind(name.span, name.text, describe_kind(found), "an actor"))
+        bag.add(names.wrong_kind, name.span, name.text, describe_kind(found), "an actor")
     elif not program.is_unread(name.text):
-        bag.add(names.UnknownType(name.span, name.text, program.types_of(Kind.ACTOR), "actor"))
+        bag.add(names.unknown_type, name.span, name.text, program.types_of(Kind.ACTOR), "actor")
 
 
 def describe_kind(symbol: Declaration) -> str:

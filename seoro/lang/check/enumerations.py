@@ -40,7 +40,7 @@ class Enumerations:
             for member, home in enum.declared:
                 name = member.name
                 if name.text in first:
-                    self._bag.add(names.Duplicate(name.span, "member", name.text, first[name.text]))
+                    self._bag.add(names.duplicate, name.span, "member", name.text, first[name.text])
                     continue
                 first[name.text] = name.span
                 enum.members[name.text] = self._number(enum, name.text) or 0
@@ -76,7 +76,7 @@ class Enumerations:
         """Report members that refer to each other, at the first one found."""
         order = list(path)
         circle = (*(member for _, member in order[order.index(first) :]), first[1])
-        self._bag.add(names.CyclicReference(path[first].span, "values of members", circle))
+        self._bag.add(names.cyclic_reference, path[first].span, "values of members", circle)
 
     def _values_of(self, enum: EnumSymbol) -> dict[str, _Value]:
         """Return the values of an enumeration's members; one without a value follows the one before it."""
@@ -99,16 +99,16 @@ class Enumerations:
         if reference.enum is not None:
             found = self._lookup.type(space, reference.enum)
             if not isinstance(found, EnumSymbol):
-                known = self._program.types_of(EnumSymbol)
-                self._bag.add(
-                    names.UnknownType(reference.enum.span, reference.enum.text, known, "enumeration")
-                    if found is None
-                    else names.WrongKind(reference.enum.span, found.name, "not an enumeration", "an enumeration")
-                )
+                span = reference.enum.span
+                if found is not None:
+                    self._bag.add(names.wrong_kind, span, found.name, "not an enumeration", "an enumeration")
+                else:
+                    known = self._program.types_of(EnumSymbol)
+                    self._bag.add(names.unknown_type, span, reference.enum.text, known, "enumeration")
                 return None
             target = found
         members = self._values_of(target)
         if reference.member.text not in members:
-            self._bag.add(names.UnknownMember(reference.span, target.name, reference.member.text, tuple(members)))
+            self._bag.add(names.unknown_member, reference.span, target.name, reference.member.text, tuple(members))
             return None
         return target

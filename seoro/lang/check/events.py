@@ -6,28 +6,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple, assert_never
 
-from seoro.lang import ast, plan
-from seoro.lang.check.compositions import TIME
+from seoro.lang import ast, plan, symbols
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import names_of, path_of
-from seoro.lang.check.scopes import Scope, running_scope
+from seoro.lang.check.scopes import TIME, Scope, running_scope
 from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
-from seoro.lang.symbols import (
-    PHASES,
-    CompositionObject,
-    EventObject,
-    EventSymbol,
-    RangeOf,
-    Structured,
-    Type,
-    TypeSymbol,
-    has_phases,
-    is_open,
-)
 from seoro.lang.types import BOOL, UNKNOWN, is_known
 
 
@@ -42,7 +29,7 @@ class Referred(NamedTuple):
     """Target of an event path; `start`, `end` and `fail` have no symbol."""
 
     reference: plan.EventReference
-    symbol: EventSymbol | None
+    symbol: symbols.EventSymbol | None
 
 
 class Events:
@@ -87,11 +74,11 @@ class Events:
         scope = self._scope
         first = self._expressions.lookup.member(scope.space, scope.fields, name)
         if first is not None or name.text in scope.bindings:
-            self._bag.add(messages.OccurrenceHidesField(name.span, name.text, first.span if first else None))
-        occurrence: Type = UNKNOWN
+            self._bag.add(messages.occurrence_hides_field, name.span, name.text, first.span if first else None)
+        occurrence: symbols.Type = UNKNOWN
         if event is not None:
-            phase = EventSymbol(event.reference.span.text, self._owner, name.span, self._owner.home)
-            occurrence = EventObject(event.symbol or phase)
+            phase = symbols.EventSymbol(event.reference.span.text, self._owner, name.span, self._owner.home)
+            occurrence = symbols.EventObject(event.symbol or phase)
         return replace(scope, bindings={**scope.bindings, name.text: occurrence})
 
     def _condition(self, node: ast.EventCondition, scope: Scope) -> plan.EventCondition:
@@ -111,7 +98,7 @@ class Events:
 
     def _truth(self, node: ast.Expression, scope: Scope, context: str) -> plan.Expression:
         if self._is_event(node, scope):
-            self._bag.add(messages.MissingAt(node.span, node.span.text))
+            self._bag.add(messages.missing_at, node.span, node.span.text)
             return plan.Literal(False, node.span)
         return self._expressions.converted(node, BOOL, scope, context)
 
@@ -132,7 +119,7 @@ class Events:
         for length in range(len(names) - 1, 0, -1):
             path = self._labels.path(names[:length])
             type_ = self._labels.type_of(path) if isinstance(path, tuple) else None
-            if isinstance(type_, Structured):
+            if isinstance(type_, symbols.Structured):
                 fields = type_.symbol.inventory.fields
                 return self._expressions.lookup.member(scope.space, fields, names[length]) is not None
         return False
@@ -140,7 +127,7 @@ class Events:
     def _duration(self, node: ast.Expression, scope: Scope) -> plan.Expression:
         """Elaborate a duration, or a range of durations."""
         found = self._expressions.value(node, scope, TIME)
-        target: Type = RangeOf(TIME) if isinstance(found.type, RangeOf) else TIME
+        target: symbols.Type = symbols.RangeOf(TIME) if isinstance(found.type, symbols.RangeOf) else TIME
         duration = self._expressions.converter.convert(found, target, "the duration")
         check_sign(duration, "duration", self._bag)
         return duration
@@ -158,12 +145,12 @@ class Events:
 
     # ------------------------------------------------------------ references
 
-    def own(self, name: ast.Name) -> tuple[plan.OwnEvent, EventSymbol | None] | None:
+    def own(self, name: ast.Name) -> tuple[plan.OwnEvent, symbols.EventSymbol | None] | None:
         """Find an event of the type itself; report an unknown one and return None."""
         found = self._member_of(self._owner, self._declared, name)
         if found is None and not self._is_open(self._owner, name):
             known, is_label = self._known(self._owner, self._declared), name.text in self._labels
-            self._bag.add(messages.UnknownEvent(name.span, name.text, known, is_label=is_label))
+            self._bag.add(messages.unknown_event, name.span, name.text, known, is_label=is_label)
         return found
 
     def _reference(self, path: ast.Expression) -> Referred | None:
@@ -178,13 +165,13 @@ class Events:
             case ast.FieldAccess(base, name):
                 return self._of_object(base, name, path.span)
             case _:
-                self._bag.add(messages.NotAnEvent(path.span))
+                self._bag.add(messages.not_an_event, path.span)
                 return None
 
     def _of_label(self, label: ast.Name, rest: Sequence[ast.Name], span: Span) -> Referred | None:
         """Find an event of a label: a phase, an event of the invoked behavior, or one of an inner label."""
-        if len(rest) == 1 and rest[0].text in PHASES:
-            return Referred(plan.PhaseEvent(label.text, PHASES[rest[0].text], span), None)
+        if len(rest) == 1 and rest[0].text in symbols.PHASES:
+            return Referred(plan.PhaseEvent(label.text, symbols.PHASES[rest[0].text], span), None)
         if self._labels.is_invocation(label.text):
             target = self._labels.invoked(label.text)
             if target is None:
@@ -195,7 +182,7 @@ class Events:
         if len(rest) > 1 and rest[0].text in self._labels.inside(label.text):
             return self._of_label(rest[0], rest[1:], span)
         if not any(self._expressions.program.is_unread(name.text) for name in (label, rest[0])):
-            self._bag.add(messages.UnknownPhase(rest[0].span, label.text, rest[0].text))
+            self._bag.add(messages.unknown_phase, rest[0].span, label.text, rest[0].text)
         return None
 
     def _of_invoked(self, names: Sequence[ast.Name]) -> Referred | None:
@@ -206,18 +193,18 @@ class Events:
 
     def _of_object(self, base: ast.Expression, name: ast.Name, span: Span) -> Referred | None:
         """Find an event of the object that an expression denotes."""
-        if isinstance(base, ast.NameExpression) and not self._is_object(base.name):
+        if isinstance(base, ast.NameExpression) and not self._expressions.is_value(base.name, self._scope):
             if not self._is_open(self._owner, base.name):
                 candidates = (*self._labels, *(field.text for field in self._scope.fields.values()))
-                self._bag.add(messages.UnknownLabel(base.span, base.name.text, candidates))
+                self._bag.add(messages.unknown_label, base.span, base.name.text, candidates)
             return None
         found = self._expressions.value(base, self._scope)
         if not is_known(found.type):
             return None
-        if isinstance(found.type, CompositionObject):
+        if isinstance(found.type, symbols.CompositionObject):
             return self._of_composition(found, name, span)
-        if not isinstance(found.type, Structured):
-            self._bag.add(messages.NoEvents(base.span, self._expressions.converter.describe(found.type)))
+        if not isinstance(found.type, symbols.Structured):
+            self._bag.add(messages.no_events, base.span, self._expressions.converter.describe(found.type))
             return None
         event = self._of_type(found.type.symbol, name)
         if event is None or isinstance(found.expression, plan.Self):
@@ -228,26 +215,18 @@ class Events:
 
     def _of_composition(self, base: Typed, name: ast.Name, span: Span) -> Referred | None:
         """Find a predefined event of a composition, or of a modified behavior."""
-        if name.namespace is None and name.text in PHASES:
-            phase = plan.PhaseEvent(None, PHASES[name.text], name.span)
+        if name.namespace is None and name.text in symbols.PHASES:
+            phase = plan.PhaseEvent(None, symbols.PHASES[name.text], name.span)
             return Referred(plan.MemberEvent(base.expression, phase, span), None)
         owner = self._expressions.converter.describe(base.type).strip("`")
-        self._bag.add(messages.UnknownEvent(name.span, name.text, tuple(PHASES), owner))
+        self._bag.add(messages.unknown_event, name.span, name.text, tuple(symbols.PHASES), owner)
         return None
 
-    def _is_object(self, name: ast.Name) -> bool:
-        """Return whether a name denotes a value."""
-        if name.namespace is None and name.text in self._scope.bindings:
-            return True
-        lookup, space = self._expressions.lookup, self._scope.space
-        is_global = lookup.global_parameter(space, name) is not None
-        return is_global or lookup.member(space, self._scope.fields, name) is not None
-
-    def _is_open(self, symbol: TypeSymbol, name: ast.Name) -> bool:
+    def _is_open(self, symbol: symbols.TypeSymbol, name: ast.Name) -> bool:
         """Return whether a type may have an unknown event or field of this name."""
-        return is_open(symbol) or self._expressions.program.is_unread(name.text)
+        return symbols.is_open(symbol) or self._expressions.program.is_unread(name.text)
 
-    def _of_type(self, symbol: TypeSymbol, name: ast.Name) -> Referred | None:
+    def _of_type(self, symbol: symbols.TypeSymbol, name: ast.Name) -> Referred | None:
         """Find an event of values of a type; report an unknown one and return None."""
         declared = symbol.inventory.events
         found = self._member_of(symbol, declared, name)
@@ -255,22 +234,23 @@ class Events:
             return Referred(*found)
         if not self._is_open(symbol, name):
             known = self._known(symbol, declared)
-            message = messages.UnknownEvent(
-                name.span, name.text, known, symbol.qualified_name, name.text in PHASES
-            )
-            self._bag.add(message)
+            owner, is_phase = symbol.qualified_name, name.text in symbols.PHASES
+            self._bag.add(messages.unknown_event, name.span, name.text, known, owner, is_phase)
         return None
 
     def _member_of(
-        self, symbol: TypeSymbol, declared: MemberTable[EventSymbol], name: ast.Name
-    ) -> tuple[plan.OwnEvent, EventSymbol | None] | None:
+        self, symbol: symbols.TypeSymbol, declared: MemberTable[symbols.EventSymbol], name: ast.Name
+    ) -> tuple[plan.OwnEvent, symbols.EventSymbol | None] | None:
         event = self._expressions.lookup.member(self._scope.space, declared, name)
         if event is not None:
             return plan.DeclaredEvent(event.name, name.span), event
-        if name.text in PHASES and has_phases(symbol):
-            return plan.PhaseEvent(None, PHASES[name.text], name.span), None
+        if name.text in symbols.PHASES and symbols.has_phases(symbol):
+            return plan.PhaseEvent(None, symbols.PHASES[name.text], name.span), None
         return None
 
     @staticmethod
-    def _known(symbol: TypeSymbol, declared: MemberTable[EventSymbol]) -> tuple[str, ...]:
-        return (*(event.text for event in declared.values()), *(PHASES if has_phases(symbol) else ()))
+    def _known(symbol: symbols.TypeSymbol, declared: MemberTable[symbols.EventSymbol]) -> tuple[str, ...]:
+        return (
+            *(event.text for event in declared.values()),
+            *(symbols.PHASES if symbols.has_phases(symbol) else ()),
+        )

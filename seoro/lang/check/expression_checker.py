@@ -45,7 +45,7 @@ class ExpressionChecker(ABC):
     def value(self, node: ast.Expression, scope: Scope, expected: Type | None = None) -> Typed:
         """Elaborate an expression."""
         if self._depth >= MAX_DEPTH:
-            self.bag.add(syntax.TooDeep(node.span, MAX_DEPTH))
+            self.bag.add(syntax.too_deep, node.span, MAX_DEPTH)
             return nothing(node.span)
         self._depth += 1
         try:
@@ -59,6 +59,13 @@ class ExpressionChecker(ABC):
     @abstractmethod
     def _value(self, node: ast.Expression, scope: Scope, expected: Type | None) -> Typed:
         """Elaborate an expression by its kind."""
+
+    def is_value(self, name: ast.Name, scope: Scope) -> bool:
+        """Return whether a name denotes a value, which takes precedence over a label."""
+        if name.namespace is None and name.text in scope.bindings:
+            return True
+        is_field = self.lookup.member(scope.space, scope.fields, name) is not None
+        return is_field or self.lookup.global_parameter(scope.space, name) is not None
 
     def type_of(self, declarator: ast.TypeDeclarator, space: Space) -> Type:
         """Return the type of a declarator."""

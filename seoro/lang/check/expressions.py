@@ -9,41 +9,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeVar, assert_never
 
-from seoro.lang import ast, plan
-from seoro.lang.check.aggregates import MAX_CHAIN, Aggregates
-from seoro.lang.check.applications import Applications
-from seoro.lang.check.arguments import NO_TRAITS, Traits
-from seoro.lang.check.calls import Calls
-from seoro.lang.check.casts import Casts
-from seoro.lang.check.compositions import ANY_BEHAVIOR, OVERLAP_KIND
-from seoro.lang.check.constraints import Constraints
+from seoro.lang import ast, plan, symbols
+from seoro.lang.check import (
+    aggregates,
+    applications,
+    arguments,
+    calls,
+    constraints,
+    defaults,
+    labels,
+    methods,
+    references,
+    values,
+)
 from seoro.lang.check.convert import Typed, nothing
-from seoro.lang.check.defaults import Defaults
 from seoro.lang.check.expression_checker import ExpressionChecker
-from seoro.lang.check.labels import AllLabels
 from seoro.lang.check.lookup import candidates
-from seoro.lang.check.methods import Methods
-from seoro.lang.check.receivers import Receivers, implicit_duration
-from seoro.lang.check.references import References
-from seoro.lang.check.scopes import Scope
-from seoro.lang.check.values import Values
+from seoro.lang.check.scopes import ANY_BEHAVIOR, OVERLAP_KIND, Scope
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import names, syntax
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import names, syntax, types
 from seoro.lang.escapes import unknown_escapes
 from seoro.lang.members import MemberTable
 from seoro.lang.program import Program
 from seoro.lang.source import Span
-from seoro.lang.symbols import (
-    CompositionObject,
-    EventObject,
-    FieldSymbol,
-    ListOf,
-    Structured,
-    Type,
-    TypeSymbol,
-    is_open,
-)
 from seoro.lang.traits import ParameterTrait
 from seoro.lang.types import BOOL, FLOAT, INT, STRING, UINT, is_integer, is_known, is_number
 
@@ -60,22 +48,24 @@ class Expressions(ExpressionChecker):
         traits: Traits of parameters in Python implementations of actions and modifiers.
     """
 
-    def __init__(self, program: Program, bag: Bag, strict: bool, traits: Traits = NO_TRAITS) -> None:
+    def __init__(
+        self, program: Program, bag: Bag, strict: bool, traits: arguments.Traits = arguments.NO_TRAITS
+    ) -> None:
         super().__init__(program, bag, strict)
-        self.labels = AllLabels(self)
-        self.methods = Methods(self)
-        self.constraints = Constraints(self)
-        self.defaults = Defaults(self, self.methods)
-        self.values = Values(self, self.constraints, self.defaults)
-        self.receivers = Receivers(self, self.labels)
-        self.calls = Calls(self, self.values, self.methods, self.receivers)
-        self.references = References(self, self.methods, self.labels)
-        self.aggregates = Aggregates(self)
-        self.casts = Casts(self)
-        self.applications = Applications()
+        self.labels = labels.AllLabels(self)
+        self.methods = methods.Methods(self)
+        self.constraints = constraints.Constraints(self)
+        self.defaults = defaults.Defaults(self, self.methods)
+        self.values = values.Values(self, self.constraints, self.defaults)
+        self.receivers = labels.Receivers(self, self.labels)
+        self.calls = calls.Calls(self, self.values, self.methods, self.receivers)
+        self.references = references.References(self, self.methods, self.labels)
+        self.aggregates = aggregates.Aggregates(self)
+        self.casts = aggregates.Casts(self)
+        self.applications = applications.Applications()
         self._traits = traits
 
-    def _value(self, node: ast.Expression, scope: Scope, expected: Type | None) -> Typed:
+    def _value(self, node: ast.Expression, scope: Scope, expected: symbols.Type | None) -> Typed:
         match node:
             case ast.IntegerLiteral(value, span):
                 return Typed(plan.Literal(value, span), _integer_type(value, expected))
@@ -126,9 +116,9 @@ class Expressions(ExpressionChecker):
 
     def _check_escapes(self, literal: Span) -> None:
         for start, end in unknown_escapes(literal.text):
-            self.bag.add(syntax.UnknownEscape(Span(literal.file, literal.start + start, literal.start + end)))
+            self.bag.add(syntax.unknown_escape, Span(literal.file, literal.start + start, literal.start + end))
 
-    def traits_of(self, symbol: TypeSymbol) -> Mapping[str, ParameterTrait]:
+    def traits_of(self, symbol: symbols.TypeSymbol) -> Mapping[str, ParameterTrait]:
         """Return the traits of parameters in the Python implementation of an action or a modifier."""
         return self._traits.get((symbol.kind, symbol.plan_name), {})
 
@@ -138,43 +128,43 @@ class Expressions(ExpressionChecker):
         base = self.receivers.find(node.base, scope)
         name = node.name
         match base.type:
-            case Structured(symbol):
+            case symbols.Structured(symbol):
                 fields = symbol.inventory.fields
                 owner = f"`{symbol.name}`"
-            case EventObject(event):
+            case symbols.EventObject(event):
                 fields = event.parameters
                 owner = f"event `{event.name}`"
-            case CompositionObject(composition):
+            case symbols.CompositionObject(composition):
                 fields = composition.parameters
                 owner = f"`{composition.name}`"
             case _:
                 if is_known(base.type):
-                    self.bag.add(messages.NoFields(node.base.span, self.converter.describe(base.type)))
+                    self.bag.add(types.no_fields, node.base.span, self.converter.describe(base.type))
                 return nothing(node.span)
-        found = self._member_field(base.type, fields, name, scope) or implicit_duration(base, name)
+        found = self._member_field(base.type, fields, name, scope) or labels.implicit_duration(base, name)
         if found is not None:
             if isinstance(base.expression, plan.Self):
                 return Typed(plan.Field(found.name, node.span), found.type)
             return Typed(plan.Member(base.expression, found.name, node.span), found.type)
-        if isinstance(base.type, Structured) and is_open(base.type.symbol):
+        if isinstance(base.type, symbols.Structured) and symbols.is_open(base.type.symbol):
             return nothing(node.span)
         if not self.program.is_unread(name.text):
-            is_composition = isinstance(base.type, CompositionObject)
+            is_composition = isinstance(base.type, symbols.CompositionObject)
             known = tuple(fields) if is_composition else candidates(fields.values(), name)
             hint = (
                 "declare the modifier `of` a scenario or an action to use its fields"
                 if base.type == ANY_BEHAVIOR
                 else ""
             )
-            self.bag.add(names.UnknownField(name.span, owner, name.text, known, hint))
+            self.bag.add(names.unknown_field, name.span, owner, name.text, known, hint)
         return nothing(node.span)
 
     def _member_field(
-        self, type_: Type, fields: MemberTable[FieldSymbol], name: ast.Name, scope: Scope
-    ) -> FieldSymbol | None:
+        self, type_: symbols.Type, fields: MemberTable[symbols.FieldSymbol], name: ast.Name, scope: Scope
+    ) -> symbols.FieldSymbol | None:
         """Find the field of a name; parameters of events need no prefix, those of compositions have none."""
-        if not isinstance(type_, CompositionObject):
-            find = self.lookup.parameter if isinstance(type_, EventObject) else self.lookup.member
+        if not isinstance(type_, symbols.CompositionObject):
+            find = self.lookup.parameter if isinstance(type_, symbols.EventObject) else self.lookup.member
             return find(scope.space, fields, name)
         found = fields.get(name.text) if name.namespace is None else None
         if found is not None and type_ == ANY_BEHAVIOR and scope.owner is not None:
@@ -185,11 +175,11 @@ class Expressions(ExpressionChecker):
         base = self.value(node.base, scope)
         index = self.value(node.position, scope, INT)
         if is_known(index.type) and not is_integer(index.type):
-            self.bag.add(messages.InvalidIndex(node.position.span, self.converter.describe(index.type)))
-        if isinstance(base.type, ListOf):
+            self.bag.add(types.invalid_index, node.position.span, self.converter.describe(index.type))
+        if isinstance(base.type, symbols.ListOf):
             return Typed(plan.Index(base.expression, index.expression, node.span), base.type.element)
         if is_known(base.type):
-            self.bag.add(messages.NotAList(node.base.span, self.converter.describe(base.type)))
+            self.bag.add(types.not_a_list, node.base.span, self.converter.describe(base.type))
         return nothing(node.span)
 
     # ------------------------------------------------------------ operators
@@ -202,12 +192,12 @@ class Expressions(ExpressionChecker):
         chain, kind = [node], type(node)
         while isinstance(left := chain[-1].left, kind):
             chain.append(left)
-        if len(chain) > MAX_CHAIN:
-            self.bag.add(syntax.TooDeep(node.span, MAX_CHAIN))
+        if len(chain) > aggregates.MAX_CHAIN:
+            self.bag.add(syntax.too_deep, node.span, aggregates.MAX_CHAIN)
             return []
         return chain[::-1]
 
-    def _arithmetic(self, node: ast.Arithmetic, scope: Scope, expected: Type | None) -> Typed:
+    def _arithmetic(self, node: ast.Arithmetic, scope: Scope, expected: symbols.Type | None) -> Typed:
         chain = self._chain(node)
         if not chain:
             return nothing(node.span)
@@ -239,11 +229,11 @@ class Expressions(ExpressionChecker):
         is_right_open = self.references.is_open_member(node.right, scope)
         if left is None and not is_right_open and self.references.is_open_member(node.left, scope):
             right = self.value(node.right, scope)
-            hint = right.type.element if is_in and isinstance(right.type, ListOf) else right.type
+            hint = right.type.element if is_in and isinstance(right.type, symbols.ListOf) else right.type
             return self.value(node.left, scope, hint), right
         if left is None:
             left = self.value(node.left, scope)
-        wanted = ListOf(left.type) if is_in and isinstance(node.right, ast.ListConstructor) else left.type
+        wanted = symbols.ListOf(left.type) if is_in and isinstance(node.right, ast.ListConstructor) else left.type
         is_hinted = is_right_open or left.type == OVERLAP_KIND
         return left, self.value(node.right, scope, wanted if is_hinted else None)
 
@@ -259,11 +249,11 @@ class Expressions(ExpressionChecker):
         return result
 
 
-def _integer_type(value: int, expected: Type | None) -> Type:
+def _integer_type(value: int, expected: symbols.Type | None) -> symbols.Type:
     if value < 0:
         return INT
     return INT if expected in (INT, FLOAT) and value < 2**63 else UINT
 
 
-def _signed(expected: Type | None) -> Type | None:
+def _signed(expected: symbols.Type | None) -> symbols.Type | None:
     return INT if expected == UINT else expected

@@ -1,7 +1,8 @@
 """Labels of the behaviors of a `do`, and their invocations (7.2.2.4.7).
 
 A label is unique in its `do`, and visible in the whole scenario, also before its place. Before a dot, the label of
-an invocation denotes the invoked instance (7.6.2.2), in expressions that are evaluated while the scenario runs.
+an invocation denotes the invoked instance (7.6.2.2), in expressions that are evaluated while the scenario runs. So
+the receiver before a dot is a value, or a label that denotes its last invocation.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from seoro.lang import ast, plan
+from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
+from seoro.lang.check.scopes import DURATION, Scope, duration_of
 from seoro.lang.check.targets import Targets
 from seoro.lang.frozen import Frozen
 from seoro.lang.source import Span
-from seoro.lang.symbols import Structured, Type, TypeSymbol
+from seoro.lang.symbols import FieldSymbol, Structured, Type, TypeSymbol
 from seoro.lang.types import UNKNOWN
 
 
@@ -146,3 +149,39 @@ class AllLabels:
         if owner not in self._known:
             self._known[owner] = Labels(owner, self._expressions, self)
         return self._known[owner]
+
+
+class Receivers:
+    """Elaborates the receivers before dots.
+
+    Args:
+        expressions: The expression checker.
+        labels: The labels of all types.
+    """
+
+    def __init__(self, expressions: ExpressionChecker, labels: AllLabels) -> None:
+        self._expressions = expressions
+        self._labels = labels
+
+    def find(self, node: ast.Expression, scope: Scope) -> Typed:
+        """Elaborate the receiver of a field or method access."""
+        if not scope.is_running or scope.owner is None:
+            return self._expressions.value(node, scope)
+        names, labels = names_of(node), self._labels.of(scope.owner)
+        if not names or self._expressions.is_value(names[0], scope):
+            return self._expressions.value(node, scope)
+        path = labels.path(names)
+        if path is None:
+            return nothing(node.span)
+        type_ = None if isinstance(path, WrongLabel) else labels.type_of(path)
+        if isinstance(path, WrongLabel) or type_ is None:
+            return self._expressions.value(node, scope)
+        return Typed(plan.Labelled(path, node.span), type_)
+
+
+def implicit_duration(holder: Typed, name: ast.Name) -> FieldSymbol | None:
+    """Return the implicit `duration` of an invocation that `it` denotes (7.6.2.4.1)."""
+    is_it = isinstance(holder.expression, plan.Binding) and holder.expression.name == "it"
+    if not is_it or not isinstance(holder.type, Structured) or name.namespace is not None or name.text != DURATION:
+        return None
+    return duration_of(holder.type.symbol)

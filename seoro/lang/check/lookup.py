@@ -121,7 +121,7 @@ class Lookup:
             found = [(namespace, thing) for namespace in tier if (thing := find(namespace)) is not None]
             if len(found) > 1:
                 found.sort(key=itemgetter(0))
-                self._bag.add(names.AmbiguousName(name.span, name.text, tuple(key for key, _ in found)))
+                self._bag.add(names.ambiguous_name, name.span, name.text, tuple(key for key, _ in found))
             if found:
                 return self._note(name, found[0][1])
         return None

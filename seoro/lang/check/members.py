@@ -9,36 +9,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TypeVar
 
-from seoro.lang import ast
+from seoro.lang import ast, symbols
 from seoro.lang.check.declare import Declared, describe_kind
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.check.resolve import Resolver
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import behaviors as behavior_messages
-from seoro.lang.diagnostics import events as event_messages
+from seoro.lang.diagnostics import behaviors, events, modifiers, names
 from seoro.lang.diagnostics import methods as method_messages
-from seoro.lang.diagnostics import modifiers as modifier_messages
-from seoro.lang.diagnostics import names
 from seoro.lang.members import MemberTable
 from seoro.lang.namespaces import Home
 from seoro.lang.program import Program
-from seoro.lang.symbols import (
-    PHASES,
-    DoFound,
-    EventSymbol,
-    FieldSymbol,
-    Kind,
-    MethodSymbol,
-    Part,
-    Primitive,
-    Structured,
-    Type,
-    TypeSymbol,
-    has_phases,
-)
 from seoro.lang.types import PRIMITIVES
 
-_Member = FieldSymbol | EventSymbol | MethodSymbol
+_Member = symbols.FieldSymbol | symbols.EventSymbol | symbols.MethodSymbol
 
 
 class Members:
@@ -55,7 +38,7 @@ class Members:
         self._resolver = resolver
         self._lookup = Lookup(program, bag)
         self._bag = bag
-        self._done: set[TypeSymbol] = set()
+        self._done: set[symbols.TypeSymbol] = set()
 
     def declare(self, declared: Declared) -> None:
         """Declare the members of all types."""
@@ -71,7 +54,7 @@ class Members:
                         if self._is_taken(method, methods, member.only):
                             methods.add(method)
 
-    def _declare(self, symbol: TypeSymbol) -> None:
+    def _declare(self, symbol: symbols.TypeSymbol) -> None:
         """Declare the members of a type, after those of its bases; chains of bases may be long."""
         pending = [symbol]
         while pending:
@@ -88,7 +71,7 @@ class Members:
                     self._declare_part(current, part)
                 self._find_do(current)
 
-    def _declare_part(self, symbol: TypeSymbol, part: Part) -> None:
+    def _declare_part(self, symbol: symbols.TypeSymbol, part: symbols.Part) -> None:
         home = part.home
         for member in part.members:
             self._check_place(symbol, member)
@@ -104,23 +87,27 @@ class Members:
                 case ast.EventDeclaration():
                     self._add_event(symbol, member, home)
                 case ast.MethodDeclaration():
-                    method = self._method(member, symbol, Structured(symbol), home, symbol.inventory.methods)
+                    method = self._method(
+                        member, symbol, symbols.Structured(symbol), home, symbol.inventory.methods
+                    )
                     self._add_method(symbol, method, member.only)
                 case _:
                     pass
 
-    def _check_place(self, symbol: TypeSymbol, member: ast.TypeMember) -> None:
+    def _check_place(self, symbol: symbols.TypeSymbol, member: ast.TypeMember) -> None:
         """Report behavior in extensions of structs and actors."""
-        if symbol.kind in {Kind.STRUCT, Kind.ACTOR} and isinstance(member, ast.OnDirective | ast.DoDirective):
+        if symbol.kind in {symbols.Kind.STRUCT, symbols.Kind.ACTOR} and isinstance(
+            member, ast.OnDirective | ast.DoDirective
+        ):
             word = "on" if isinstance(member, ast.OnDirective) else "do"
             kind = describe_kind(symbol)
-            self._bag.add(modifier_messages.MisplacedMember(member.span.head(word), word, symbol.name, kind))
+            self._bag.add(modifiers.misplaced_member, member.span.head(word), word, symbol.name, kind)
 
-    def _find_do(self, symbol: TypeSymbol) -> None:
+    def _find_do(self, symbol: symbols.TypeSymbol) -> None:
         """Find the only `do`, including inherited ones and extensions (7.3.5.1.3); report others."""
         inherited = symbol.base.do if symbol.base is not None else None
         own = [
-            DoFound(symbol, found, part.home)
+            symbols.DoFound(symbol, found, part.home)
             for part in symbol.parts
             for found in part.members
             if isinstance(found, ast.DoDirective)
@@ -130,13 +117,13 @@ class Members:
         for second in own if inherited is not None else own[1:]:
             assert first is not None
             place, other = second.directive.span.head("do"), first.directive.span.head("do")
-            self._bag.add(behavior_messages.DuplicateDo(place, other, inherited is not None))
+            self._bag.add(behaviors.duplicate_do, place, other, inherited is not None)
 
     # ------------------------------------------------------------ fields and events
 
     def _add_fields(
         self,
-        symbol: TypeSymbol,
+        symbol: symbols.TypeSymbol,
         field_names: tuple[ast.Name, ...],
         declared: ast.TypeDeclarator,
         default: ast.Expression | None,
@@ -147,70 +134,78 @@ class Members:
         for name in field_names:
             space = home.namespace_of(name)
             unique = self._unique(name.text, space, symbol.inventory.fields)
-            field = FieldSymbol(unique, type_, default, symbol, name.span, home, name.text, space, is_variable)
+            field = symbols.FieldSymbol(
+                unique, type_, default, symbol, name.span, home, name.text, space, is_variable
+            )
             if self._is_new(symbol, field):
                 symbol.fields[unique] = field
                 symbol.inventory.fields.add(field)
 
-    def _add_event(self, symbol: TypeSymbol, node: ast.EventDeclaration, home: Home) -> None:
+    def _add_event(self, symbol: symbols.TypeSymbol, node: ast.EventDeclaration, home: Home) -> None:
         name, space = node.name, home.namespace_of(node.name)
-        if has_phases(symbol) and name.text in PHASES:
-            self._bag.add(event_messages.PredefinedEvent(name.span, name.text))
+        if symbols.has_phases(symbol) and name.text in symbols.PHASES:
+            self._bag.add(events.predefined_event, name.span, name.text)
             return
         if node.parameters and node.specification is not None:
-            self._bag.add(event_messages.SpecificationWithParameters(node.specification.span, name.text))
+            self._bag.add(events.specification_with_parameters, node.specification.span, name.text)
         unique = self._unique(name.text, space, symbol.inventory.events)
         parameters = self._parameters(node.parameters, symbol, home)
-        event = EventSymbol(unique, symbol, name.span, home, node.specification, name.text, space, parameters)
+        event = symbols.EventSymbol(
+            unique, symbol, name.span, home, node.specification, name.text, space, parameters
+        )
         if self._is_new(symbol, event) and self._may_override(event, symbol.inventory.events.get(unique)):
             symbol.events[unique] = event
             symbol.inventory.events.add(event)
 
-    def _may_override(self, event: EventSymbol, overridden: EventSymbol | None) -> bool:
+    def _may_override(self, event: symbols.EventSymbol, overridden: symbols.EventSymbol | None) -> bool:
         """Return whether an event may override that of a base; report a mismatch."""
         if overridden is None:
             return True
         difference = _difference(event, overridden)
         if difference:
-            self._bag.add(event_messages.EventMismatch(event.span, event.text, difference, overridden.span))
+            self._bag.add(events.event_mismatch, event.span, event.text, difference, overridden.span)
             return False
         _inherit_defaults(event, overridden)
         return True
 
     def _parameters(
-        self, parameters: tuple[ast.ArgumentSpecification, ...], owner: TypeSymbol | None, home: Home
-    ) -> MemberTable[FieldSymbol]:
+        self, parameters: tuple[ast.ArgumentSpecification, ...], owner: symbols.TypeSymbol | None, home: Home
+    ) -> MemberTable[symbols.FieldSymbol]:
         """Declare the parameters of an event or a method."""
-        found: MemberTable[FieldSymbol] = MemberTable()
+        found: MemberTable[symbols.FieldSymbol] = MemberTable()
         for parameter in parameters:
             name, space = parameter.name, home.namespace_of(parameter.name)
             type_ = self._resolver.type_of(parameter.type, home.space)
             if name.text in found:
-                self._bag.add(names.Duplicate(name.span, "parameter", name.text, found[name.text].span))
+                self._bag.add(names.duplicate, name.span, "parameter", name.text, found[name.text].span)
                 continue
-            found.add(FieldSymbol(name.text, type_, parameter.default, owner, name.span, home, name.text, space))
+            found.add(
+                symbols.FieldSymbol(name.text, type_, parameter.default, owner, name.span, home, name.text, space)
+            )
         return found
 
-    def _is_new(self, symbol: TypeSymbol, member: _Member) -> bool:
+    def _is_new(self, symbol: symbols.TypeSymbol, member: _Member) -> bool:
         """Return whether a member is new in a type and its bases; report duplicates."""
         for other in self._namesakes(symbol, member):
             if other is not None:
                 if not self._program.is_unread(member.text):
-                    self._bag.add(names.Duplicate(member.span, "member", member.text, other.span))
+                    self._bag.add(names.duplicate, member.span, "member", member.text, other.span)
                 return False
         return True
 
     @staticmethod
-    def _namesakes(symbol: TypeSymbol, member: _Member) -> Iterator[_Member | None]:
+    def _namesakes(symbol: symbols.TypeSymbol, member: _Member) -> Iterator[_Member | None]:
         """Yield members with the same identifier and namespace, except overridden events."""
         yield symbol.inventory.fields.with_text(member.text).get(member.namespace)
         yield symbol.inventory.methods.with_text(member.text).get(member.namespace)
         event = symbol.inventory.events.with_text(member.text).get(member.namespace)
-        if event is not None and not (isinstance(member, EventSymbol) and event.owner is not symbol):
+        if event is not None and not (isinstance(member, symbols.EventSymbol) and event.owner is not symbol):
             yield event
 
     @staticmethod
-    def _unique(text: str, namespace: str, others: MemberTable[FieldSymbol] | MemberTable[EventSymbol]) -> str:
+    def _unique(
+        text: str, namespace: str, others: MemberTable[symbols.FieldSymbol] | MemberTable[symbols.EventSymbol]
+    ) -> str:
         """Return a unique name for a field or an event; other namespaces may have the same identifier."""
         other = others.get(text)
         return text if other is None or other.namespace == namespace else f"{namespace}::{text}"
@@ -220,11 +215,11 @@ class Members:
     def _method(
         self,
         node: ast.MethodDeclaration,
-        owner: TypeSymbol | None,
-        receiver: Type,
+        owner: symbols.TypeSymbol | None,
+        receiver: symbols.Type,
         home: Home,
-        others: MemberTable[MethodSymbol],
-    ) -> MethodSymbol:
+        others: MemberTable[symbols.MethodSymbol],
+    ) -> symbols.MethodSymbol:
         """Declare a method; with `only` it may override one of a used namespace."""
         name, namespace = node.name, home.namespace_of(node.name)
         if node.only and (overridden := self._lookup.member(home.space, others, name)) is not None:
@@ -232,38 +227,40 @@ class Members:
         parameters = self._parameters(node.parameters, owner, home)
         result = self._resolver.type_of(node.result, home.space) if node.result is not None else None
         unique = f"{namespace}::{name.text}"
-        if isinstance(receiver, Primitive):
+        if isinstance(receiver, symbols.Primitive):
             unique = f"{receiver.name} {unique}"  # by the declared type: values of int and uint are alike
-        return MethodSymbol(
+        return symbols.MethodSymbol(
             unique, name.text, namespace, owner, receiver, parameters, result, node.implementation, home, name.span
         )
 
-    def _add_method(self, symbol: TypeSymbol, method: MethodSymbol, only: bool) -> None:
+    def _add_method(self, symbol: symbols.TypeSymbol, method: symbols.MethodSymbol, only: bool) -> None:
         methods = symbol.inventory.methods
         is_new = method.name not in methods and self._is_new(symbol, method)
         if (is_new or method.name in methods) and self._is_taken(method, methods, only):
             symbol.methods[method.name] = method
             methods.add(method)
 
-    def _is_taken(self, method: MethodSymbol, methods: MemberTable[MethodSymbol], only: bool) -> bool:
+    def _is_taken(
+        self, method: symbols.MethodSymbol, methods: MemberTable[symbols.MethodSymbol], only: bool
+    ) -> bool:
         """Return whether another method prevents adding this one, which is reported."""
         overridden = methods.get(method.name)
         if overridden is None:
             return True
         if not only:
-            self._bag.add(method_messages.MissingOnly(method.span, method.text, overridden.span))
+            self._bag.add(method_messages.missing_only, method.span, method.text, overridden.span)
             return False
         difference = _difference(method, overridden) or (
             "" if method.result == overridden.result else "its result"
         )
         if difference:
-            self._bag.add(method_messages.MethodMismatch(method.span, method.text, difference, overridden.span))
+            self._bag.add(method_messages.method_mismatch, method.span, method.text, difference, overridden.span)
             return False
         _inherit_defaults(method, overridden)
         return True
 
 
-_WithParameters = TypeVar("_WithParameters", EventSymbol, MethodSymbol)
+_WithParameters = TypeVar("_WithParameters", symbols.EventSymbol, symbols.MethodSymbol)
 
 
 def _difference(member: _WithParameters, overridden: _WithParameters) -> str:

@@ -10,14 +10,13 @@ from functools import cached_property
 from typing import assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope, scope_of
-from seoro.lang.diagnostics import behaviors as messages
+from seoro.lang.diagnostics import behaviors, names
 from seoro.lang.diagnostics import methods as method_messages
-from seoro.lang.diagnostics import names
 from seoro.lang.frozen import replaced
 from seoro.lang.source import Span
 from seoro.lang.symbols import MethodSymbol, Primitive, Type
@@ -87,12 +86,12 @@ class Methods:
         In a `call` directive, the method needs no result.
         """
         expressions = self._expressions
-        given = bind(expressions, method.text, method.parameters, node.arguments, scope, is_method=True)
+        given = Binding(expressions, method.text, method.parameters, scope).bind(node.arguments)
         for parameter in method.parameters.values():
             if parameter.default is None and parameter.name not in given:
-                expressions.bag.add(messages.MissingArgument(node.span, method.text, parameter.name))
+                expressions.bag.add(behaviors.missing_argument, node.span, method.text, parameter.name)
         if method.result is None and not is_directive:
-            expressions.bag.add(method_messages.NoResult(node.span, method.text))
+            expressions.bag.add(method_messages.no_result, node.span, method.text)
             return nothing(node.span)
         call = plan.Call(receiver, method.name, tuple(given.items()), node.span)
         return Typed(call, method.result if method.result is not None else UNKNOWN)
@@ -147,13 +146,13 @@ class Methods:
     ) -> plan.External:
         expressions = self._expressions
         if len(path) < 2:
-            expressions.bag.add(method_messages.InvalidFunctionPath(span, ".".join(path)))
+            expressions.bag.add(method_messages.invalid_function_path, span, ".".join(path))
         positional = tuple(self._argument(value, scope) for value in arguments.positional)
         named: dict[str, plan.Argument] = {}
         for argument in arguments.named:
             name = argument.name.text
             if name in named:
-                expressions.bag.add(names.Duplicate(argument.name.span, "argument", name, named[name].value.span))
+                expressions.bag.add(names.duplicate, argument.name.span, "argument", name, named[name].value.span)
             named[name] = self._argument(argument.value, scope)
         parameters = tuple(
             (parameter.name, plan_type(parameter.type, expressions.program))

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.declare import OVERRIDE
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.labels import WrongLabel, names_of
 from seoro.lang.check.scopes import Scope
-from seoro.lang.diagnostics import behaviors as behavior_messages
-from seoro.lang.diagnostics import modifiers as messages
+from seoro.lang.diagnostics import behaviors, modifiers
 from seoro.lang.program import actors_with
 from seoro.lang.symbols import FieldSymbol, Kind, Structured, TypeSymbol, is_open, lineage
 from seoro.lang.types import is_known
@@ -75,7 +74,7 @@ class Modifiers:
             case ast.FieldAccess(base, name):
                 found = self._of_actor(base, name)
             case _:
-                self._bag.add(messages.UnknownModifier(call.function.span, call.function.span.text, None, ()))
+                self._bag.add(modifiers.unknown_modifier, call.function.span, call.function.span.text, None, ())
                 return None
         if found is None:
             return None
@@ -89,19 +88,12 @@ class Modifiers:
         parameters, owner = symbol.inventory.fields, symbol.qualified_name
         ranges: dict[str, plan.Expression] = {}
         traits = self._expressions.traits_of(symbol)
-        given = bind(
-            self._expressions,
-            owner,
-            parameters,
-            call.arguments,
-            self._scope,
-            is_open(symbol),
-            traits,
-            ranges=ranges,
-        )
+        checker, scope = self._expressions, self._scope
+        binding = Binding(checker, owner, parameters, scope, is_open(symbol), traits, ranges)
+        given = binding.bind(call.arguments)
         missing = self._expressions.values.lacking_of(symbol, {**given, **ranges})
         if missing:
-            self._bag.add(behavior_messages.MissingArgument(call.span, owner, missing[0]))
+            self._bag.add(behaviors.missing_argument, call.span, owner, missing[0])
         return _in_order(given, parameters), _in_order(ranges, parameters)
 
     def _check_target(self, symbol: TypeSymbol, name: ast.Name, modified: Modified) -> None:
@@ -115,7 +107,7 @@ class Modifiers:
             return
         if modified.symbol is None or symbol.of not in lineage(modified.symbol):
             needed = symbol.of.qualified_name
-            self._bag.add(messages.InvalidModified(name.span, symbol.name, needed, modified.what, symbol.span))
+            self._bag.add(modifiers.invalid_modified, name.span, symbol.name, needed, modified.what, symbol.span)
 
     # ------------------------------------------------------------ lookup
 
@@ -134,8 +126,8 @@ class Modifiers:
             owners |= set(lineage(actor.symbol))
         is_hidden = modified.what is None or self._expressions.program.is_unread(name.text)
         if not is_hidden and not self._report_other(name, owners):
-            message = messages.UnknownModifier(name.span, name.text, None, self._known(owners), self._hint(name))
-            self._bag.add(message)
+            known, hint = self._known(owners), self._hint(name)
+            self._bag.add(modifiers.unknown_modifier, name.span, name.text, None, known, hint)
         return None
 
     def _of_actor(self, base: ast.Expression, name: ast.Name) -> tuple[TypeSymbol, plan.Expression | None] | None:
@@ -145,7 +137,7 @@ class Modifiers:
             return None
         if not isinstance(actor.type, Structured) or actor.type.symbol.kind is not Kind.ACTOR:
             found_type = self._expressions.converter.describe(actor.type)
-            self._bag.add(messages.ModifierOfNoActor(base.span, found_type))
+            self._bag.add(modifiers.modifier_of_no_actor, base.span, found_type)
             return None
         owner = actor.type.symbol
         found = self._lookup.modifier(self._scope.space, owner, name)
@@ -156,7 +148,7 @@ class Modifiers:
             is_free = self._lookup.modifier(self._scope.space, None, name) is not None
             hint = f"it belongs to no actor; apply it as `{name.text}(...)`" if is_free else self._hint(name)
             known = self._known(owners)
-            self._bag.add(messages.UnknownModifier(name.span, name.text, owner.name, known, hint))
+            self._bag.add(modifiers.unknown_modifier, name.span, name.text, owner.name, known, hint)
         return None
 
     def _report_other(self, name: ast.Name, owners: set[TypeSymbol | None]) -> bool:
@@ -164,11 +156,11 @@ class Modifiers:
         for owner in owners:
             behavior = self._lookup.behavior(self._scope.space, owner, name)
             if behavior is not None:
-                self._bag.add(messages.BehaviorApplied(name.span, name.text, behavior.kind.value))
+                self._bag.add(modifiers.behavior_applied, name.span, name.text, behavior.kind.value)
                 return True
         types = [owner for owner in (*owners, self._scope.owner) if owner is not None]
         if any(self._lookup.member(self._scope.space, type_.inventory.methods, name) for type_ in types):
-            self._bag.add(messages.BehaviorApplied(name.span, name.text, "method"))
+            self._bag.add(modifiers.behavior_applied, name.span, name.text, "method")
             return True
         return False
 
@@ -187,14 +179,14 @@ class Modifiers:
         """Elaborate `override(a, b[, mode])`, whose arguments are positional labels."""
         arguments = call.arguments.positional
         if call.arguments.named or not 2 <= len(arguments) <= 3:
-            self._bag.add(messages.OverrideArguments(call.span))
+            self._bag.add(modifiers.override_arguments, call.span)
             return None
         overridden, by = self._label_path(arguments[0]), self._label_path(arguments[1])
         mode = self._mode(arguments[2]) if len(arguments) == 3 else plan.OverrideMode.ON_START
         if overridden is None or by is None or mode is None:
             return None
         if overridden == by:
-            self._bag.add(messages.OverrideOfItself(call.span, arguments[0].span.text))
+            self._bag.add(modifiers.override_of_itself, call.span, arguments[0].span.text)
         return plan.Override(overridden, by, mode, call.span)
 
     def _label_path(self, node: ast.Expression) -> plan.LabelPath | None:
@@ -205,7 +197,7 @@ class Modifiers:
         if isinstance(found, WrongLabel):
             if any(self._expressions.program.is_unread(name.text) for name in path or ()):
                 return None
-            self._bag.add(messages.UnknownLabel(found.span, found.known))
+            self._bag.add(modifiers.unknown_label, found.span, found.known)
             return None
         return found
 
@@ -213,7 +205,7 @@ class Modifiers:
         modes = {mode.value: mode for mode in plan.OverrideMode}
         if isinstance(node, ast.NameExpression) and node.name.text in modes:
             return modes[node.name.text]
-        self._bag.add(messages.UnknownMode(node.span, tuple(modes)))
+        self._bag.add(modifiers.unknown_mode, node.span, tuple(modes))
         return None
 
 

@@ -37,7 +37,7 @@ class Operators:
             return nothing(span)
         if not is_number(operand.type):
             found = self._converter.describe(operand.type)
-            self._bag.add(messages.NotNumber(operand.expression.span, "-", found))
+            self._bag.add(messages.not_number, operand.expression.span, "-", found)
             return nothing(span)
         result = INT if operand.type == UINT else operand.type
         return Typed(plan.Negate(operand.expression, _arithmetic(result), span), result)
@@ -83,14 +83,13 @@ class Operators:
     def _unlike(self, node: ast.Arithmetic, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
         self._bag.add(
-            messages.IncompatibleOperands(
-                node.left.span,
-                node.right.span,
-                node.operator,
-                describe(left.type),
-                describe(right.type),
-                self._relation_between(left.type, right.type) if node.operator in "+-" else "",
-            )
+            messages.incompatible_operands,
+            node.left.span,
+            node.right.span,
+            node.operator,
+            describe(left.type),
+            describe(right.type),
+            self._relation_between(left.type, right.type) if node.operator in "+-" else "",
         )
 
     def _relation_between(self, left: Type, right: Type) -> str:
@@ -119,7 +118,7 @@ class Operators:
         if shared is None:
             self._uncomparable(node, left, right)
         elif node.operator not in {"==", "!="} and not is_number(shared):
-            self._bag.add(messages.Unordered(span, node.operator, self._converter.describe(shared)))
+            self._bag.add(messages.unordered, span, node.operator, self._converter.describe(shared))
         else:
             return Typed(plan.Compare(node.operator, *_alike(node.operator, left, right, shared), span), BOOL)
         return Typed(plan.Literal(False, span), BOOL)
@@ -138,7 +137,7 @@ class Operators:
         if node.operator in {"==", "!="}:
             return _as_range(left), _as_range(right)
         if self._strict:
-            self._bag.add(messages.OrderOfRange(node.span, node.operator))
+            self._bag.add(messages.order_of_range, node.span, node.operator)
         of_left, of_right = plan.Side.UPPER, plan.Side.LOWER
         if node.operator in {">", ">="}:
             of_left, of_right = of_right, of_left
@@ -146,7 +145,7 @@ class Operators:
 
     def _membership(self, node: ast.Relation, left: Typed, right: Typed) -> Typed:
         if not isinstance(right.type, ListOf | RangeOf):
-            self._bag.add(messages.NotAContainer(node.right.span, self._converter.describe(right.type)))
+            self._bag.add(messages.not_a_container, node.right.span, self._converter.describe(right.type))
             return Typed(plan.Literal(False, node.span), BOOL)
         item, kind = left.type, type(right.type)
         is_part = isinstance(item, kind)
@@ -159,18 +158,15 @@ class Operators:
 
     def _uncomparable(self, node: ast.Relation, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
-        self._bag.add(
-            messages.IncomparableOperands(
-                node.left.span, node.right.span, node.operator, describe(left.type), describe(right.type)
-            )
-        )
+        shown = node.operator, describe(left.type), describe(right.type)
+        self._bag.add(messages.incomparable_operands, node.left.span, node.right.span, *shown)
 
     # ------------------------------------------------------------ logic (7.4.2.2)
 
     def truth(self, value: Typed, operator: str, span: Span) -> plan.Expression:
         """Convert an operand to bool."""
         if is_known(value.type) and value.type != BOOL:
-            self._bag.add(messages.NotBool(span, operator, self._converter.describe(value.type)))
+            self._bag.add(messages.not_bool, span, operator, self._converter.describe(value.type))
         return value.expression
 
 

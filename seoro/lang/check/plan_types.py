@@ -4,48 +4,33 @@ from __future__ import annotations
 
 from typing import assert_never
 
-from seoro.lang import plan
+from seoro.lang import plan, symbols
 from seoro.lang.program import Program
-from seoro.lang.symbols import (
-    CompositionObject,
-    Enumeration,
-    EnumSymbol,
-    EventObject,
-    ListOf,
-    Primitive,
-    Quantity,
-    RangeOf,
-    Structured,
-    Type,
-    Unknown,
-)
 from seoro.lang.types import STRING
 from seoro.lang.units import Dimension, unit_text
 
 
-def enum_value(symbol: EnumSymbol, member: str) -> plan.EnumValue:
+def enum_value(symbol: symbols.EnumSymbol, member: str) -> plan.EnumValue:
     """Convert a member of an enumeration for the plan."""
     return plan.EnumValue(symbol.plan_name, member, symbol.members[member])
 
 
-def plan_type(type_: Type, program: Program) -> plan.ValueType:
+def plan_type(type_: symbols.Type, program: Program) -> plan.ValueType:
     """Convert a type for the plan."""
     match type_:
-        case Primitive(name):
+        case symbols.Primitive(name):
             return plan.PrimitiveType(name)
-        case Quantity(dimension):
+        case symbols.Quantity(dimension):
             unit = unit_text(dimension)
             name = program.quantities.get(dimension, unit)
             return plan.PhysicalType(name, unit, base_unit(dimension, program))
-        case Enumeration(symbol):
-            return symbol.plan_type
-        case Structured(symbol):
-            return symbol.plan_type
-        case ListOf(element):
+        case symbols.Enumeration() | symbols.Structured():
+            return type_.symbol.plan_type
+        case symbols.ListOf(element):
             return plan.ListType(plan_type(element, program))
-        case RangeOf(element):
+        case symbols.RangeOf(element):
             return plan.RangeType(plan_type(element, program))
-        case EventObject() | CompositionObject() | Unknown():
+        case symbols.EventObject() | symbols.CompositionObject() | symbols.Unknown():
             return plan_type(STRING, program)  # only after errors, which prevent a plan
         case _:
             assert_never(type_)
@@ -61,36 +46,30 @@ def base_unit(dimension: Dimension, program: Program) -> str:
     return min(names, key=len, default="")
 
 
-def type_name(type_: Type, program: Program) -> str:
+def type_name(type_: symbols.Type, program: Program) -> str:
     """Describe a type for messages, quoted."""
     match type_:
-        case Quantity(dimension) if dimension not in program.quantities:
+        case symbols.Quantity(dimension) if dimension not in program.quantities:
             return f"a value in {unit_text(dimension)}"
-        case EventObject(symbol):
+        case symbols.EventObject(symbol):
             return f"an occurrence of `{symbol.name}`"
         case _:
             return f"`{_bare_name(type_, program)}`"
 
 
-def _bare_name(type_: Type, program: Program) -> str:
+def _bare_name(type_: symbols.Type, program: Program) -> str:
     match type_:
-        case Primitive(name):
+        case symbols.Primitive(name):
             return name
-        case Quantity(dimension):
+        case symbols.Quantity(dimension):
             return program.quantities.get(dimension) or unit_text(dimension)
-        case Enumeration(symbol):
-            return symbol.name
-        case Structured(symbol):
-            return symbol.name
-        case ListOf(element):
+        case symbols.Enumeration() | symbols.Structured() | symbols.EventObject() | symbols.CompositionObject():
+            return type_.symbol.name
+        case symbols.ListOf(element):
             return f"list of {_bare_name(element, program)}"
-        case RangeOf(element):
+        case symbols.RangeOf(element):
             return f"range of {_bare_name(element, program)}"
-        case EventObject(event):
-            return event.name
-        case CompositionObject(composition):
-            return composition.name
-        case Unknown():
+        case symbols.Unknown():
             return "unknown"
         case _:
             assert_never(type_)

@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import parameters_of_invocation
+from seoro.lang.check.behaviors import Directives
 from seoro.lang.check.declare import describe_kind
-from seoro.lang.check.directives import Directives
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.modifiers import Modified, Modifiers, own_actor
-from seoro.lang.check.scopes import running_scope
+from seoro.lang.check.scopes import parameters_of_invocation, running_scope
 from seoro.lang.check.traversal import circles
 from seoro.lang.check.values import declared
 from seoro.lang.diagnostics import names
@@ -117,7 +116,7 @@ class Reactions:
         for circle in circles({name: self._derived_from(event) for name, event in declared.items()}):
             own = next((symbol.events[name] for name in circle if name in symbol.events), None)
             if own is not None:  # else it is reported with the base
-                self._expressions.bag.add(names.CyclicReference(own.span, "events", circle))
+                self._expressions.bag.add(names.cyclic_reference, own.span, "events", circle)
 
     def _derived_from(self, event: EventSymbol) -> tuple[str, ...]:
         """Return the event of the same instance from which an event is derived, if any."""
@@ -132,7 +131,7 @@ class Reactions:
         symbols = {symbol.plan_name: symbol for symbol in program.modifiers.values()}
         applied = {name: self._applied(symbol) for name, symbol in symbols.items()}
         for circle in circles(applied):
-            self._expressions.bag.add(names.CyclicReference(symbols[circle[0]].span, "modifiers", circle))
+            self._expressions.bag.add(names.cyclic_reference, symbols[circle[0]].span, "modifiers", circle)
 
     def _applied(self, symbol: TypeSymbol) -> tuple[str, ...]:
         found = self._modifiers[symbol]

@@ -5,19 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import OVERLAP_KIND
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.labels import AllLabels
 from seoro.lang.check.lookup import candidates
 from seoro.lang.check.methods import Methods
 from seoro.lang.check.plan_types import enum_value
-from seoro.lang.check.scopes import Scope
+from seoro.lang.check.scopes import OVERLAP_KIND, Scope
 from seoro.lang.diagnostics import methods as method_messages
-from seoro.lang.diagnostics import names
-from seoro.lang.diagnostics import types as messages
+from seoro.lang.diagnostics import names, types
 from seoro.lang.habits import UNITS, compound_unit
-from seoro.lang.recorder import EnumMember
+from seoro.lang.program import EnumMember
 from seoro.lang.source import Span
 from seoro.lang.symbols import Enumeration, EnumSymbol, Kind, QuantitySymbol, Type, TypeSymbol, is_open
 from seoro.lang.types import quantity
@@ -45,7 +43,7 @@ class References:
         unit = self._program.units.get(node.unit.text)
         if unit is None:
             if not self._program.is_unread(node.unit.text):
-                self._bag.add(names.UnknownUnit(node.unit.span, node.unit.text, tuple(self._program.units)))
+                self._bag.add(names.unknown_unit, node.unit.span, node.unit.text, tuple(self._program.units))
             return nothing(node.span)
         if self._program.recorder is not None:
             self._program.recorder.name(node.unit.span, unit)
@@ -61,10 +59,10 @@ class References:
         if isinstance(enum, EnumSymbol):
             return self._member(enum, node.member.text, node.span)
         if enum is not None:
-            self._bag.add(names.WrongKind(node.enum.span, node.enum.text, "not an enumeration", "an enumeration"))
+            self._bag.add(names.wrong_kind, node.enum.span, node.enum.text, "not an enumeration", "an enumeration")
         elif not self._program.is_unread(node.enum.text):
             known = self._program.types_of(EnumSymbol)
-            self._bag.add(names.UnknownType(node.enum.span, node.enum.text, known, "enumeration"))
+            self._bag.add(names.unknown_type, node.enum.span, node.enum.text, known, "enumeration")
         return nothing(node.span)
 
     def _member(self, enum: EnumSymbol, member: str, span: Span) -> Typed:
@@ -73,7 +71,7 @@ class References:
                 self._program.recorder.name(span, EnumMember(enum, member))
             return Typed(plan.Literal(enum_value(enum, member), span), Enumeration(enum))
         if not self._program.is_unread(member):
-            self._bag.add(names.UnknownMember(span, enum.name, member, tuple(enum.members)))
+            self._bag.add(names.unknown_member, span, enum.name, member, tuple(enum.members))
         return nothing(span)
 
     def name(self, name: ast.Name, scope: Scope, expected: Type | None) -> Typed:
@@ -96,7 +94,7 @@ class References:
         if len(enums) == 1:
             return self._member(enums[0], name.text, name.span)
         if enums:
-            self._bag.add(names.AmbiguousMember(name.span, name.text, tuple(enum.name for enum in enums)))
+            self._bag.add(names.ambiguous_member, name.span, name.text, tuple(enum.name for enum in enums))
             return nothing(name.span)
         return self._unknown_name(name, scope, expected)
 
@@ -115,7 +113,7 @@ class References:
     def it(self, span: Span, scope: Scope) -> Typed:
         """Resolve `it`."""
         if scope.it is None:
-            self._bag.add(method_messages.UndefinedIt(span))
+            self._bag.add(method_messages.undefined_it, span)
             return nothing(span)
         if scope.is_it_bound:
             return Typed(plan.Binding("it", span), scope.it)
@@ -129,7 +127,7 @@ class References:
             return nothing(name.span)
         if isinstance(expected, Enumeration):
             self._bag.add(
-                names.UnknownMember(name.span, expected.symbol.name, name.text, tuple(expected.symbol.members))
+                names.unknown_member, name.span, expected.symbol.name, name.text, tuple(expected.symbol.members)
             )
             return nothing(name.span)
         symbol = self._lookup.type(scope.space, name)
@@ -139,21 +137,21 @@ class References:
             if isinstance(symbol, EnumSymbol):
                 member = next(iter(symbol.members), "<member>")
                 hint = f"write a member of an enumeration as `{name.text}!{member}`"
-            self._bag.add(messages.NotAValue(name.span, name.text, kind, hint))
+            self._bag.add(types.not_a_value, name.span, name.text, kind, hint)
         elif self._methods.own(name, scope) is not None:
-            self._bag.add(messages.NotAValue(name.span, name.text, "a method", f"call it: `{name.text}()`"))
+            self._bag.add(types.not_a_value, name.span, name.text, "a method", f"call it: `{name.text}()`")
         elif scope.owner is not None and name.text in (labels := self._labels.of(scope.owner)):
             is_early, is_invocation = not scope.is_running, labels.is_invocation(name.text)
-            self._bag.add(messages.LabelAsValue(name.span, name.text, is_invocation, is_early))
+            self._bag.add(types.label_as_value, name.span, name.text, is_invocation, is_early)
         else:
             start, unit = compound_unit(name.span.file.text, name.span.start, name.span.end)
             if unit in UNITS:
                 span = Span(name.span.file, start, name.span.end)
-                self._bag.add(names.UnknownUnit(span, unit, tuple(program.units)))
+                self._bag.add(names.unknown_unit, span, unit, tuple(program.units))
                 return nothing(name.span)
             members = candidates((*scope.fields.values(), *program.globals.values()), name)
             known = (*members, *scope.bindings, *program.enumerations_by_member)
-            self._bag.add(names.UnknownName(name.span, name.text, known))
+            self._bag.add(names.unknown_name, name.span, name.text, known)
         return nothing(name.span)
 
 

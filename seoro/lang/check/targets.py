@@ -7,9 +7,7 @@ from typing import NamedTuple
 from seoro.lang import ast, plan
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.scopes import scope_of
-from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import listing
-from seoro.lang.diagnostics import modifiers as modifier_messages
+from seoro.lang.diagnostics import behaviors, listing, modifiers
 from seoro.lang.namespaces import Home
 from seoro.lang.program import actors_with
 from seoro.lang.symbols import Kind, Structured, TypeSymbol, lineage
@@ -48,7 +46,7 @@ class Targets:
             case ast.FieldAccess(base, name):
                 return self._of_actor(base, name)
             case _:
-                self._bag.add(messages.UnknownBehavior(call.function.span, call.function.span.text, None, ()))
+                self._bag.add(behaviors.unknown_behavior, call.function.span, call.function.span.text, None, ())
                 return None
 
     def _unprefixed(self, name: ast.Name) -> Target | None:
@@ -65,7 +63,7 @@ class Targets:
             return None
         owners: list[TypeSymbol | None] = [None, *(lineage(own) if own is not None else ())]
         hint = self._hint(name)
-        self._bag.add(messages.UnknownBehavior(name.span, name.text, None, self._known(owners), hint))
+        self._bag.add(behaviors.unknown_behavior, name.span, name.text, None, self._known(owners), hint)
         return None
 
     def _hint(self, name: ast.Name) -> str:
@@ -74,7 +72,7 @@ class Targets:
             return f"it belongs to actor `{actors[0]}`; invoke it as `<actor>.{name.text}(...)`"
         declared = self._lookup.type(self._scope.space, name)
         if isinstance(declared, TypeSymbol) and declared.kind is Kind.ACTOR:
-            return messages.made_by_field(name.text, ())
+            return behaviors.made_by_field(name.text, ())
         return ""
 
     def _of_actor(self, base: ast.Expression, name: ast.Name) -> Target | None:
@@ -86,7 +84,7 @@ class Targets:
             is_method = isinstance(actor.type, Structured) and self._report_other(actor.type.symbol, None, name)
             if not is_method:
                 found_type = self._expressions.converter.describe(actor.type)
-                self._bag.add(messages.NotAnActor(base.span, found_type))
+                self._bag.add(behaviors.not_an_actor, base.span, found_type)
             return None
         owner = actor.type.symbol
         found = self._lookup.behavior(self._scope.space, owner, name)
@@ -99,7 +97,7 @@ class Targets:
                 hint = f"it belongs to no actor; invoke it as `{name.text}(...)`"
             elif not known:
                 hint = self._hint_of_actor(name)
-            self._bag.add(messages.UnknownBehavior(name.span, name.text, owner.name, known, hint))
+            self._bag.add(behaviors.unknown_behavior, name.span, name.text, owner.name, known, hint)
         return None
 
     def _hint_of_actor(self, name: ast.Name) -> str:
@@ -111,11 +109,11 @@ class Targets:
         """Report the name of a method or a modifier; return whether it is one."""
         space = self._scope.space
         if self._lookup.member(space, owner.inventory.methods, name) is not None:
-            self._bag.add(messages.MethodInvoked(name.span, name.text))
+            self._bag.add(behaviors.method_invoked, name.span, name.text)
             return True
         modifier = self._lookup.modifier(space, actor, name) or self._lookup.modifier(space, None, name)
         if modifier is not None:
-            self._bag.add(modifier_messages.ModifierInvoked(name.span, name.text))
+            self._bag.add(modifiers.modifier_invoked, name.span, name.text)
         return modifier is not None
 
     def _known(self, owners: list[TypeSymbol | None]) -> tuple[str, ...]:

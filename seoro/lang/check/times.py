@@ -7,12 +7,10 @@ from math import inf
 from typing import Final, NamedTuple
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import DURATION, END_TO_END, OVERLAP, START_TO_START, TIME
 from seoro.lang.check.expressions import Expressions
-from seoro.lang.check.scopes import Scope
+from seoro.lang.check.scopes import DURATION, END_TO_END, OVERLAP, START_TO_START, TIME, Scope
 from seoro.lang.diagnostic import Bag
-from seoro.lang.diagnostics import behaviors as argument_messages
-from seoro.lang.diagnostics import times as messages
+from seoro.lang.diagnostics import behaviors
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import FieldSymbol, RangeOf
@@ -39,7 +37,7 @@ def check_sign(time: plan.Expression, what: str, bag: Bag, is_positive: bool = F
     """Report a literal time below zero, or zero if it must be positive."""
     for bound in _bounds(time):
         if bound.number < 0 or (is_positive and bound.number == 0):
-            bag.add(messages.NegativeTime(bound.span, what, is_positive))
+            bag.add(behaviors.negative_time, bound.span, what, is_positive)
 
 
 class _Bound(NamedTuple):
@@ -122,29 +120,29 @@ class Timing:
         for name, value in zip(order, arguments.positional, strict=False):
             given[name], places[name] = value, value.span
         for value in arguments.positional[len(order) :]:
-            self._bag.add(argument_messages.TooManyArguments(value.span, operator, len(order)))
+            self._bag.add(behaviors.too_many_arguments, value.span, operator, len(order))
         for argument in arguments.named:
             name = argument.name.text
             if argument.name.namespace is not None or name not in order:
                 self._report_unknown(operator, order, argument.name)
                 continue
             if name in given:
-                self._bag.add(argument_messages.DuplicateArgument(argument.name.span, name, places[name]))
+                self._bag.add(behaviors.duplicate_argument, argument.name.span, name, places[name])
             given[name], places[name] = argument.value, argument.name.span
         return given
 
     def _report_unknown(self, operator: str, order: tuple[str, ...], name: ast.Name) -> None:
         if name.namespace is None and name.text in _PARALLEL_ONLY:
-            self._bag.add(messages.ParallelOnly(name.span, name.text, operator))
+            self._bag.add(behaviors.parallel_only, name.span, name.text, operator)
         else:
-            self._bag.add(argument_messages.UnknownArgument(name.span, operator, name.span.text, order))
+            self._bag.add(behaviors.unknown_argument, name.span, operator, name.span.text, order)
 
     def _overlap(self, node: ast.Expression) -> plan.Overlap | None:
         """Read a kind of overlap, whose names are part of the language."""
         kinds = {kind.value: kind for kind in _Overlap}
         if isinstance(node, ast.NameExpression) and node.name.namespace is None and node.name.text in kinds:
             return kinds[node.name.text]
-        self._bag.add(messages.UnknownOverlap(node.span, tuple(kinds)))
+        self._bag.add(behaviors.unknown_overlap, node.span, tuple(kinds))
         return None
 
     def _range(self, name: str, node: ast.Expression) -> plan.Expression:
@@ -165,4 +163,4 @@ class Timing:
         numbers = [bound.number for bound in _bounds(offset)] if offset is not None else []
         low, high = allowed.get(overlap, (-inf, inf))
         if offset is not None and len(numbers) == 2 and (max(numbers) < low or min(numbers) > high):
-            self._bag.add(messages.ContradictoryOffset(offset.span, name, overlap.value, low, high))
+            self._bag.add(behaviors.contradictory_offset, offset.span, name, overlap.value, low, high)

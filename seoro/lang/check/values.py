@@ -11,30 +11,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 
-from seoro.lang import ast, plan
-from seoro.lang.check.arguments import bind
+from seoro.lang import ast, plan, symbols
+from seoro.lang.check.arguments import Binding
 from seoro.lang.check.constraints import Constraints
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.defaults import Defaults
 from seoro.lang.check.expression_checker import ExpressionChecker
 from seoro.lang.check.plan_types import enum_value, plan_type
 from seoro.lang.check.scopes import Scope, scope_of
-from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.diagnostics import syntax
-from seoro.lang.diagnostics import types as type_messages
+from seoro.lang.diagnostics import behaviors, syntax, types
 from seoro.lang.source import Span
-from seoro.lang.symbols import (
-    Condition,
-    Enumeration,
-    FieldSymbol,
-    Kind,
-    ListOf,
-    Structured,
-    TypeSymbol,
-    is_open,
-    lineage,
-    may_lack_values,
-)
 from seoro.lang.types import BOOL, UNKNOWN
 
 MAX_DEPTH = 50  # of nested values, which are built recursively
@@ -54,40 +40,41 @@ class Values:
         self._expressions = expressions
         self._constraints = constraints
         self._defaults = defaults
-        self._structures: dict[TypeSymbol, plan.Structure] = {}
-        self._open: list[TypeSymbol] = []
-        self._asked: list[TypeSymbol] = []  # types whose fields are being searched
-        self._depths: dict[TypeSymbol, int] = {}  # nesting of structures
-        self._conditions: dict[TypeSymbol, tuple[tuple[str, bool | plan.EnumValue], ...]] = {}
-        self._subtypes_of: dict[TypeSymbol, list[TypeSymbol]] = {}
+        self._structures: dict[symbols.TypeSymbol, plan.Structure] = {}
+        self._open: list[symbols.TypeSymbol] = []
+        self._asked: list[symbols.TypeSymbol] = []  # types whose fields are being searched
+        self._depths: dict[symbols.TypeSymbol, int] = {}  # nesting of structures
+        self._conditions: dict[symbols.TypeSymbol, tuple[tuple[str, bool | plan.EnumValue], ...]] = {}
+        self._subtypes_of: dict[symbols.TypeSymbol, list[symbols.TypeSymbol]] = {}
 
-    def from_arguments(self, symbol: TypeSymbol, node: ast.FunctionApplication, scope: Scope) -> Typed:
+    def from_arguments(self, symbol: symbols.TypeSymbol, node: ast.FunctionApplication, scope: Scope) -> Typed:
         """Construct `name(arguments)`; other fields get their defaults."""
         fields = symbol.inventory.fields
-        given = bind(self._expressions, symbol.name, fields, node.arguments, scope, is_open(symbol))
+        binding = Binding(self._expressions, symbol.name, fields, scope, symbols.is_open(symbol))
+        given = binding.bind(node.arguments)
         self.check_conditions(symbol, given, is_known_later=True)
         missing = self.lacking_of(symbol, given)
         if missing:
-            self._expressions.bag.add(messages.MissingArgument(node.span, symbol.name, missing[0]))
+            self._expressions.bag.add(behaviors.missing_argument, node.span, symbol.name, missing[0])
         arguments = tuple((name, given[name]) for name in fields if name in given)
         type_ = symbol.plan_type
         assert isinstance(type_, plan.StructType)
-        return Typed(plan.Construct(type_, arguments, node.span), Structured(symbol))
+        return Typed(plan.Construct(type_, arguments, node.span), symbols.Structured(symbol))
 
     # ------------------------------------------------------------ conditions (7.3.8.2)
 
-    def conditions(self, symbol: TypeSymbol) -> tuple[tuple[str, bool | plan.EnumValue], ...]:
+    def conditions(self, symbol: symbols.TypeSymbol) -> tuple[tuple[str, bool | plan.EnumValue], ...]:
         """Return the deciding fields of a conditional subtype, with their values."""
         known = self._conditions.get(symbol)
         if known is None:
-            conditions = [type_.condition for type_ in reversed(list(lineage(symbol)))]
+            conditions = [type_.condition for type_ in reversed(list(symbols.lineage(symbol)))]
             known = self._conditions[symbol] = tuple(
                 (found.field.name, _condition_value(found)) for found in conditions if found is not None
             )
         return known
 
     def check_conditions(
-        self, symbol: TypeSymbol, given: Mapping[str, plan.Expression], is_known_later: bool = False
+        self, symbol: symbols.TypeSymbol, given: Mapping[str, plan.Expression], is_known_later: bool = False
     ) -> None:
         """Report values that contradict the conditions of a type.
 
@@ -102,14 +89,13 @@ class Values:
                 continue
             if not isinstance(value, plan.Literal) or value.value != needed:
                 shown = needed.member if isinstance(needed, plan.EnumValue) else str(needed).lower()
-                message = type_messages.FixedByCondition(value.span, symbol.name, name, shown)
-                self._expressions.bag.add(message)
+                self._expressions.bag.add(types.fixed_by_condition, value.span, symbol.name, name, shown)
 
     # ------------------------------------------------------------ missing values
 
-    def lacking_of(self, symbol: TypeSymbol, given: Mapping[str, object]) -> tuple[str, ...]:
+    def lacking_of(self, symbol: symbols.TypeSymbol, given: Mapping[str, object]) -> tuple[str, ...]:
         """Return the paths of a type's fields without a value, as far as known statically."""
-        if may_lack_values(symbol) or any(map(may_lack_values, self._subtypes(symbol))):
+        if symbols.may_lack_values(symbol) or any(map(symbols.may_lack_values, self._subtypes(symbol))):
             return ()
         decided = {*given, *dict(self.conditions(symbol))}
         fields = [field for field in symbol.inventory.fields.values() if field.name not in decided]
@@ -118,16 +104,16 @@ class Values:
         self._asked.pop()
         return found
 
-    def lacking(self, field: FieldSymbol) -> tuple[str, ...]:
+    def lacking(self, field: symbols.FieldSymbol) -> tuple[str, ...]:
         """Return the paths within a field that lack a value."""
         if self._defaults.of(field) is not None or field.default is not None or field.is_variable:
             return ()
         match field.type:
-            case Structured(symbol) if symbol in self._asked:
+            case symbols.Structured(symbol) if symbol in self._asked:
                 return ()
-            case Structured(symbol):
+            case symbols.Structured(symbol):
                 return tuple(f"{field.name}.{path}" for path in self.lacking_of(symbol, {}))
-            case ListOf() | Enumeration():
+            case symbols.ListOf() | symbols.Enumeration():
                 return ()
             case type_ if type_ in (BOOL, UNKNOWN):
                 return ()
@@ -136,7 +122,7 @@ class Values:
 
     # ------------------------------------------------------------ structures
 
-    def structure(self, symbol: TypeSymbol) -> plan.Structure:
+    def structure(self, symbol: symbols.TypeSymbol) -> plan.Structure:
         """Return the structure of a type."""
         if symbol in self._structures:
             return self._structures[symbol]
@@ -144,7 +130,9 @@ class Values:
         for field in symbol.inventory.fields.values():
             self._enter(field)
         self._measure(symbol)
-        members = tuple(member for type_ in reversed(list(lineage(symbol))) for member in self._members(type_))
+        members = tuple(
+            member for type_ in reversed(list(symbols.lineage(symbol))) for member in self._members(type_)
+        )
         latents = tuple(self._latent(subtype) for subtype in self._subtypes(symbol))
         made = self._made(symbol.plan_type, members, latents, symbol.span, _is_modified(symbol))
         self._open.pop()
@@ -188,9 +176,9 @@ class Values:
             return inner is None or not inner.is_plain or bool(inner.open_fields)
         return not (field.is_variable or isinstance(field.type, plan.ListType))
 
-    def _enter(self, field: FieldSymbol) -> None:
+    def _enter(self, field: symbols.FieldSymbol) -> None:
         """Elaborate the structure of a field's type."""
-        if not isinstance(field.type, Structured) or self._defaults.of(field) is not None:
+        if not isinstance(field.type, symbols.Structured) or self._defaults.of(field) is not None:
             return
         symbol = field.type.symbol
         if symbol in self._open:  # a cycle, which is reported when all structures are known
@@ -200,22 +188,24 @@ class Values:
         else:
             self.structure(symbol)
 
-    def _measure(self, symbol: TypeSymbol) -> None:
+    def _measure(self, symbol: symbols.TypeSymbol) -> None:
         """Record the nesting of a type's values."""
         inner = [
-            field.type.symbol for field in symbol.inventory.fields.values() if isinstance(field.type, Structured)
+            field.type.symbol
+            for field in symbol.inventory.fields.values()
+            if isinstance(field.type, symbols.Structured)
         ]
         self._depths[symbol] = 1 + max((self._depths.get(type_, 0) for type_ in inner), default=0)
         if self._depths[symbol] > MAX_DEPTH:
             self._refuse_depth(symbol)
 
-    def _refuse_depth(self, symbol: TypeSymbol) -> None:
+    def _refuse_depth(self, symbol: symbols.TypeSymbol) -> None:
         """Report a type whose values are nested too deeply; later checks skip it."""
-        self._expressions.bag.add(syntax.TooDeep(symbol.span, MAX_DEPTH))
+        self._expressions.bag.add(syntax.too_deep, symbol.span, MAX_DEPTH)
         symbol.is_open = True
         self._depths[symbol] = 0
 
-    def _members(self, symbol: TypeSymbol) -> Iterator[plan.StructureMember]:
+    def _members(self, symbol: symbols.TypeSymbol) -> Iterator[plan.StructureMember]:
         """Yield the additions of a type to its base: condition, members, and members of extensions."""
         if symbol.condition is not None:
             yield self._fixed(symbol.condition, symbol.span)
@@ -241,7 +231,7 @@ class Values:
         self,
         constraints: tuple[ast.ConstraintDeclaration | ast.InvalidStatement, ...],
         scope: Scope,
-        field: FieldSymbol,
+        field: symbols.FieldSymbol,
         it: plan.Expression,
     ) -> Iterator[plan.ConstraintMember]:
         """Yield the constraints on a field, in which `it` is the field (7.3.6.1.1)."""
@@ -254,22 +244,22 @@ class Values:
                 if found is not None:
                     yield found
 
-    def _fixed(self, condition: Condition, span: Span) -> plan.Constraint:
+    def _fixed(self, condition: symbols.Condition, span: Span) -> plan.Constraint:
         """Build the constraint of a conditional subtype on its deciding field."""
         literal = plan.Literal(_condition_value(condition), span)
         return plan.Constraint(
             plan.Compare("==", plan.Field(condition.field.name, span), literal, span), False, span
         )
 
-    def _field(self, field: FieldSymbol) -> plan.FieldDeclaration:
+    def _field(self, field: symbols.FieldSymbol) -> plan.FieldDeclaration:
         type_ = plan_type(field.type, self._expressions.program)
         return plan.FieldDeclaration(field.name, type_, self._defaults.of(field), field.is_variable, field.span)
 
-    def _subtypes(self, symbol: TypeSymbol) -> list[TypeSymbol]:
+    def _subtypes(self, symbol: symbols.TypeSymbol) -> list[symbols.TypeSymbol]:
         """Return the conditional subtypes that a value of a type may have, without its own."""
         if symbol in self._subtypes_of:
             return self._subtypes_of[symbol]
-        decided, own = dict(self.conditions(symbol)), list(lineage(symbol))
+        decided, own = dict(self.conditions(symbol)), list(symbols.lineage(symbol))
         found = self._subtypes_of[symbol] = []
         pending = deque(reversed(own))
         while pending:
@@ -281,16 +271,18 @@ class Values:
         return found
 
     @cached_property
-    def _by_condition(self) -> dict[TypeSymbol, dict[str, dict[bool | plan.EnumValue, list[TypeSymbol]]]]:
+    def _by_condition(
+        self,
+    ) -> dict[symbols.TypeSymbol, dict[str, dict[bool | plan.EnumValue, list[symbols.TypeSymbol]]]]:
         """Group conditional subtypes by base, deciding field, and value."""
-        found: dict[TypeSymbol, dict[str, dict[bool | plan.EnumValue, list[TypeSymbol]]]] = {}
+        found: dict[symbols.TypeSymbol, dict[str, dict[bool | plan.EnumValue, list[symbols.TypeSymbol]]]] = {}
         for symbol in self._expressions.program.conditionals:
             assert symbol.base is not None and symbol.condition is not None
             by_value = found.setdefault(symbol.base, {}).setdefault(symbol.condition.field.name, {})
             by_value.setdefault(_condition_value(symbol.condition), []).append(symbol)
         return found
 
-    def _latent(self, symbol: TypeSymbol) -> plan.Latent:
+    def _latent(self, symbol: symbols.TypeSymbol) -> plan.Latent:
         assert symbol.base is not None and symbol.condition is not None
         for field in symbol.fields.values():
             self._enter(field)
@@ -305,7 +297,7 @@ class Values:
         )
 
 
-def declared(symbol: TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[FieldSymbol]:
+def declared(symbol: symbols.TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[symbols.FieldSymbol]:
     """Yield the fields of one declaration with several names."""
     for name in field_names:
         yield from (
@@ -313,16 +305,16 @@ def declared(symbol: TypeSymbol, field_names: tuple[ast.Name, ...]) -> Iterator[
         )
 
 
-def _is_modified(symbol: TypeSymbol) -> bool:
+def _is_modified(symbol: symbols.TypeSymbol) -> bool:
     """Return whether a struct or an actor has modifiers."""
-    parts = (part for type_ in lineage(symbol) for part in type_.parts)
-    return symbol.kind in {Kind.STRUCT, Kind.ACTOR} and any(
+    parts = (part for type_ in symbols.lineage(symbol) for part in type_.parts)
+    return symbol.kind in {symbols.Kind.STRUCT, symbols.Kind.ACTOR} and any(
         isinstance(member, ast.ModifierApplication) for part in parts for member in part.members
     )
 
 
-def _condition_value(condition: Condition) -> bool | plan.EnumValue:
+def _condition_value(condition: symbols.Condition) -> bool | plan.EnumValue:
     if isinstance(condition.value, ast.BoolLiteral):
         return condition.value.value
-    assert isinstance(condition.field.type, Enumeration), "checked with the condition"
+    assert isinstance(condition.field.type, symbols.Enumeration), "checked with the condition"
     return enum_value(condition.field.type.symbol, condition.value.member.text)

@@ -6,11 +6,10 @@ from dataclasses import replace
 from typing import assert_never
 
 from seoro.lang import ast, plan
-from seoro.lang.check.compositions import COMPOSITIONS, parameters_of_invocation
 from seoro.lang.check.events import Events
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.modifiers import Actor, Modified, Modifiers, own_actor
-from seoro.lang.check.scopes import Scope
+from seoro.lang.check.scopes import COMPOSITIONS, Scope, parameters_of_invocation
 from seoro.lang.check.targets import Target
 from seoro.lang.symbols import Structured, Type
 from seoro.lang.types import UNKNOWN

@@ -1,23 +1,22 @@
 """Messages of the language front end, one file per phase; codes are stable.
 
-Each message is a `TemplateMessage` (`template.py`): a code, templates of its texts, and fields. The folder imports
-`source`, `frozen` and the tables of `habits`.
+Each message is a function: it fills the texts, and returns the `Diagnostic`. A bag calls it only if it takes the
+message, as suggestions are slow to find. The folder imports `source`, `diagnostic` and the tables of `habits`.
 
-The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors`, `events`,
-`modifiers` and `times` (E04), `coverage` (E05), `bindings` to Python (E06). Modules are loaded on first
-use, as most scenarios cause no message.
+The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors`, `events` and
+`modifiers` (E04), `coverage` (E05), `bindings` to Python (E06). Modules are loaded on first use, as most scenarios
+cause no message.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from importlib import import_module
 from types import ModuleType
 from typing import Any, Final
 
 _PHASES: Final = frozenset(
-    {"syntax", "imports", "names", "types", "methods", "behaviors", "events", "modifiers", "times", "constraints"}
-    | {"coverage", "bindings"}
+    {"syntax", "imports", "names", "types", "methods", "behaviors", "events", "modifiers", "coverage", "bindings"}
 )
 MAX_CANDIDATES = 500  # compared for a suggestion
 
@@ -32,6 +31,11 @@ def near(name: str, candidates: Iterable[str]) -> str:
     prefixed = [candidate for candidate in known if candidate.endswith(f"::{name}")]
     found = prefixed or get_close_matches(name, known, n=3, cutoff=0.6)
     return f"did you mean {listing(found, 'or')}?" if found else ""
+
+
+def near_or_all(name: str, candidates: Collection[str], introduction: str) -> str:
+    """Help that suggests the candidates nearest to `name`, else lists all; empty without any."""
+    return near(name, candidates) or (f"{introduction} {listing(candidates)}" if candidates else "")
 
 
 def with_article(name: str) -> str:

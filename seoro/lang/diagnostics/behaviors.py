@@ -1,215 +1,124 @@
-"""Messages of behaviors and instantiation (E0401 to E0428)."""
+"""Messages of behaviors, instantiation, constraints and times (E0401 to E0444, E0454, E0480 to E0482).
+
+Unsatisfied constraints are reported by runs, from E0442.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from seoro.lang.diagnostic import Severity
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.builtin_libraries import BEHAVIORS, import_hint
+from seoro.lang.diagnostic import Diagnostic, error, warning
+from seoro.lang.diagnostics import listing, near, near_or_all
 from seoro.lang.habits import BEHAVIORS as HABITS
-from seoro.lang.import_hints import BEHAVIORS, import_hint
 from seoro.lang.source import Span
 
 FILE_NOT_FOUND = "E0414"
 
 
-class UnknownBehavior(TemplateMessage):
+def unknown_behavior(
+    span: Span, name: str, actor: str | None, candidates: tuple[str, ...], hint: str = ""
+) -> Diagnostic:
     """Invocation of an unknown scenario or action."""
-
-    CODE = "E0401"
-    TEXT = ("actor `{actor}` has no scenario or action `{name}`", "unknown scenario or action `{name}`")
-    HELP = ("{help}", "{_imported}", "{_habit}", "{near}", "{actor:if}available: {candidates:and}")
-
-    name: str
-    actor: str | None
-    candidates: tuple[str, ...]
-    help: str = ""
-
-    @property
-    def _imported(self) -> str:
-        return import_hint(self.name, BEHAVIORS, self.actor)
-
-    @property
-    def _habit(self) -> str:
-        return HABITS.get(self.name, "").format(self.name)
+    kind = "scenario or action"
+    text = f"actor `{actor}` has no {kind} `{name}`" if actor else f"unknown {kind} `{name}`"
+    hint = hint or import_hint(name, BEHAVIORS, actor) or HABITS.get(name, "").format(name)
+    hint = hint or (near_or_all(name, candidates, "available:") if actor else near(name, candidates))
+    return error("E0401", span, text, hint)
 
 
-class NotAnActor(TemplateMessage):
+def not_an_actor(span: Span, found: str) -> Diagnostic:
     """Invocation of a behavior of something other than an actor."""
-
-    CODE = "E0402"
-    TEXT = "expected an actor before the behavior, found {found}"
-
-    found: str
+    return error("E0402", span, f"expected an actor before the behavior, found {found}")
 
 
-class MethodInvoked(TemplateMessage):
+def method_invoked(span: Span, name: str) -> Diagnostic:
     """Invocation of a method."""
-
-    CODE = "E0427"
-    TEXT = "`{name}` is a method; expected a scenario or an action"
-    HELP = "call a method with a result in an expression, any other method with `call`"
-
-    name: str
+    hint = "call a method with a result in an expression, any other method with `call`"
+    return error("E0427", span, f"`{name}` is a method; expected a scenario or an action", hint)
 
 
-class GlobalWithoutValue(TemplateMessage):
+def global_without_value(span: Span, name: str) -> Diagnostic:
     """A global parameter without a value."""
-
-    CODE = "E0428"
-    TEXT = "global parameter `{name}` has no value"
-    HELP = "give it a default"
-
-    name: str
+    return error("E0428", span, f"global parameter `{name}` has no value", "give it a default")
 
 
-class UnknownArgument(TemplateMessage):
+def unknown_argument(span: Span, owner: str, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """A named argument without a parameter of that name."""
-
-    CODE = "E0403"
-    TEXT = "`{owner}` has no parameter `{name}`"
-    HELP = ("{near}", "its parameters are {candidates:and}", "it has no parameters")
-
-    owner: str
-    name: str
-    candidates: tuple[str, ...]
+    hint = near_or_all(name, candidates, "its parameters are") or "it has no parameters"
+    return error("E0403", span, f"`{owner}` has no parameter `{name}`", hint)
 
 
-class TooManyArguments(TemplateMessage):
+def too_many_arguments(span: Span, owner: str, limit: int) -> Diagnostic:
     """More positional arguments than parameters."""
-
-    CODE = "E0404"
-    TEXT = "too many arguments: `{owner}` takes {_expected}"
-
-    owner: str
-    limit: int
-
-    @property
-    def _expected(self) -> str:
-        return {0: "no arguments", 1: "one argument"}.get(self.limit, f"{self.limit} arguments")
+    expected = {0: "no arguments", 1: "one argument"}.get(limit, f"{limit} arguments")
+    return error("E0404", span, f"too many arguments: `{owner}` takes {expected}")
 
 
-class DuplicateArgument(TemplateMessage):
+def duplicate_argument(span: Span, name: str, first: Span) -> Diagnostic:
     """A second value for a parameter."""
-
-    CODE = "E0405"
-    TEXT = "duplicate argument `{name}`"
-    OTHERS = (("first", "first given here"),)
-
-    name: str
-    first: Span
+    return error("E0405", span, f"duplicate argument `{name}`", other=first, remark="first given here")
 
 
-class MissingArgument(TemplateMessage):
+def missing_argument(span: Span, owner: str, name: str) -> Diagnostic:
     """A parameter without an argument."""
-
-    CODE = "E0406"
-    TEXT = "missing argument `{name}` of `{owner}`"
-    HELP = "add `{name}: ...`"
-
-    owner: str
-    name: str
+    return error("E0406", span, f"missing argument `{name}` of `{owner}`", f"add `{name}: ...`")
 
 
-class MissingValue(TemplateMessage):
+def missing_value(span: Span, name: str) -> Diagnostic:
     """A parameter without a value."""
-
-    CODE = "E0407"
-    TEXT = "'{name}' has no value: give it a default or an override"
-
-    name: str
+    return error("E0407", span, f"'{name}' has no value: give it a default or an override")
 
 
-class DuplicateDo(TemplateMessage):
+def duplicate_do(span: Span, first: Span, inherited: bool) -> Diagnostic:
     """A second `do` (7.3.5.1.3)."""
-
-    CODE = "E0413"
-    TEXT = "duplicate `do`: a scenario has only one"
-    HELP = "join both in one `do parallel:`"
-    OTHERS = (("first", ("{inherited:if}inherited from here", "the first `do`")),)
-
-    first: Span
-    inherited: bool
+    remark = "inherited from here" if inherited else "the first `do`"
+    hint = "join both in one `do parallel:`"
+    return error("E0413", span, "duplicate `do`: a scenario has only one", hint, other=first, remark=remark)
 
 
-class MissingScenario(TemplateMessage):
+def missing_scenario(span: Span) -> Diagnostic:
     """A file without a scenario to run."""
-
-    CODE = "E0420"
-    TEXT = "missing scenario to run"
-    HELP = "declare a scenario in this file, or run another file"
+    return error("E0420", span, "missing scenario to run", "declare a scenario in this file, or run another file")
 
 
-class AmbiguousEntry(TemplateMessage):
+def ambiguous_entry(span: Span, candidates: tuple[str, ...]) -> Diagnostic:
     """Several scenarios, none of which was chosen."""
-
-    CODE = "E0421"
-    TEXT = "this file declares several scenarios; choose one to run"
-    HELP = "choose {candidates:or} with `--scenario`, or name one of them `main`"
-
-    candidates: tuple[str, ...]
+    hint = f"choose {listing(candidates, 'or')} with `--scenario`, or name one of them `main`"
+    return error("E0421", span, "this file declares several scenarios; choose one to run", hint)
 
 
-class UnknownEntry(TemplateMessage):
+def unknown_entry(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """The chosen scenario is missing in the file."""
-
-    CODE = "E0422"
-    TEXT = "unknown scenario `{name}`"
-    HELP = ("{near}", "this file declares {candidates:and}")
-
-    name: str
-    candidates: tuple[str, ...]
+    hint = near_or_all(name, candidates, "this file declares")
+    return error("E0422", span, f"unknown scenario `{name}`", hint)
 
 
-class ActorEntry(TemplateMessage):
+def actor_entry(span: Span, name: str) -> Diagnostic:
     """The chosen scenario belongs to an actor, which a run does not have."""
-
-    CODE = "E0423"
-    TEXT = "`{name}` belongs to an actor and cannot run by itself"
-    HELP = "write a scenario with a field for the actor, and invoke `{name}` on it"
-
-    name: str
+    hint = f"write a scenario with a field for the actor, and invoke `{name}` on it"
+    return error("E0423", span, f"`{name}` belongs to an actor and cannot run by itself", hint)
 
 
-class InvalidOverride(TemplateMessage):
+def invalid_override(span: Span, path: str, reason: str, hint: str = "") -> Diagnostic:
     """An override that does not fit the scenario."""
-
-    CODE = "E0424"
-    TEXT = "cannot override `{path}`: {reason}"
-    HELP = "{help}"
-
-    path: str
-    reason: str
-    help: str = ""
+    return error("E0424", span, f"cannot override `{path}`: {reason}", hint)
 
 
-class ContainsItself(TemplateMessage):
+def contains_itself(span: Span, types: tuple[str, ...]) -> Diagnostic:
     """A type whose values contain values of the same type, without end."""
-
-    CODE = "E0426"
-    TEXT = "a value would contain itself without end: {_path}"
-
-    types: tuple[str, ...]
-
-    @property
-    def _path(self) -> str:
-        return " -> ".join(self.types)
+    return error("E0426", span, f"a value would contain itself without end: {' -> '.join(types)}")
 
 
-class MissingFile(TemplateMessage):
+def missing_file(span: Span, name: str, is_uri: bool) -> Diagnostic:
     """A literal with the name of a file that is missing on this machine."""
-
-    CODE = FILE_NOT_FOUND
-    SEVERITY = Severity.WARNING
-    TEXT = "file not found: `{name}`"
-    HELP = (
-        "{is_uri:if}write `name://path` for a model on the model path, or `file:///path` for a file; ignore this "
-        "warning if the file is on the machine of the simulator",
-        "paths are relative to the folder of the scenario file",
-    )
-
-    name: str
-    is_uri: bool
+    hint = "paths are relative to the folder of the scenario file"
+    if is_uri:
+        hint = (
+            "write `name://path` for a model on the model path, or `file:///path` for a file; ignore this "
+            "warning if the file is on the machine of the simulator"
+        )
+    return warning(FILE_NOT_FOUND, span, f"file not found: `{name}`", hint)
 
 
 def made_by_field(actor: str, parameters: Sequence[str]) -> str:
@@ -223,3 +132,58 @@ def made_by_field(actor: str, parameters: Sequence[str]) -> str:
     if not parameters:
         return text
     return f"{text}, with a block `with:` that has `keep(it.{parameters[0]} == <value>)`"
+
+
+def negative_time(span: Span, what: str, is_positive: bool) -> Diagnostic:
+    """An invalid time literal.
+
+    Args:
+        span: The literal.
+        what: Purpose of the time.
+        is_positive: Whether zero is invalid, too.
+    """
+    if is_positive:
+        return error("E0454", span, f"the {what} must be longer than zero", "use more than `0s`")
+    return error("E0454", span, f"the {what} must not be negative", "use `0s` or more")
+
+
+def parallel_only(span: Span, name: str, operator: str) -> Diagnostic:
+    """An argument of `parallel` for another composition (7.3.13.2)."""
+    return error("E0480", span, f"`{name}` is a parameter of `parallel`, not of `{operator}`")
+
+
+def unknown_overlap(span: Span, candidates: tuple[str, ...]) -> Diagnostic:
+    """An unknown kind of overlap (7.3.13.2)."""
+    hint = near_or_all(span.text, candidates, "the kinds are")
+    return error("E0481", span, f"unknown kind of overlap `{span.text}`", hint)
+
+
+def contradictory_offset(span: Span, name: str, overlap: str, low: float, high: float) -> Diagnostic:
+    """An offset that the kind of overlap excludes (7.3.13.2)."""
+    expected = "zero" if low == high else "zero or more" if low == 0 else "zero or less"
+    text = f"with `overlap: {overlap}`, `{name}` has to be {expected}"
+    return error("E0482", span, text, "`overlap: any` allows any offset")
+
+
+def constrained_variable(span: Span, path: str, declared: Span) -> Diagnostic:
+    """A constraint that contains only variables."""
+    text = f"`{path}` is a variable, and variables cannot be constrained"
+    hint = "constrain a parameter, or wait for the condition: `wait <condition>`"
+    return error("E0440", span, text, hint, other=declared, remark="the variable is declared here")
+
+
+def not_a_parameter(span: Span, path: str, declared: Span | None) -> Diagnostic:
+    """`remove_default` of something other than a parameter."""
+    expected, found = ("a parameter", "the variable ") if declared else ("the path of a parameter", "")
+    text = f"expected {expected}, found {found}`{path}`"
+    hint = "`remove_default` removes the default of a parameter"
+    return error("E0441", span, text, hint, other=declared, remark="declared here")
+
+
+def not_a_variable(span: Span, path: str, parameter: Span | None) -> Diagnostic:
+    """Something other than the path of a variable."""
+    if parameter is None:
+        return error("E0444", span, "expected the path of a variable", label="this is a value")
+    text = f"`{path}` is a parameter, which does not change"
+    hint = f"declare it as a variable: `var {parameter.text}: ...`"
+    return error("E0444", span, text, hint, other=parameter, remark="declared here")

@@ -2,139 +2,76 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.diagnostics import near
+from seoro.lang.source import Span
 
 
-class BrokenModule(TemplateMessage):
+def broken_module(span: Span, library: str, module: str, reason: str, hint: str) -> Diagnostic:
     """The Python module of a library raises when it is imported."""
-
-    CODE = "E0601"
-    TEXT = "cannot import the Python module `{module}` of `{library}`: {reason}"
-    HELP = "{hint}"
-
-    library: str
-    module: str
-    reason: str
-    hint: str
+    return error("E0601", span, f"cannot import the Python module `{module}` of `{library}`: {reason}", hint)
 
 
-class NoImplementation(TemplateMessage):
+def no_implementation(span: Span, library: str, declared: str, expected: str) -> Diagnostic:
     """A library that declares actions or modifiers without a Python module."""
-
-    CODE = "E0602"
-    TEXT = "`{library}` declares {declared}, but has no Python module that implements it"
-    HELP = "write the module `{expected}` beside the declarations"
-
-    library: str
-    declared: str
-    expected: str
+    text = f"`{library}` declares {declared}, but has no Python module that implements it"
+    hint = f"write the module `{expected}` beside the declarations"
+    return error("E0602", span, text, hint)
 
 
-class Undeclared(TemplateMessage):
+def undeclared(
+    span: Span, library: str, function: str, kind: str, name: str, candidates: tuple[str, ...]
+) -> Diagnostic:
     """A Python function that implements something its library does not declare."""
-
-    CODE = "E0603"
-    TEXT = "`{function}` implements the {kind} `{name}`, which `{library}` does not declare"
-    HELP = ("{near}", "declare it in the `.osc` file, or remove `@{kind}`")
-
-    library: str
-    function: str
-    kind: str
-    name: str
-    candidates: tuple[str, ...]
+    text = f"`{function}` implements the {kind} `{name}`, which `{library}` does not declare"
+    hint = near(name, candidates) or f"declare it in the `.osc` file, or remove `@{kind}`"
+    return error("E0603", span, text, hint)
 
 
-class ImplementationMismatch(TemplateMessage):
+def implementation_mismatch(
+    span: Span, function: str, kind: str, name: str, reason: str, expected: str
+) -> Diagnostic:
     """A Python function that does not match the declaration of its action or modifier."""
-
-    CODE = "E0604"
-    TEXT = "`{function}` does not match the {kind} `{name}`: {reason}"
-    HELP = ("expected `{expected}`",)
-
-    function: str
-    kind: str
-    name: str
-    reason: str
-    expected: str
+    text = f"`{function}` does not match the {kind} `{name}`: {reason}"
+    return error("E0604", span, text, f"expected `{expected}`" if expected else "")
 
 
-class SeveralImplementations(TemplateMessage):
+def several_implementations(span: Span, kind: str, name: str, functions: tuple[str, str]) -> Diagnostic:
     """Several Python functions for one action or modifier."""
-
-    CODE = "E0605"
-    TEXT = "both `{functions[0]}` and `{functions[1]}` implement the {kind} `{name}`"
-    HELP = "rename one of them, and declare the new name"
-
-    kind: str
-    name: str
-    functions: tuple[str, str]
+    hint = "rename one of them, and declare the new name"
+    return error("E0605", span, f"both `{functions[0]}` and `{functions[1]}` implement the {kind} `{name}`", hint)
 
 
-class MissingModule(TemplateMessage):
+def missing_module(span: Span, path: str, module: str) -> Diagnostic:
     """An external method of a missing Python module."""
-
-    CODE = "E0606"
-    TEXT = "Python module `{module}` of `{path}` not found"
-    HELP = "install it, or put it beside this file or into the package of its library"
-
-    path: str
-    module: str
+    hint = "install it, or put it beside this file or into the package of its library"
+    return error("E0606", span, f"Python module `{module}` of `{path}` not found", hint)
 
 
-class MissingFunction(TemplateMessage):
+def missing_function(span: Span, path: str, holder: str, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An external method of a Python module without the function."""
-
-    CODE = "E0607"
-    TEXT = "Python function `{path}` not found: `{holder}` has no `{name}`"
-    HELP = "{near}"
-
-    path: str
-    holder: str
-    name: str
-    candidates: tuple[str, ...]
+    hint = near(name, candidates)
+    return error("E0607", span, f"Python function `{path}` not found: `{holder}` has no `{name}`", hint)
 
 
-class BrokenFunction(TemplateMessage):
+def broken_function(span: Span, path: str, module: str, reason: str, hint: str) -> Diagnostic:
     """The Python module of an external method raises when it is imported."""
-
-    CODE = "E0608"
-    TEXT = "cannot import the Python module `{module}` of `{path}`: {reason}"
-    HELP = "{hint}"
-
-    path: str
-    module: str
-    reason: str
-    hint: str
+    return error("E0608", span, f"cannot import the Python module `{module}` of `{path}`: {reason}", hint)
 
 
-class MethodSignatureMismatch(TemplateMessage):
+def method_signature_mismatch(span: Span, path: str, method: str, reason: str) -> Diagnostic:
     """A Python function that does not match the external method it implements."""
-
-    CODE = "E0609"
-    TEXT = "`{path}` does not match the method `{method}`: {reason}"
-
-    path: str
-    method: str
-    reason: str
+    return error("E0609", span, f"`{path}` does not match the method `{method}`: {reason}")
 
 
-class PlainFunction(TemplateMessage):
+def plain_function(span: Span, function: str, name: str) -> Diagnostic:
     """A plain function without `thread=True` that implements an action."""
-
-    CODE = "E0610"
-    TEXT = "`{function}` implements the action `{name}`, but is not `async`"
-    HELP = 'make it `async def`, or run it in a thread: `@action("{name}", thread=True)`'
-
-    function: str
-    name: str
+    hint = f'make it `async def`, or run it in a thread: `@action("{name}", thread=True)`'
+    return error("E0610", span, f"`{function}` implements the action `{name}`, but is not `async`", hint)
 
 
-class AsyncInThread(TemplateMessage):
+def async_in_thread(span: Span, function: str, name: str) -> Diagnostic:
     """An `async` function with `thread=True` that implements an action."""
-
-    CODE = "E0611"
-    TEXT = "`{function}` implements the action `{name}` with `thread=True`, but is `async`"
-    HELP = "make it a plain `def`, or remove `thread=True`: an `async` function needs no thread"
-
-    function: str
-    name: str
+    text = f"`{function}` implements the action `{name}` with `thread=True`, but is `async`"
+    hint = "make it a plain `def`, or remove `thread=True`: an `async` function needs no thread"
+    return error("E0611", span, text, hint)

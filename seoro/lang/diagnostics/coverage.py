@@ -2,282 +2,137 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.diagnostics import listing, near, near_or_all, with_article
 from seoro.lang.source import Span
 
 
-class MissingName(TemplateMessage):
+def missing_name(span: Span, kind: str) -> Diagnostic:
     """An item without a name."""
-
-    CODE = "E0501"
-    TEXT = "missing name of this `{kind}`"
-    HELP = "the first argument is the name: `{kind}(speed_at_end, expression: ...)`"
-
-    kind: str
+    hint = f"the first argument is the name: `{kind}(speed_at_end, expression: ...)`"
+    return error("E0501", span, f"missing name of this `{kind}`", hint)
 
 
-class InvalidName(TemplateMessage):
+def invalid_name(span: Span, kind: str) -> Diagnostic:
     """An expression in the place of an item's name."""
-
-    CODE = "E0502"
-    TEXT = "expected the name of the item, a single identifier"
-    HELP = "the sampled value follows the name: `{kind}(item, expression: {_value})`"
-
-    kind: str
-
-    @property
-    def _value(self) -> str:
-        return self.span.text.strip()
+    hint = f"the sampled value follows the name: `{kind}(item, expression: {span.text.strip()})`"
+    return error("E0502", span, "expected the name of the item, a single identifier", hint)
 
 
-class DuplicateItem(TemplateMessage):
+def duplicate_item(span: Span, kind: str, name: str, owner: str, first: Span, is_inherited: bool) -> Diagnostic:
     """A second item of the same name."""
-
-    CODE = "E0503"
-    TEXT = "duplicate item `{name}` of `{owner}`"
-    HELP = (
-        "{is_inherited:if}give it another name, and an `expression`",
-        "to change the first one: `{kind}(override: {name}, ...)`",
-    )
-    OTHERS = (("first", ("{is_inherited:if}inherited from here", "first declared here")),)
-
-    kind: str
-    name: str
-    owner: str
-    first: Span
-    is_inherited: bool
+    remark, hint = "first declared here", f"to change the first one: `{kind}(override: {name}, ...)`"
+    if is_inherited:
+        remark, hint = "inherited from here", "give it another name, and an `expression`"
+    return error("E0503", span, f"duplicate item `{name}` of `{owner}`", hint, other=first, remark=remark)
 
 
-class UnknownItemArgument(TemplateMessage):
+def unknown_item_argument(span: Span, kind: str, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An unknown argument of `cover` or `record`."""
-
-    CODE = "E0504"
-    TEXT = "`{kind}` has no argument `{name}`"
-    HELP = ("{near}", "its arguments are {candidates:and}")
-
-    kind: str
-    name: str
-    candidates: tuple[str, ...]
+    hint = near_or_all(name, candidates, "its arguments are")
+    return error("E0504", span, f"`{kind}` has no argument `{name}`", hint)
 
 
-class UnnamedArgument(TemplateMessage):
+def unnamed_argument(span: Span, kind: str, is_override: bool) -> Diagnostic:
     """A positional argument other than the name of the item."""
-
-    CODE = "E0505"
-    TEXT = (
-        "{is_override:if}with `override`, every argument needs its name",
-        "only the name of an item can be a positional argument",
-    )
-    HELP = ("such as `{kind}(speed, unit: kph, range: [0..130], every: 10)`",)
-
-    kind: str
-    is_override: bool
+    text = "only the name of an item can be a positional argument"
+    if is_override:
+        text = "with `override`, every argument needs its name"
+    return error("E0505", span, text, f"such as `{kind}(speed, unit: kph, range: [0..130], every: 10)`")
 
 
-class NothingToSample(TemplateMessage):
+def nothing_to_sample(span: Span, name: str, owner: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An item without an expression whose name is not that of a field."""
-
-    CODE = "E0506"
-    TEXT = "`{owner}` has no field `{name}`, and the item has no `expression`"
-    HELP = ("{near}", "name a field, or add `expression: ...`")
-
-    name: str
-    owner: str
-    candidates: tuple[str, ...]
+    hint = near(name, candidates) or "name a field, or add `expression: ...`"
+    return error("E0506", span, f"`{owner}` has no field `{name}`, and the item has no `expression`", hint)
 
 
-class NotScalar(TemplateMessage):
+def not_scalar(span: Span, name: str, found: str) -> Diagnostic:
     """An item whose value is a list, a range or a structure."""
-
-    CODE = "E0507"
-    TEXT = "item `{name}` needs a single value"
-    HELP = "sample a number, a physical value, a boolean, an enumeration or a string, such as a field of it"
-    LABEL = "this is {found:a}"
-
-    name: str
-    found: str
+    text = f"item `{name}` needs a single value"
+    hint = "sample a number, a physical value, a boolean, an enumeration or a string, such as a field of it"
+    return error("E0507", span, text, hint, label=f"this is {with_article(found)}")
 
 
-class MissingUnit(TemplateMessage):
+def missing_unit(span: Span, name: str, found: str, units: tuple[str, ...]) -> Diagnostic:
     """An item of a physical type without a unit."""
-
-    CODE = "E0508"
-    TEXT = "item `{name}` is {found:a} and needs a `unit`"
-    HELP = ("add `unit: {_unit}` (or {_others:or})", "add `unit: {_unit}`")
-
-    name: str
-    found: str
-    units: tuple[str, ...]
-
-    @property
-    def _unit(self) -> str:
-        return self.units[0] if self.units else ""
-
-    @property
-    def _others(self) -> tuple[str, ...]:
-        return self.units[1:5]
+    hint = f"add `unit: {units[0]}`" if units else ""
+    hint += f" (or {listing(units[1:5], 'or')})" if units[1:] else ""
+    return error("E0508", span, f"item `{name}` is {with_article(found)} and needs a `unit`", hint)
 
 
-class InvalidUnit(TemplateMessage):
+def invalid_unit(span: Span, unit: str, name: str, found: str, units: tuple[str, ...]) -> Diagnostic:
     """A unit that the value cannot be converted to."""
-
-    CODE = "E0509"
-    TEXT = "item `{name}` is {found:a} and cannot be given in `{unit}`"
-    HELP = ("its units are {_shown:and}", "omit the unit")
-
-    unit: str
-    name: str
-    found: str
-    units: tuple[str, ...]
-
-    @property
-    def _shown(self) -> tuple[str, ...]:
-        return self.units[:8]
+    text = f"item `{name}` is {with_article(found)} and cannot be given in `{unit}`"
+    return error("E0509", span, text, f"its units are {listing(units[:8])}" if units else "omit the unit")
 
 
-class ExcludedArgument(TemplateMessage):
+def excluded_argument(span: Span, name: str, reason: str, other: Span) -> Diagnostic:
     """An argument that another one excludes."""
-
-    CODE = "E0510"
-    TEXT = "`{name}` {reason}"
-    OTHERS = (("other", "because of this"),)
-
-    name: str
-    reason: str
-    other: Span
+    return error("E0510", span, f"`{name}` {reason}", other=other, remark="because of this")
 
 
-class InvalidArgumentValue(TemplateMessage):
+def invalid_argument_value(span: Span, argument: str, expected: str, hint: str = "") -> Diagnostic:
     """An invalid value of an argument."""
-
-    CODE = "E0511"
-    TEXT = "`{argument}` takes {expected}"
-    HELP = "{help}"
-
-    argument: str
-    expected: str
-    help: str = ""
+    return error("E0511", span, f"`{argument}` takes {expected}", hint)
 
 
-class NoBuckets(TemplateMessage):
+def no_buckets(span: Span, argument: str, name: str, found: str) -> Diagnostic:
     """`range`, `every` or `buckets` of an item that is not a number."""
-
-    CODE = "E0512"
-    TEXT = "`{argument}` is for numbers, but `{name}` is {found:a}"
-    HELP = "each of its values has its own bucket; `ignore` leaves values out"
-
-    argument: str
-    name: str
-    found: str
+    hint = "each of its values has its own bucket; `ignore` leaves values out"
+    return error("E0512", span, f"`{argument}` is for numbers, but `{name}` is {with_article(found)}", hint)
 
 
-class Descending(TemplateMessage):
+def descending(span: Span, value: str, before: str, other: Span) -> Diagnostic:
     """Boundaries of buckets that are not in ascending order."""
-
-    CODE = "E0513"
-    TEXT = "expected ascending boundaries, found {value} after {before}"
-    OTHERS = (("other", "this is greater"),)
-
-    value: str
-    before: str
-    other: Span
+    text = f"expected ascending boundaries, found {value} after {before}"
+    return error("E0513", span, text, other=other, remark="this is greater")
 
 
-class TooManyBuckets(TemplateMessage):
+def too_many_buckets(span: Span, limit: int) -> Diagnostic:
     """A range in more buckets than supported."""
-
-    CODE = "E0514"
-    TEXT = "this makes more than {limit:,} buckets"
-    HELP = "use wider buckets, or a shorter range"
-
-    limit: int
+    return error("E0514", span, f"this makes more than {limit:,} buckets", "use wider buckets, or a shorter range")
 
 
-class PathOfEvent(TemplateMessage):
+def path_of_event(span: Span) -> Diagnostic:
     """A path in the place of an event's name."""
-
-    CODE = "E0515"
-    TEXT = "`event` takes the name of an event of the same type"
-    HELP = "declare `event sampled is @{_path}` and write `event: sampled`"
-
-    @property
-    def _path(self) -> str:
-        return self.span.text.strip().lstrip("@")
+    hint = f"declare `event sampled is @{span.text.strip().lstrip('@')}` and write `event: sampled`"
+    return error("E0515", span, "`event` takes the name of an event of the same type", hint)
 
 
-class NotConstant(TemplateMessage):
+def not_constant(span: Span, argument: str, name: str) -> Diagnostic:
     """Something in `ignore` or `illegal` that is neither the item nor a constant."""
-
-    CODE = "E0516"
-    TEXT = "`{argument}` may contain only `{name}`, the value of the item, and constants"
-
-    argument: str
-    name: str
+    return error("E0516", span, f"`{argument}` may contain only `{name}`, the value of the item, and constants")
 
 
-class TargetOfRecord(TemplateMessage):
+def target_of_record(span: Span, name: str, reason: str) -> Diagnostic:
     """`target` of a record."""
-
-    CODE = "E0517"
-    TEXT = "`{name}` is a record{reason}, which has no `target`"
-    HELP = ("{reason:if}omit it", "omit it, or use `cover`")
-
-    name: str
-    reason: str
+    hint = "omit it" if reason else "omit it, or use `cover`"
+    return error("E0517", span, f"`{name}` is a record{reason}, which has no `target`", hint)
 
 
-class UnknownItem(TemplateMessage):
+def unknown_item(span: Span, name: str, owner: str, candidates: tuple[str, ...], later: Span | None) -> Diagnostic:
     """An unknown item, or one that is defined later."""
-
-    CODE = "E0518"
-    TEXT = ("{later:if}item `{name}` is not defined yet", "`{owner}` has no item `{name}`")
-    HELP = (
-        "{later:if}move this item below the definition",
-        "{near}",
-        "its items are {candidates:and}",
-        "it has no items before this one",
-    )
-    OTHERS = (("later", "it is defined here, too late"),)
-
-    name: str
-    owner: str
-    candidates: tuple[str, ...]
-    later: Span | None
+    if later is not None:
+        text, hint = f"item `{name}` is not defined yet", "move this item below the definition"
+        return error("E0518", span, text, hint, other=later, remark="it is defined here, too late")
+    hint = near_or_all(name, candidates, "its items are") or "it has no items before this one"
+    return error("E0518", span, f"`{owner}` has no item `{name}`", hint)
 
 
-class DifferentEvent(TemplateMessage):
+def different_event(span: Span, name: str, event: str, cross_event: str, item: Span) -> Diagnostic:
     """An item of a cross that is sampled at another event."""
-
-    CODE = "E0519"
-    TEXT = "the cross is sampled at `{cross_event}`, but `{name}` at `{event}`"
-    HELP = "a cross combines items that are sampled at its own event"
-    OTHERS = (("item", "sampled at `{event}`"),)
-
-    name: str
-    event: str
-    cross_event: str
-    item: Span
+    text = f"the cross is sampled at `{cross_event}`, but `{name}` at `{event}`"
+    hint = "a cross combines items that are sampled at its own event"
+    return error("E0519", span, text, hint, other=item, remark=f"sampled at `{event}`")
 
 
-class InvalidItemOverride(TemplateMessage):
+def invalid_item_override(span: Span, reason: str, item: Span, hint: str = "") -> Diagnostic:
     """An override that the item does not allow (7.5.6)."""
-
-    CODE = "E0520"
-    TEXT = "{reason}"
-    HELP = "{help}"
-    OTHERS = (("item", "the item is here"),)
-
-    reason: str
-    item: Span
-    help: str = ""
+    return error("E0520", span, reason, hint, other=item, remark="the item is here")
 
 
-class MisplacedItem(TemplateMessage):
+def misplaced_item(span: Span, kind: str, name: str) -> Diagnostic:
     """An item of a global parameter, outside of a type."""
-
-    CODE = "E0521"
-    TEXT = "`{kind}` is a member of a struct, an actor or a scenario"
-    HELP = "write `{kind}(..., expression: {name})` in the scenario whose events sample it"
-
-    kind: str
-    name: str
+    hint = f"write `{kind}(..., expression: {name})` in the scenario whose events sample it"
+    return error("E0521", span, f"`{kind}` is a member of a struct, an actor or a scenario", hint)

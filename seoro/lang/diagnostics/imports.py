@@ -2,79 +2,46 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.diagnostics import listing, near
+from seoro.lang.source import Span
 
 
-class UnknownModule(TemplateMessage):
+def unknown_module(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An imported module that no library and no installed package provides."""
-
-    CODE = "E0201"
-    TEXT = "library `{name}` not found"
-    HELP = (
-        "{near}",
-        "{_is_own:if}seoro has the libraries {candidates:and}; others come with installed packages, or from a "
-        "folder `seoro.libraries` beside the scenario",
-        'import a file by its name in quotes: `import "other.osc"`',
-    )
-
-    name: str
-    candidates: tuple[str, ...]
-
-    @property
-    def _is_own(self) -> bool:
-        return self.name.startswith("osc.")
+    hint = 'import a file by its name in quotes: `import "other.osc"`'
+    if name.startswith("osc.") and candidates:
+        hint = (
+            f"seoro has the libraries {listing(candidates)}; others come with installed packages, or from a "
+            "folder `seoro.libraries` beside the scenario"
+        )
+    return error("E0201", span, f"library `{name}` not found", near(name, candidates) or hint)
 
 
-class MissingFile(TemplateMessage):
+def missing_file(span: Span, path: str, reason: str, is_path: bool = False) -> Diagnostic:
     """An unreadable imported file."""
-
-    CODE = "E0202"
-    TEXT = "cannot import `{path}`: {reason}"
-    HELP = ("{is_path:if}paths are relative to the folder of the file that imports",)
-
-    path: str
-    reason: str
-    is_path: bool = False
+    hint = "paths are relative to the folder of the file that imports" if is_path else ""
+    return error("E0202", span, f"cannot import `{path}`: {reason}", hint)
 
 
-class UnknownScheme(TemplateMessage):
+def unknown_scheme(span: Span, scheme: str) -> Diagnostic:
     """An import of a URI with an unsupported scheme."""
-
-    CODE = "E0203"
-    TEXT = "cannot import from `{scheme}:`"
-    HELP = "use a path or a `file:` URI"
-
-    scheme: str
+    return error("E0203", span, f"cannot import from `{scheme}:`", "use a path or a `file:` URI")
 
 
-class ReservedLibrary(TemplateMessage):
+def reserved_library(span: Span, name: str, path: str) -> Diagnostic:
     """A library beside the scenario with the name of a library of seoro."""
-
-    CODE = "E0204"
-    TEXT = "`{path}` cannot replace `{name}`, a library of seoro"
-    HELP = "rename the file, and import it by its new name"
-
-    name: str
-    path: str
+    hint = "rename the file, and import it by its new name"
+    return error("E0204", span, f"`{path}` cannot replace `{name}`, a library of seoro", hint)
 
 
-class AmbiguousLibrary(TemplateMessage):
+def ambiguous_library(span: Span, name: str, modules: tuple[str, ...]) -> Diagnostic:
     """A library that several installed packages provide."""
-
-    CODE = "E0205"
-    TEXT = "several installed packages have a library `{name}`: {modules:and}"
-    HELP = "keep one of them, and uninstall the others"
-
-    name: str
-    modules: tuple[str, ...]
+    hint = "keep one of them, and uninstall the others"
+    return error("E0205", span, f"several installed packages have a library `{name}`: {listing(modules)}", hint)
 
 
-class MissingModule(TemplateMessage):
+def missing_module(span: Span, name: str, module: str) -> Diagnostic:
     """A library of an installed package whose Python module is missing."""
-
-    CODE = "E0206"
-    TEXT = "Python module `{module}` of the library `{name}` not found"
-    HELP = "the entry point of its package names that module: correct it, or install the package again"
-
-    name: str
-    module: str
+    hint = "the entry point of its package names that module: correct it, or install the package again"
+    return error("E0206", span, f"Python module `{module}` of the library `{name}` not found", hint)

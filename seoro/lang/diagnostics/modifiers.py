@@ -2,157 +2,81 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostics.template import TemplateMessage
-from seoro.lang.import_hints import MODIFIERS, import_hint
+from seoro.lang.builtin_libraries import MODIFIERS, import_hint
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.diagnostics import near, near_or_all, with_article
 from seoro.lang.source import Span
 
 
-class ModifierInvoked(TemplateMessage):
+def modifier_invoked(span: Span, name: str) -> Diagnostic:
     """Invocation of a modifier."""
-
-    CODE = "E0460"
-    TEXT = "`{name}` is a modifier; expected a scenario or an action"
-    HELP = "apply it to a behavior: write `{name}(...)` into a `with:` block below it"
-
-    name: str
+    hint = f"apply it to a behavior: write `{name}(...)` into a `with:` block below it"
+    return error("E0460", span, f"`{name}` is a modifier; expected a scenario or an action", hint)
 
 
-class BehaviorApplied(TemplateMessage):
+def behavior_applied(span: Span, name: str, kind: str) -> Diagnostic:
     """A scenario, an action or a method that is applied like a modifier."""
-
-    CODE = "E0461"
-    TEXT = "`{name}` is {_kind:a}; expected a modifier"
-    HELP = "invoke scenarios and actions below `do`, methods without a result by `call`"
-
-    name: str
-    kind: str
-
-    @property
-    def _kind(self) -> str:
-        return f"`{self.kind}`"
+    hint = "invoke scenarios and actions below `do`, methods without a result by `call`"
+    return error("E0461", span, f"`{name}` is {with_article(f'`{kind}`')}; expected a modifier", hint)
 
 
-class UnknownModifier(TemplateMessage):
+def unknown_modifier(
+    span: Span, name: str, actor: str | None, candidates: tuple[str, ...], hint: str = ""
+) -> Diagnostic:
     """Application of an unknown modifier."""
-
-    CODE = "E0462"
-    TEXT = ("actor `{actor}` has no modifier `{name}`", "unknown modifier `{name}`")
-    HELP = ("{help}", "{_imported}", "{near}")
-
-    name: str
-    actor: str | None
-    candidates: tuple[str, ...]
-    help: str = ""
-
-    @property
-    def _imported(self) -> str:
-        return import_hint(self.name, MODIFIERS, self.actor)
+    text = f"actor `{actor}` has no modifier `{name}`" if actor else f"unknown modifier `{name}`"
+    hint = hint or import_hint(name, MODIFIERS, actor) or near(name, candidates)
+    return error("E0462", span, text, hint)
 
 
-class ModifierOfNoActor(TemplateMessage):
+def modifier_of_no_actor(span: Span, found: str) -> Diagnostic:
     """A modifier of something other than an actor."""
-
-    CODE = "E0463"
-    TEXT = "expected an actor before the modifier, found {found:a}"
-
-    found: str
+    return error("E0463", span, f"expected an actor before the modifier, found {with_article(found)}")
 
 
-class InvalidModified(TemplateMessage):
+def invalid_modified(span: Span, name: str, expected: str, found: str, declared: Span) -> Diagnostic:
     """A modifier of one scenario that is applied to something else (7.3.12.2)."""
-
-    CODE = "E0464"
-    TEXT = "`{name}` modifies `{expected}`, but this is {found}"
-    OTHERS = (("declared", "declared for `{expected}` here"),)
-
-    name: str
-    expected: str
-    found: str
-    declared: Span
+    text = f"`{name}` modifies `{expected}`, but this is {found}"
+    return error("E0464", span, text, other=declared, remark=f"declared for `{expected}` here")
 
 
-class OverrideArguments(TemplateMessage):
+def override_arguments(span: Span) -> Diagnostic:
     """Invalid arguments of `override` (7.3.12.1.1)."""
-
-    CODE = "E0465"
-    TEXT = "`override` takes two labels and an optional mode, without names"
-    HELP = "write `override(a, b)` to end the behavior labelled `a` when `b` starts"
+    hint = "write `override(a, b)` to end the behavior labelled `a` when `b` starts"
+    return error("E0465", span, "`override` takes two labels and an optional mode, without names", hint)
 
 
-class UnknownLabel(TemplateMessage):
+def unknown_label(span: Span, candidates: tuple[str, ...]) -> Diagnostic:
     """An unknown label in `override`."""
-
-    CODE = "E0466"
-    TEXT = "unknown label `{name}`"
-    HELP = ("{near}", "the labels are {candidates:and}")
-
-    candidates: tuple[str, ...]
-
-    @property
-    def name(self) -> str:
-        """The label as written."""
-        return self.span.text
+    hint = near_or_all(span.text, candidates, "the labels are")
+    return error("E0466", span, f"unknown label `{span.text}`", hint)
 
 
-class UnknownMode(TemplateMessage):
+def unknown_mode(span: Span, candidates: tuple[str, ...]) -> Diagnostic:
     """An unknown mode of `override`."""
-
-    CODE = "E0467"
-    TEXT = "unknown mode `{name}` of `override`"
-    HELP = ("{near}", "the modes are {candidates:and}")
-
-    candidates: tuple[str, ...]
-
-    @property
-    def name(self) -> str:
-        """The mode as written."""
-        return self.span.text
+    hint = near_or_all(span.text, candidates, "the modes are")
+    return error("E0467", span, f"unknown mode `{span.text}` of `override`", hint)
 
 
-class OverrideOfItself(TemplateMessage):
+def override_of_itself(span: Span, label: str) -> Diagnostic:
     """`override(a, a)`."""
-
-    CODE = "E0468"
-    TEXT = "`{label}` cannot override itself"
-
-    label: str
+    return error("E0468", span, f"`{label}` cannot override itself")
 
 
-class MisplacedMember(TemplateMessage):
+def misplaced_member(span: Span, word: str, name: str, kind: str) -> Diagnostic:
     """A member that only scenarios and actions have (7.2.2.2.6)."""
-
-    CODE = "E0469"
-    TEXT = "`{word}` belongs to scenarios and actions, but `{name}` is {kind}"
-
-    word: str
-    name: str
-    kind: str
+    return error("E0469", span, f"`{word}` belongs to scenarios and actions, but `{name}` is {kind}")
 
 
-class OverrideDeclared(TemplateMessage):
+def override_declared(span: Span) -> Diagnostic:
     """A modifier named `override`, which would be hidden by that of the language."""
-
-    CODE = "E0470"
-    TEXT = "the modifier `override` is part of the language"
-    HELP = "choose another name"
+    return error("E0470", span, "the modifier `override` is part of the language", "choose another name")
 
 
-class LacksParameter(TemplateMessage):
+def lacks_parameter(span: Span, name: str, parameter: str, found: str, used: Span) -> Diagnostic:
     """A modifier without `of` that uses a missing parameter of the modified behavior (7.3.12.1.2)."""
-
-    CODE = "E0471"
-    TEXT = "`{name}` uses `it.{parameter}`, which {found} does not have"
-    HELP = (
-        "{_is_duration:if}compositions have it, and invocations of behaviors without a parameter of that name",
-        "`{parameter}` is a parameter of `parallel`",
-    )
-    OTHERS = (("used", "used here"),)
-
-    name: str
-    parameter: str
-    found: str
-    used: Span
-
-    @property
-    def _is_duration(self) -> bool:
-        return self.parameter == "duration"
+    hint = f"`{parameter}` is a parameter of `parallel`"
+    if parameter == "duration":
+        hint = "compositions have it, and invocations of behaviors without a parameter of that name"
+    text = f"`{name}` uses `it.{parameter}`, which {found} does not have"
+    return error("E0471", span, text, hint, other=used, remark="used here")

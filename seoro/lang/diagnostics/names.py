@@ -2,244 +2,123 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostics import near
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.builtin_libraries import TYPES as DATA
+from seoro.lang.builtin_libraries import import_hint
+from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.diagnostics import listing, near, near_or_all
 from seoro.lang.habits import METHODS, NAMES, TYPES, UNITS
-from seoro.lang.import_hints import TYPES as DATA
-from seoro.lang.import_hints import import_hint
 from seoro.lang.source import Span
 
 
-class Duplicate(TemplateMessage):
+def duplicate(span: Span, what: str, name: str, first: Span) -> Diagnostic:
     """A second declaration of a name."""
-
-    CODE = "E0210"
-    TEXT = "duplicate {what} `{name}`"
-    LABEL = "again here"
-    HELP = "rename or remove one of them"
-    OTHERS = (("first", "first declared here"),)
-
-    what: str
-    name: str
-    first: Span
+    text = f"duplicate {what} `{name}`"
+    hint = "rename or remove one of them"
+    return error("E0210", span, text, hint, label="again here", other=first, remark="first declared here")
 
 
-class UnknownType(TemplateMessage):
+def unknown_type(
+    span: Span, name: str, candidates: tuple[str, ...], what: str = "type", hint: str = ""
+) -> Diagnostic:
     """An undeclared type."""
-
-    CODE = "E0211"
-    TEXT = "unknown {what} `{name}`"
-    HELP = ("{help}", "{_habit}", "{_imported}", "{near}")
-
-    name: str
-    candidates: tuple[str, ...]
-    what: str = "type"
-    help: str = ""
-
-    @property
-    def _habit(self) -> str:
-        return (METHODS if self.what == "method or struct" else TYPES).get(self.name, "")
-
-    @property
-    def _imported(self) -> str:
-        return import_hint(self.name, DATA)
+    habits = METHODS if what == "method or struct" else TYPES
+    hint = hint or habits.get(name) or import_hint(name, DATA) or near(name, candidates)
+    return error("E0211", span, f"unknown {what} `{name}`", hint)
 
 
-class WrongKind(TemplateMessage):
+def wrong_kind(span: Span, name: str, kind: str, expected: str) -> Diagnostic:
     """A name of one kind where another kind is needed."""
-
-    CODE = "E0212"
-    TEXT = "expected {expected}, but `{name}` is {kind}"
-
-    name: str
-    kind: str
-    expected: str
+    return error("E0212", span, f"expected {expected}, but `{name}` is {kind}")
 
 
-class UnknownUnit(TemplateMessage):
+def unknown_unit(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An undeclared unit."""
-
-    CODE = "E0213"
-    TEXT = "unknown unit `{name}`"
-    HELP = "{_hint}"
-
-    name: str
-    candidates: tuple[str, ...]
-
-    @property
-    def _hint(self) -> str:
-        if not self.candidates:
-            return "the units of the standard come with `import osc.types`"
-        unit = UNITS.get(self.name)
-        if unit in self.candidates:
-            return f"a unit is one name: `{unit}`" if "/" in self.name else f"write `{unit}`"
-        if self.name.startswith("_") and self.name.replace("_", "").isdigit():
-            return "numbers have no separators"
-        return near(self.name, self.candidates)
+    unit = UNITS.get(name)
+    if not candidates:
+        hint = "the units of the standard come with `import osc.types`"
+    elif unit in candidates:
+        hint = f"a unit is one name: `{unit}`" if "/" in name else f"write `{unit}`"
+    elif name.startswith("_") and name.replace("_", "").isdigit():
+        hint = "numbers have no separators"
+    else:
+        hint = near(name, candidates)
+    return error("E0213", span, f"unknown unit `{name}`", hint)
 
 
-class UnknownBaseUnit(TemplateMessage):
+def unknown_base_unit(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An unknown SI base unit."""
-
-    CODE = "E0214"
-    TEXT = "unknown SI base unit `{name}`"
-    HELP = "the base units are {candidates:and}"
-
-    name: str
-    candidates: tuple[str, ...]
+    return error("E0214", span, f"unknown SI base unit `{name}`", f"the base units are {listing(candidates)}")
 
 
-class UnknownField(TemplateMessage):
+def unknown_field(span: Span, owner: str, name: str, candidates: tuple[str, ...], hint: str = "") -> Diagnostic:
     """An unknown member of a type."""
-
-    CODE = "E0215"
-    TEXT = "{owner} has no field `{name}`"
-    HELP = ("{near}", "{help}", "its fields are {candidates:and}")
-
-    owner: str
-    name: str
-    candidates: tuple[str, ...]
-    help: str = ""
+    hint = near(name, candidates) or hint or (f"its fields are {listing(candidates)}" if candidates else "")
+    return error("E0215", span, f"{owner} has no field `{name}`", hint)
 
 
-class UnknownName(TemplateMessage):
+def unknown_name(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An unknown name in an expression."""
-
-    CODE = "E0216"
-    TEXT = "unknown name `{name}`"
-    HELP = ("{_habit}", "{near}")
-
-    name: str
-    candidates: tuple[str, ...]
-
-    @property
-    def _habit(self) -> str:
-        return NAMES.get(self.name, "")
+    return error("E0216", span, f"unknown name `{name}`", NAMES.get(name) or near(name, candidates))
 
 
-class UnknownMember(TemplateMessage):
+def unknown_member(span: Span, enum: str, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """An unknown member of an enumeration, or a known one without the enumeration."""
-
-    CODE = "E0217"
-    TEXT = ("{_is_bare:if}unknown name `{span.text}`", "`{enum}` has no member `{name}`")
-    HELP = (
-        "{_is_bare:if}write a member of an enumeration as `{enum}!{name}`",
-        "{near}",
-        "its members are {candidates:and}",
+    if name in candidates:
+        hint = f"write a member of an enumeration as `{enum}!{name}`"
+        return error("E0217", span, f"unknown name `{span.text}`", hint)
+    return error(
+        "E0217", span, f"`{enum}` has no member `{name}`", near_or_all(name, candidates, "its members are")
     )
 
-    enum: str
-    name: str
-    candidates: tuple[str, ...]
 
-    @property
-    def _is_bare(self) -> bool:
-        return self.name in self.candidates
-
-
-class AmbiguousMember(TemplateMessage):
+def ambiguous_member(span: Span, name: str, enums: tuple[str, ...]) -> Diagnostic:
     """A member of several enumerations, where the type is not known."""
-
-    CODE = "E0218"
-    TEXT = "`{name}` is ambiguous: it is a member of {enums:and}"
-    HELP = "write {_qualified:or}"
-
-    name: str
-    enums: tuple[str, ...]
-
-    @property
-    def _qualified(self) -> tuple[str, ...]:
-        return tuple(f"{enum}!{self.name}" for enum in self.enums)
+    hint = f"write {listing([f'{enum}!{name}' for enum in enums], 'or')}"
+    return error("E0218", span, f"`{name}` is ambiguous: it is a member of {listing(enums)}", hint)
 
 
-class CyclicReference(TemplateMessage):
+def cyclic_reference(span: Span, what: str, names: tuple[str, ...]) -> Diagnostic:
     """Declarations that refer to each other in a cycle."""
-
-    CODE = "E0219"
-    TEXT = "{what} form a cycle: {_path}"
-
-    what: str
-    names: tuple[str, ...]
-
-    @property
-    def _path(self) -> str:
-        return " -> ".join(self.names)
+    return error("E0219", span, f"{what} form a cycle: {' -> '.join(names)}")
 
 
-class TooManyBases(TemplateMessage):
+def too_many_bases(span: Span, limit: int) -> Diagnostic:
     """A chain of bases that exceeds the limit."""
-
-    CODE = "E0133"
-    TEXT = "inherits from a chain of more than {limit} types"
-    HELP = "inherit from a type further up"
-
-    limit: int
+    hint = "inherit from a type further up"
+    return error("E0133", span, f"inherits from a chain of more than {limit} types", hint)
 
 
-class InvalidBase(TemplateMessage):
+def invalid_base(span: Span, name: str, base: str) -> Diagnostic:
     """A scenario or action that inherits from one of an unrelated actor (7.3.8.1)."""
-
-    CODE = "E0220"
-    TEXT = "`{name}` cannot inherit from `{base}`"
-    HELP = "both belong to no actor, or the base belongs to the same actor or one that it inherits from"
-
-    name: str
-    base: str
+    hint = "both belong to no actor, or the base belongs to the same actor or one that it inherits from"
+    return error("E0220", span, f"`{name}` cannot inherit from `{base}`", hint)
 
 
-class AmbiguousName(TemplateMessage):
+def ambiguous_name(span: Span, name: str, namespaces: tuple[str, ...]) -> Diagnostic:
     """A name that several namespaces in use export (7.7.4.2)."""
-
-    CODE = "E0221"
-    TEXT = "`{name}` is ambiguous: several namespaces in use export it"
-    HELP = "write {_qualified:or}"
-
-    name: str
-    namespaces: tuple[str, ...]
-
-    @property
-    def _qualified(self) -> tuple[str, ...]:
-        return tuple(f"{namespace}::{self.name}" for namespace in self.namespaces)
+    hint = f"write {listing([f'{namespace}::{name}' for namespace in namespaces], 'or')}"
+    return error("E0221", span, f"`{name}` is ambiguous: several namespaces in use export it", hint)
 
 
-class UnknownNamespace(TemplateMessage):
+def unknown_namespace(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
     """A namespace without definitions."""
-
-    CODE = "E0222"
-    TEXT = "unknown namespace `{name}`"
-    HELP = "{near}"
-
-    name: str
-    candidates: tuple[str, ...]
+    return error("E0222", span, f"unknown namespace `{name}`", near(name, candidates))
 
 
-class UnknownExport(TemplateMessage):
+def unknown_export(span: Span, name: str) -> Diagnostic:
     """An exported name without a declaration."""
-
-    CODE = "E0223"
-    TEXT = "cannot export unknown name `{name}`"
-
-    name: str
+    return error("E0223", span, f"cannot export unknown name `{name}`")
 
 
-class UnconditionalBase(TemplateMessage):
+def unconditional_base(span: Span, name: str, base: str) -> Diagnostic:
     """A type that inherits a conditional one without a condition (7.3.8.2.3)."""
-
-    CODE = "E0224"
-    TEXT = "`{base}` depends on a condition, so `{name}` cannot inherit it without one"
-    HELP = "add a condition: `inherits {base}(<field> == <value>)`"
-
-    name: str
-    base: str
+    text = f"`{base}` depends on a condition, so `{name}` cannot inherit it without one"
+    hint = f"add a condition: `inherits {base}(<field> == <value>)`"
+    return error("E0224", span, text, hint)
 
 
-class VariableDeterminant(TemplateMessage):
+def variable_determinant(span: Span, name: str, declared: Span) -> Diagnostic:
     """A conditional subtype that depends on a variable (7.3.8.2)."""
-
-    CODE = "E0298"
-    TEXT = "the type of a value cannot depend on the variable `{name}`, which may change"
-    HELP = "declare it without `var`, as a parameter"
-    OTHERS = (("declared", "declared as a variable here"),)
-
-    name: str
-    declared: Span
+    text = f"the type of a value cannot depend on the variable `{name}`, which may change"
+    hint = "declare it without `var`, as a parameter"
+    return error("E0298", span, text, hint, other=declared, remark="declared as a variable here")

@@ -2,238 +2,132 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Severity
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.diagnostic import Diagnostic, error, warning
 from seoro.lang.escapes import ESCAPES
 from seoro.lang.habits import CHARACTERS
 from seoro.lang.source import Span
 
 
-class UnreadableFile(TemplateMessage):
+def unreadable_file(span: Span, name: str, reason: str) -> Diagnostic:
     """An unreadable file."""
-
-    CODE = "E0101"
-    TEXT = "cannot read `{name}`: {reason}"
-
-    name: str
-    reason: str
+    return error("E0101", span, f"cannot read `{name}`: {reason}")
 
 
-class TooLong(TemplateMessage):
+def too_long(span: Span, limit: int) -> Diagnostic:
     """A statement with more tokens than supported."""
-
-    CODE = "E0101"
-    TEXT = "cannot read `{span.file.name}`: a statement has more than {limit:,} words and signs"
-
-    limit: int
+    text = f"cannot read `{span.file.name}`: a statement has more than {limit:,} words and signs"
+    return error("E0101", span, text)
 
 
-class UnknownCharacter(TemplateMessage):
+def unknown_character(span: Span) -> Diagnostic:
     """A character that starts no token."""
-
-    CODE = "E0110"
-    TEXT = "unexpected character {_shown}"
-    HELP = "{_habit}"
-
-    @property
-    def _shown(self) -> str:
-        text = self.span.text
-        return f"`{text}`" if text.isprintable() else f"U+{ord(text[0]):04X}"
-
-    @property
-    def _habit(self) -> str:
-        return CHARACTERS.get(self.span.text, "")
+    shown = f"`{span.text}`" if span.text.isprintable() else f"U+{ord(span.text[0]):04X}"
+    return error("E0110", span, f"unexpected character {shown}", CHARACTERS.get(span.text, ""))
 
 
-class UnclosedString(TemplateMessage):
+def unclosed_string(span: Span, quotes: str) -> Diagnostic:
     """A string without its closing quotes."""
-
-    CODE = "E0111"
-    TEXT = (
-        "{_is_long:if}this string is not closed by {quotes}",
-        "this string is not closed by {quotes} on its line",
-    )
-    HELP = ("{_is_long:if}", "write a string over several lines in three quotes")
-
-    quotes: str
-
-    @property
-    def _is_long(self) -> bool:
-        return len(self.quotes) == 3
+    text = f"this string is not closed by {quotes}"
+    if len(quotes) == 3:
+        return error("E0111", span, text)
+    return error("E0111", span, f"{text} on its line", "write a string over several lines in three quotes")
 
 
-class UnclosedBracket(TemplateMessage):
+def unclosed_bracket(span: Span, bracket: str) -> Diagnostic:
     """An opening bracket without its partner."""
-
-    CODE = "E0112"
-    TEXT = "`{bracket}` is not closed"
-    LABEL = "opened here"
-    HELP = "add the missing `{_closing}`"
-
-    bracket: str
-
-    @property
-    def _closing(self) -> str:
-        return {"(": ")", "[": "]"}[self.bracket]
+    hint = f"add the missing `{')' if bracket == '(' else ']'}`"
+    return error("E0112", span, f"`{bracket}` is not closed", hint, label="opened here")
 
 
-class UnknownIndentation(TemplateMessage):
+def unknown_indentation(span: Span, columns: tuple[int, ...], mixes_tabs: bool) -> Diagnostic:
     """A line whose indentation is not that of an enclosing block."""
-
-    CODE = "E0113"
-    TEXT = "this indentation matches no enclosing block"
-    HELP = (
-        "{mixes_tabs:if}the enclosing blocks stand at {_known} columns; a tab goes to the next multiple of 8 "
-        "columns, so do not mix tabs and spaces",
-        "the enclosing blocks stand at {_known} columns",
-    )
-
-    columns: tuple[int, ...]
-    mixes_tabs: bool
-
-    @property
-    def _known(self) -> str:
-        return ", ".join(map(str, self.columns))
+    hint = f"the enclosing blocks stand at {', '.join(map(str, columns))} columns"
+    if mixes_tabs:
+        hint += "; a tab goes to the next multiple of 8 columns, so do not mix tabs and spaces"
+    return error("E0113", span, "this indentation matches no enclosing block", hint)
 
 
-class UnexpectedIndentation(TemplateMessage):
+def unexpected_indentation(span: Span) -> Diagnostic:
     """An indented line where no block begins."""
-
-    CODE = "E0114"
-    TEXT = "unexpected indentation"
-    LABEL = "no block begins here"
-    HELP = "a block begins after a line that ends with `:`"
+    hint = "a block begins after a line that ends with `:`"
+    return error("E0114", span, "unexpected indentation", hint, label="no block begins here")
 
 
-class MissingBlock(TemplateMessage):
+def missing_block(span: Span, header: Span) -> Diagnostic:
     """A line that ends with `:` without an indented block below it."""
-
-    CODE = "E0115"
-    TEXT = "expected an indented block"
-    HELP = "indent the lines of the block"
-    OTHERS = (("header", "the block of this line is missing"),)
-
-    header: Span
+    text = "expected an indented block"
+    hint = "indent the lines of the block"
+    return error("E0115", span, text, hint, other=header, remark="the block of this line is missing")
 
 
-class UnexpectedToken(TemplateMessage):
+def unexpected_token(span: Span, found: str, expected: tuple[str, ...], hint: str = "") -> Diagnostic:
     """A token that the grammar does not allow in its place."""
-
-    CODE = "E0120"
-    TEXT = ("unexpected {found}, expected {_expected}", "unexpected {found}")
-    HELP = "{help}"
-
-    found: str
-    expected: tuple[str, ...]
-    help: str = ""
-
-    @property
-    def _expected(self) -> str:
-        head = ", ".join(self.expected[:-1])
-        return f"{head} or {self.expected[-1]}" if head else "".join(self.expected)
+    wanted = " or ".join(filter(None, (", ".join(expected[:-1]), *expected[-1:])))
+    text = f"unexpected {found}, expected {wanted}" if wanted else f"unexpected {found}"
+    return error("E0120", span, text, hint)
 
 
-class MisplacedStatement(TemplateMessage):
+def misplaced_statement(span: Span, word: str, place: str, hint: str = "") -> Diagnostic:
     """A known statement in the wrong place."""
-
-    CODE = "E0121"
-    TEXT = "`{word}` cannot stand {place}"
-    HELP = "{help}"
-
-    word: str
-    place: str
-    help: str = ""
+    return error("E0121", span, f"`{word}` cannot stand {place}", hint)
 
 
-class MissingColon(TemplateMessage):
+def missing_colon(span: Span) -> Diagnostic:
     """A line that opens a block without a colon."""
-
-    CODE = "E0122"
-    TEXT = "missing `:` before the block"
-    HELP = "end a line that opens a block with `:`"
+    return error("E0122", span, "missing `:` before the block", "end a line that opens a block with `:`")
 
 
-class LateImport(TemplateMessage):
+def late_import(span: Span) -> Diagnostic:
     """An import after other statements (7.2.2.1.1)."""
-
-    CODE = "E0123"
-    TEXT = "`import` after other statements"
-    HELP = "move the imports to the top of the file"
+    return error("E0123", span, "`import` after other statements", "move the imports to the top of the file")
 
 
-class IntegerOutOfRange(TemplateMessage):
+def integer_out_of_range(span: Span) -> Diagnostic:
     """An integer that exceeds both `int` and `uint`."""
-
-    CODE = "E0130"
-    TEXT = "this integer does not fit into 64 bits"
-    HELP = "int holds -9223372036854775808 to 9223372036854775807, uint holds 0 to 18446744073709551615"
+    hint = "int holds -9223372036854775808 to 9223372036854775807, uint holds 0 to 18446744073709551615"
+    return error("E0130", span, "this integer does not fit into 64 bits", hint)
 
 
-class FloatOutOfRange(TemplateMessage):
+def float_out_of_range(span: Span) -> Diagnostic:
     """A number that exceeds `float`."""
-
-    CODE = "E0131"
-    TEXT = "this number is too large for float"
-    HELP = "the largest float is about 1.8e308; infinity is written `inf`"
+    hint = "the largest float is about 1.8e308; infinity is written `inf`"
+    return error("E0131", span, "this number is too large for float", hint)
 
 
-class MixedArguments(TemplateMessage):
+def mixed_arguments(span: Span) -> Diagnostic:
     """A positional argument after a named one."""
-
-    CODE = "E0132"
-    TEXT = "positional argument after a named one"
-    HELP = "positional arguments come first, then those with a name"
+    hint = "positional arguments come first, then those with a name"
+    return error("E0132", span, "positional argument after a named one", hint)
 
 
-class TooDeep(TemplateMessage):
+def too_deep(span: Span, limit: int) -> Diagnostic:
     """Nesting beyond the limit."""
-
-    CODE = "E0133"
-    TEXT = "nested more than {limit} levels deep"
-    HELP = "give a part of it a name"
-
-    limit: int
+    return error("E0133", span, f"nested more than {limit} levels deep", "give a part of it a name")
 
 
-class TooNested(TemplateMessage):
+def too_nested(span: Span, limit: int) -> Diagnostic:
     """Nesting so deep that parsing stops.
 
     Args:
+        span: The start.
         limit: About how many of the kind can be nested.
     """
-
-    CODE = "E0133"
-    TEXT = "nested too deeply (limit {limit})"
-    HELP = "at most {limit} of its kind can be nested; give a part of it a name"
-
-    limit: int
+    hint = f"at most {limit} of its kind can be nested; give a part of it a name"
+    return error("E0133", span, f"nested too deeply (limit {limit})", hint)
 
 
-class ForeignSyntax(TemplateMessage):
+def foreign_syntax(span: Span, text: str, hint: str) -> Diagnostic:
     """A statement or a sign of another language."""
-
-    CODE = "E0138"
-    TEXT = "{text}"
-    HELP = "{help}"
-
-    text: str
-    help: str
+    return error("E0138", span, text, hint)
 
 
-class ForeignFile(TemplateMessage):
+def foreign_file(span: Span, kind: str) -> Diagnostic:
     """A file of another format."""
-
-    CODE = "E0139"
-    TEXT = "expected OpenSCENARIO DSL, found {kind}"
-    HELP = "seoro runs OpenSCENARIO DSL 2.x (`.osc`): write the scenario in it, or choose another file"
-
-    kind: str
+    hint = "seoro runs OpenSCENARIO DSL 2.x (`.osc`): write the scenario in it, or choose another file"
+    return error("E0139", span, f"expected OpenSCENARIO DSL, found {kind}", hint)
 
 
-class UnknownEscape(TemplateMessage):
+def unknown_escape(span: Span) -> Diagnostic:
     """An unknown escape in a string."""
-
-    CODE = "E0140"
-    SEVERITY = Severity.WARNING
-    TEXT = "unknown escape `{span.text}` in a string; the backslash is kept"
-    HELP = f"write `\\{{span.text}}` for a backslash; escapes are {ESCAPES}"
+    text = f"unknown escape `{span.text}` in a string; the backslash is kept"
+    return warning("E0140", span, text, f"write `\\{span.text}` for a backslash; escapes are {ESCAPES}")

@@ -2,320 +2,178 @@
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Severity
-from seoro.lang.diagnostics.template import TemplateMessage
+from seoro.lang.diagnostic import Diagnostic, error, warning
+from seoro.lang.diagnostics import with_article
 from seoro.lang.habits import mismatch_help
 from seoro.lang.source import Span
 
 
-class Mismatch(TemplateMessage):
+def mismatch(span: Span, expected: str, found: str, context: str = "", hint: str = "") -> Diagnostic:
     """A value of the wrong type."""
-
-    CODE = "E0301"
-    TEXT = ("expected {expected} for {context}, found {found}", "expected {expected}, found {found}")
-    LABEL = "this is {found:a}"
-    HELP = ("{help}", "{_habit}")
-
-    expected: str
-    found: str
-    context: str = ""
-    help: str = ""
-
-    @property
-    def _habit(self) -> str:
-        expected, found = self.expected.strip("`"), self.found.strip("`")
-        return mismatch_help(self.context, expected, found, self.span.text)
+    purpose = f" for {context}" if context else ""
+    hint = hint or mismatch_help(context, expected.strip("`"), found.strip("`"), span.text)
+    text = f"expected {expected}{purpose}, found {found}"
+    return error("E0301", span, text, hint, label=f"this is {with_article(found)}")
 
 
-class IncompatibleOperands(TemplateMessage):
+def incompatible_operands(
+    span: Span, right: Span, operator: str, left_type: str, right_type: str, hint: str = ""
+) -> Diagnostic:
     """Operands that an arithmetic operator cannot combine."""
-
-    CODE = "E0312"
-    TEXT = "{left_type} and {right_type} cannot be {_verb}"
-    LABEL = "this is {left_type:a}"
-    HELP = "{help}"
-    OTHERS = (("right", "this is {right_type:a}"),)
-
-    right: Span
-    operator: str
-    left_type: str
-    right_type: str
-    help: str = ""
-
-    @property
-    def _verb(self) -> str:
-        return {"+": "added", "-": "subtracted", "*": "multiplied"}.get(self.operator, "divided")
+    verb = {"+": "added", "-": "subtracted", "*": "multiplied"}.get(operator, "divided")
+    text = f"{left_type} and {right_type} cannot be {verb}"
+    return _operands("E0312", span, right, text, left_type, right_type, hint)
 
 
-class IncomparableOperands(TemplateMessage):
+def incomparable_operands(span: Span, right: Span, operator: str, left_type: str, right_type: str) -> Diagnostic:
     """Operands that cannot be compared."""
-
-    CODE = "E0313"
-    TEXT = "{left_type} and {right_type} cannot be compared by `{operator}`"
-    LABEL = "this is {left_type:a}"
-    OTHERS = (("right", "this is {right_type:a}"),)
-
-    right: Span
-    operator: str
-    left_type: str
-    right_type: str
+    text = f"{left_type} and {right_type} cannot be compared by `{operator}`"
+    return _operands("E0313", span, right, text, left_type, right_type)
 
 
-class Unordered(TemplateMessage):
+def _operands(
+    code: str, left: Span, right: Span, text: str, left_type: str, right_type: str, hint: str = ""
+) -> Diagnostic:
+    """Create an error about two operands of unlike types."""
+    label, remark = (f"this is {with_article(type_)}" for type_ in (left_type, right_type))
+    return error(code, left, text, hint, label, right, remark)
+
+
+def unordered(span: Span, operator: str, found: str) -> Diagnostic:
     """An order of values that have none."""
-
-    CODE = "E0314"
-    TEXT = "`{operator}` does not apply to {found}"
-    HELP = "only numbers have an order; others compare by `==`, `!=` and `in`"
-
-    operator: str
-    found: str
+    hint = "only numbers have an order; others compare by `==`, `!=` and `in`"
+    return error("E0314", span, f"`{operator}` does not apply to {found}", hint)
 
 
-class NotBool(TemplateMessage):
+def not_bool(span: Span, operator: str, found: str) -> Diagnostic:
     """An operand other than a boolean."""
-
-    CODE = "E0315"
-    TEXT = "`{operator}` needs bool, found {found}"
-
-    operator: str
-    found: str
+    return error("E0315", span, f"`{operator}` needs bool, found {found}")
 
 
-class NotNumber(TemplateMessage):
+def not_number(span: Span, operator: str, found: str) -> Diagnostic:
     """An operand other than a number."""
-
-    CODE = "E0316"
-    TEXT = "`{operator}` needs a number, found {found}"
-
-    operator: str
-    found: str
+    return error("E0316", span, f"`{operator}` needs a number, found {found}")
 
 
-class NotAContainer(TemplateMessage):
+def not_a_container(span: Span, found: str) -> Diagnostic:
     """A right operand of `in` other than a list or a range."""
-
-    CODE = "E0317"
-    TEXT = "`in` needs a list or a range, found {found}"
-
-    found: str
+    return error("E0317", span, f"`in` needs a list or a range, found {found}")
 
 
-class NoCommonType(TemplateMessage):
+def no_common_type(span: Span, other: Span, what: str, left: str, right: str) -> Diagnostic:
     """Values without a common type."""
-
-    CODE = "E0318"
-    TEXT = "{what} have no common type"
-    LABEL = "this is {right:a}"
-    OTHERS = (("other", "this is {left:a}"),)
-
-    other: Span
-    what: str
-    left: str
-    right: str
+    return _operands("E0318", span, other, f"{what} have no common type", right, left)
 
 
-class NoFields(TemplateMessage):
+def no_fields(span: Span, found: str) -> Diagnostic:
     """A member access on a value without members."""
-
-    CODE = "E0319"
-    TEXT = "{found} has no fields"
-
-    found: str
+    return error("E0319", span, f"{found} has no fields")
 
 
-class NotAList(TemplateMessage):
+def not_a_list(span: Span, found: str) -> Diagnostic:
     """An index on a value other than a list."""
-
-    CODE = "E0320"
-    TEXT = "only lists have elements, found {found}"
-
-    found: str
+    return error("E0320", span, f"only lists have elements, found {found}")
 
 
-class InvalidIndex(TemplateMessage):
+def invalid_index(span: Span, found: str) -> Diagnostic:
     """An index other than an integer."""
-
-    CODE = "E0321"
-    TEXT = "the index of a list is an integer, found {found}"
-
-    found: str
+    return error("E0321", span, f"the index of a list is an integer, found {found}")
 
 
-class NotNumericRange(TemplateMessage):
+def not_numeric_range(span: Span, found: str) -> Diagnostic:
     """A range of something other than numbers (7.3.5.2.2)."""
-
-    CODE = "E0322"
-    TEXT = "a range consists of numbers, found {found}"
-
-    found: str
+    return error("E0322", span, f"a range consists of numbers, found {found}")
 
 
-class ListOfList(TemplateMessage):
+def list_of_list(span: Span) -> Diagnostic:
     """A list of lists (7.3.5.2.1)."""
-
-    CODE = "E0323"
-    TEXT = "a list cannot contain lists"
-    HELP = "put the inner list into a struct"
+    return error("E0323", span, "a list cannot contain lists", "put the inner list into a struct")
 
 
-class WrongUnitDimension(TemplateMessage):
+def wrong_unit_dimension(span: Span, name: str, quantity: str, expected: str, found: str) -> Diagnostic:
     """A unit with other exponents than its type (7.3.4)."""
-
-    CODE = "E0324"
-    TEXT = "`{name}` is in {found}, but `{quantity}` is in {expected}"
-
-    name: str
-    quantity: str
-    expected: str
-    found: str
+    return error("E0324", span, f"`{name}` is in {found}, but `{quantity}` is in {expected}")
 
 
-class NotAValue(TemplateMessage):
+def not_a_value(span: Span, name: str, kind: str, hint: str = "") -> Diagnostic:
     """A name in an expression that does not denote a value."""
-
-    CODE = "E0325"
-    TEXT = "`{name}` is {kind}, not a value"
-    HELP = "{help}"
-
-    name: str
-    kind: str
-    help: str = ""
+    return error("E0325", span, f"`{name}` is {kind}, not a value", hint)
 
 
-class NotCallable(TemplateMessage):
+def not_callable(span: Span, name: str, hint: str = "") -> Diagnostic:
     """Arguments for something that takes none."""
-
-    CODE = "E0326"
-    TEXT = "`{name}` takes no arguments"
-    HELP = "{help}"
-
-    name: str
-    help: str = ""
+    return error("E0326", span, f"`{name}` takes no arguments", hint)
 
 
-class NegativeUint(TemplateMessage):
+def negative_uint(span: Span) -> Diagnostic:
     """A negative number for `uint`."""
-
-    CODE = "E0327"
-    TEXT = "`uint` cannot hold negative numbers"
-    HELP = "use `int`"
+    return error("E0327", span, "`uint` cannot hold negative numbers", "use `int`")
 
 
-class IntTooLarge(TemplateMessage):
+def int_too_large(span: Span) -> Diagnostic:
     """A number that fits into `uint`, but not into `int`."""
-
-    CODE = "E0328"
-    TEXT = "this number is too large for `int`"
-    HELP = "use `uint`"
+    return error("E0328", span, "this number is too large for `int`", "use `uint`")
 
 
-class InvalidCondition(TemplateMessage):
+def invalid_condition(span: Span) -> Diagnostic:
     """A condition of inheritance without a value of its field (7.3.8.2)."""
-
-    CODE = "E0329"
-    TEXT = "invalid condition: expected a value of the field"
-    HELP = "a condition compares a `bool` or an enumeration with one of its values"
+    hint = "a condition compares a `bool` or an enumeration with one of its values"
+    return error("E0329", span, "invalid condition: expected a value of the field", hint)
 
 
-class FixedByCondition(TemplateMessage):
+def fixed_by_condition(span: Span, owner: str, name: str, value: str) -> Diagnostic:
     """A value for a field that the condition of a conditional type fixes to another one (7.3.8.2)."""
-
-    CODE = "E0330"
-    TEXT = "`{name}` of `{owner}` is always {value}"
-    HELP = "omit it, or use the type that `{owner}` inherits"
-
-    owner: str
-    name: str
-    value: str
+    hint = f"omit it, or use the type that `{owner}` inherits"
+    return error("E0330", span, f"`{name}` of `{owner}` is always {value}", hint)
 
 
-class LabelAsValue(TemplateMessage):
+def label_as_value(span: Span, name: str, is_invocation: bool, is_early: bool) -> Diagnostic:
     """A label in an expression, where it is not a value or not one of an invocation (7.6.2.2).
 
     Args:
+        span: The label.
+        name: Its name.
         is_invocation: Whether the label belongs to an invocation.
         is_early: Whether the expression is evaluated before the scenario runs.
     """
-
-    CODE = "E0348"
-    TEXT = "`{name}` is a label, not a value"
-    HELP = "{_hint}"
-
-    name: str
-    is_invocation: bool
-    is_early: bool
-
-    @property
-    def _hint(self) -> str:
-        if not self.is_invocation:
-            return "only the label of an invocation has fields: those of the invoked behavior"
-        if self.is_early:
-            return "nothing runs yet when this is evaluated: use its fields below `do`, in `on`, or in `sample`"
-        return f"write `{self.name}.<field>` for a field of the invoked behavior"
+    if not is_invocation:
+        hint = "only the label of an invocation has fields: those of the invoked behavior"
+    elif is_early:
+        hint = "nothing runs yet when this is evaluated: use its fields below `do`, in `on`, or in `sample`"
+    else:
+        hint = f"write `{name}.<field>` for a field of the invoked behavior"
+    return error("E0348", span, f"`{name}` is a label, not a value", hint)
 
 
-class BareNumber(TemplateMessage):
+def bare_number(span: Span, unit: str) -> Diagnostic:
     """A number without a unit for a physical parameter: an extension to the standard."""
-
-    CODE = "E0390"
-    SEVERITY = Severity.WARNING
-    TEXT = "a number without a unit"
-    HELP = "it is read in {unit}; the standard requires a unit"
-
-    unit: str
+    return warning("E0390", span, "a number without a unit", f"it is read in {unit}; the standard requires a unit")
 
 
-class StructConstructor(TemplateMessage):
+def struct_constructor(span: Span, name: str) -> Diagnostic:
     """Construction of a struct from arguments: an extension to the standard."""
-
-    CODE = "E0391"
-    SEVERITY = Severity.WARNING
-    TEXT = "`{name}(...)` is an extension to the standard"
-    HELP = "it constructs a value; other implementations may not support it"
-
-    name: str
+    hint = "it constructs a value; other implementations may not support it"
+    return warning("E0391", span, f"`{name}(...)` is an extension to the standard", hint)
 
 
-class LibraryImport(TemplateMessage):
+def library_import(span: Span, name: str) -> Diagnostic:
     """Import of a library that is not part of the standard."""
-
-    CODE = "E0392"
-    SEVERITY = Severity.WARNING
-    TEXT = "`{name}` is not a module of the standard, which reserves `osc`"
-    HELP = "other implementations may not have it"
-
-    name: str
+    hint = "other implementations may not have it"
+    return warning("E0392", span, f"`{name}` is not a module of the standard, which reserves `osc`", hint)
 
 
-class AnyArgument(TemplateMessage):
+def any_argument(span: Span, parameter: str, declared: str) -> Diagnostic:
     """An argument of another type than declared, for a parameter that accepts any."""
-
-    CODE = "E0393"
-    SEVERITY = Severity.WARNING
-    TEXT = "`{parameter}` is declared as {declared}, and accepts any type here"
-
-    parameter: str
-    declared: str
+    return warning("E0393", span, f"`{parameter}` is declared as {declared}, and accepts any type here")
 
 
-class OrderOfRange(TemplateMessage):
+def order_of_range(span: Span, operator: str) -> Diagnostic:
     """An order of a range and a number, which holds if it holds for the whole range: an extension."""
-
-    CODE = "E0394"
-    SEVERITY = Severity.WARNING
-    TEXT = "`{operator}` of a range and a number is an extension to the standard"
-    HELP = "compare a bound: `.lower()` or `.upper()`"
-
-    operator: str
+    hint = "compare a bound: `.lower()` or `.upper()`"
+    return warning("E0394", span, f"`{operator}` of a range and a number is an extension to the standard", hint)
 
 
-class ReservedNamespace(TemplateMessage):
+def reserved_namespace(span: Span, name: str) -> Diagnostic:
     """A namespace with a name that the standard reserves."""
-
-    CODE = "E0395"
-    SEVERITY = Severity.WARNING
-    TEXT = "the standard reserves `{name}`, as all namespaces that begin with `std`"
-    HELP = "use a name such as `com_example_robots`"
-
-    name: str
+    hint = "use a name such as `com_example_robots`"
+    return warning("E0395", span, f"the standard reserves `{name}`, as all namespaces that begin with `std`", hint)

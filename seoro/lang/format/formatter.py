@@ -1,13 +1,14 @@
-"""Formatting of a file: joins its formatted logical lines, comments and blank lines."""
+"""Formatting of a file: joins its formatted logical lines, comments and blank lines, and aligns comments."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from enum import Enum, auto
+from itertools import groupby
+from typing import NamedTuple
 
 from seoro.errors import InvalidScenario
 from seoro.lang.diagnostic import Bag
-from seoro.lang.format.aligned import OutLine, align, take_continuation
 from seoro.lang.format.elements import MAX_BRACKETS, deepest, read_elements
 from seoro.lang.format.fault import LayoutFault
 from seoro.lang.format.layout import INDENT, Place, lay_out
@@ -136,3 +137,41 @@ def _written(file: SourceFile, token: Token) -> str:
     """Return the source text of a token, without blanks in `namespace:: *`."""
     found = file.text[token.start : token.end]
     return found.replace(" ", "").replace("\t", "") if token.kind == "WILDCARD" else found
+
+
+class OutLine(NamedTuple):
+    """An output line: its text, which may be empty, and the comment after it."""
+
+    text: str
+    comment: Comment | None = None
+
+
+def take_continuation(out: list[OutLine], gap: Gap, below: int) -> Gap:
+    """Move comments directly below a comment after a statement to the output; return the rest of the gap.
+
+    Args:
+        out: The lines before the gap.
+        gap: Comments and blank lines between two statements.
+        below: The column of the statement below, to which comments at the same column belong.
+    """
+    taken = 0
+    if out and (last := out[-1].comment) is not None:
+        for comment in gap.comments:
+            if comment.after_blank or comment.column != last.column or comment.column == below:
+                break
+            out.append(OutLine("", comment))
+            taken += 1
+    return gap._replace(comments=gap.comments[taken:])
+
+
+def align(lines: list[OutLine]) -> Iterator[str]:
+    """Yield the lines, with aligned comments two blanks after the longest statement among them."""
+    for column, run in groupby(lines, key=lambda line: line.comment.column if line.comment else None):
+        members = list(run)
+        width = max(len(line.text.rsplit("\n", 1)[-1]) for line in members)
+        for text, comment in members:
+            if column is None or comment is None:
+                yield text
+            else:
+                shown = len(text.rsplit("\n", 1)[-1])
+                yield f"{text}{' ' * (width - shown + 2)}{comment.text}"

@@ -15,7 +15,7 @@ from seoro.lang.check.checker import Checked
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import scope_of
-from seoro.lang.diagnostic import Bag, Message
+from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
 from seoro.lang.lower.invocations import applied, applied_in, constrained, invoked_name, named_invocations
 from seoro.lang.lower.overrides import Overrides
@@ -37,24 +37,24 @@ def find_entry(checked: Checked, name: str | None) -> TypeSymbol:
     if name is not None:
         named = _named(name, candidates)
         if len(named) != 1:
-            missing = messages.UnknownEntry(top, name, candidates)
-            raise _invalid(messages.AmbiguousEntry(top, named) if named else missing)
+            missing = messages.unknown_entry(top, name, candidates)
+            raise InvalidScenario((messages.ambiguous_entry(top, named) if named else missing,))
         chosen = named[0]
     elif not candidates:
-        raise _invalid(messages.MissingScenario(top))
+        raise InvalidScenario((messages.missing_scenario(top),))
     elif len(candidates) == 1:
         chosen = candidates[0]
     elif len(named := _named(DEFAULT, candidates)) == 1:
         chosen = named[0]
     else:
-        raise _invalid(messages.AmbiguousEntry(top, candidates))
+        raise InvalidScenario((messages.ambiguous_entry(top, candidates),))
     symbol = next(
         symbol
         for symbol in checked.program.behaviors.values()
         if symbol.plan_name == chosen and symbol.span.file is file
     )
     if symbol.actor is not None:
-        raise _invalid(messages.ActorEntry(symbol.span, chosen))
+        raise InvalidScenario((messages.actor_entry(symbol.span, chosen),))
     return symbol
 
 
@@ -63,10 +63,6 @@ def _named(name: str, candidates: tuple[str, ...]) -> tuple[str, ...]:
     if name in candidates:
         return (name,)
     return tuple(candidate for candidate in candidates if candidate.endswith(f"::{name}"))
-
-
-def _invalid(message: Message) -> InvalidScenario:
-    return InvalidScenario((message.diagnostic(),))
 
 
 _NO_OVERRIDES: Final[Mapping[str, str]] = {}
@@ -231,7 +227,7 @@ class _Lowering:
                 symbol = self._program.globals[home.namespace_of(name), name.text]
                 lacking = self._expressions.values.lacking(symbol)
                 if any(not _is_set(path.rpartition("::")[2], overrides) for path in lacking):
-                    self.bag.add(messages.GlobalWithoutValue(symbol.span, symbol.text))
+                    self.bag.add(messages.global_without_value, symbol.span, symbol.text)
         return self._expressions.values.globals()
 
     def entry(
@@ -255,7 +251,7 @@ class _Lowering:
         fields = symbol.inventory.fields
         for path in values.lacking_of(symbol, {}):
             if not _is_set(path, overrides):
-                self.bag.add(messages.MissingValue(fields[path.partition(".")[0]].span, path))
+                self.bag.add(messages.missing_value, fields[path.partition(".")[0]].span, path)
 
 
 def _is_set(path: str, overrides: Mapping[str, str]) -> bool:

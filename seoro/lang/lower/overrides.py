@@ -141,7 +141,7 @@ class Overrides:
         self._refuse(path, file, f"unknown parameter `{name}`", near(name, [*fields, *invoked]) or hint)
 
     def _refuse(self, path: str, file: SourceFile, reason: str, hint: str = "") -> None:
-        self._bag.add(messages.InvalidOverride(Span(file, 0, len(path)), path, reason, hint))
+        self._bag.add(messages.invalid_override, Span(file, 0, len(path)), path, reason, hint)
 
 
 def _any(names: Collection[str]) -> str:
