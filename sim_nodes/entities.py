@@ -18,7 +18,7 @@ from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
-from sim_nodes.worlds.placement import check_start_poses
+from sim_nodes.worlds.props import check_start_poses
 
 MAX_SPAWNED = 1000
 RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})

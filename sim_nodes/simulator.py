@@ -18,15 +18,14 @@ from seoro.bridges.models import ModelPath
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes import snapshots
 from sim_nodes.event_log import EventLog
-from sim_nodes.lookahead import Lookahead, return_to, simulate_ahead
 from sim_nodes.models import FORMATS
 from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
 from sim_nodes.refusals import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.simulation import Simulation
+from sim_nodes.snapshots import Lookahead, check_world_change, enter_world, return_to, simulate_ahead
 from sim_nodes.streams import Streams
 from sim_nodes.unsupported import WithoutArms
-from sim_nodes.world_change import check_world_change, enter_world
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
 REQUIRED_CAPABILITIES: Mapping[str, type] = {
@@ -58,11 +57,7 @@ class Simulator:
     """
 
     def __init__(
-        self,
-        engine: Engine,
-        start: str | wire.Snapshot,
-        seed: int | None = None,
-        models: ModelPath = OWN_MODELS,
+        self, engine: Engine, start: str | wire.Snapshot, seed: int | None = None, models: ModelPath = OWN_MODELS
     ) -> None:
         self._engine = engine
         self.models = models
@@ -281,18 +276,18 @@ class Simulator:
         simulation = self.simulation
         self._check_paused("advance")
         simulation.advance(until)
-        if horizon is not None and simulation.time >= until and not simulation.has_pending_events:
+        if horizon is not None and simulation.time >= until and not simulation.pending:
             self._ahead = simulate_ahead(simulation, horizon)
-        happened = simulation.collect()
+        events = simulation.collect()
         film, film_error = simulation.recording.drain()
         return wire.Advanced(
             time=simulation.time,
-            occurrences=happened.occurrences,
-            contacts=happened.contacts,
+            occurrences=tuple(each for each in events if isinstance(each, wire.Occurrence)),
+            contacts=tuple(each for each in events if isinstance(each, wire.Contact)),
             film=film,
             film_error=film_error,
-            feedback=happened.feedback,
-            departures=happened.departures,
+            feedback=tuple(each for each in events if isinstance(each, wire.NavigationFeedback)),
+            departures=tuple(each for each in events if isinstance(each, wire.Departure)),
         )
 
     def rewind(self, time: float) -> float:

@@ -8,43 +8,31 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Container
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
-from seoro.bridges.wire import Outcome
+import numpy as np
+
+from seoro.bridges.wire import DeadSector, Outcome
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import GoalResult
 from sim_nodes.refusals import operation_failed, unknown
-from sim_nodes.sensors.sensor_pipeline import SensorPipeline
+from sim_nodes.sensors.base import Bumps
+from sim_nodes.sensors.lidar import Scan
+from sim_nodes.sensors.losses import dead_beams
 from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
+
+if TYPE_CHECKING:
+    from sim_nodes.simulation import Simulation
 
 MAX_WATCHES = 1000
-
-
-class Watched(Protocol):
-    """The simulation as seen by watches."""
-
-    @property
-    def tick(self) -> int:
-        """The last tick."""
-
-    def pipeline(self, robot: str, sensor: str) -> SensorPipeline[Any]:
-        """Return the pipeline of a sensor."""
-
-    def pose(self, frame: str) -> Pose2 | None:
-        """Return the pose of a frame in `map`; None if it is unknown yet."""
-
-    def travelled(self, robot: str) -> float:
-        """Return the distance travelled by a robot's odometry [m]."""
-
-    def joint_position(self, robot: str, joint: str) -> float:
-        """Return the position of a joint of a robot's arm or gripper [rad, m]."""
 
 
 class Watch(ABC):
     """A condition on a simulation; frozen data."""
 
     @abstractmethod
-    def holds(self, world: Watched) -> bool:
+    def holds(self, world: Simulation) -> bool:
         """Whether the condition is true."""
 
     @property
@@ -53,11 +41,11 @@ class Watch(ABC):
         robot: str | None = getattr(self, "robot", None)
         return robot
 
-    def rebased(self, before: Watched, now: Watched) -> Watch:
+    def rebased(self, before: Simulation, now: Simulation) -> Watch:
         """Return the condition for a world with other robots, or with robots in other states."""
         return self
 
-    def result(self, world: Watched) -> tuple[Outcome, str]:
+    def result(self, world: Simulation) -> tuple[Outcome, str]:
         """Return the outcome and message to report when it has become true."""
         return Outcome.SUCCEEDED, ""
 
@@ -72,7 +60,7 @@ class ProximityWatch(Watch):
     y: float
     threshold: float  # [m]
 
-    def holds(self, world: Watched) -> bool:
+    def holds(self, world: Simulation) -> bool:
         """Whether the condition is true."""
         frame, parent = world.pose(self.frame), world.pose(self.parent)
         if frame is None or parent is None:
@@ -88,11 +76,11 @@ class DistanceWatch(Watch):
     robot: str
     target: float  # [m]
 
-    def holds(self, world: Watched) -> bool:
+    def holds(self, world: Simulation) -> bool:
         """Whether the condition is true."""
         return world.travelled(self.robot) >= self.target
 
-    def rebased(self, before: Watched, now: Watched) -> DistanceWatch:
+    def rebased(self, before: Simulation, now: Simulation) -> DistanceWatch:
         """Return the condition with the same remaining distance."""
         return replace(self, target=self.target - before.travelled(self.robot) + now.travelled(self.robot))
 
@@ -103,7 +91,7 @@ class LocalisationWatch(Watch):
 
     robot: str
 
-    def holds(self, world: Watched) -> bool:
+    def holds(self, world: Simulation) -> bool:
         """Whether the condition is true."""
         return world.pose(f"{self.robot}/base_link") is not None
 
@@ -118,12 +106,12 @@ class JointWatch(Watch):
     tolerance: float  # [rad, m]
     from_above: bool  # whether it approaches from a greater position
 
-    def holds(self, world: Watched) -> bool:
+    def holds(self, world: Simulation) -> bool:
         """Whether the condition is true."""
         position = world.joint_position(self.robot, self.joint)
         return abs(position - self.target) <= self.tolerance or (position > self.target) != self.from_above
 
-    def rebased(self, before: Watched, now: Watched) -> JointWatch:
+    def rebased(self, before: Simulation, now: Simulation) -> JointWatch:
         """Return the condition for an approach from the present position."""
         return replace(self, from_above=now.joint_position(self.robot, self.joint) > self.target)
 
@@ -171,16 +159,16 @@ class Watches(Stateful):
         """Cancel all watches whose ids begin with a prefix."""
         self._watches = {name: watch for name, watch in self._watches.items() if not name.startswith(prefix)}
 
-    def pop_true(self, world: Watched) -> list[GoalResult]:
+    def pop_true(self, world: Simulation) -> list[GoalResult]:
         """Remove the watches that have become true, and return their results."""
         true = [identifier for identifier, watch in self._watches.items() if watch.holds(world)]
         return [GoalResult(identifier, *self._watches.pop(identifier).result(world)) for identifier in true]
 
-    def carry_over(self, world: Watched) -> None:
+    def carry_over(self, world: Simulation) -> None:
         """Continue in a world whose robots have been reset."""
         self._watches = {name: watch.rebased(world, world) for name, watch in self._watches.items()}
 
-    def adopt(self, watches: Watches, before: Watched, now: Watched, robots: Container[str]) -> None:
+    def adopt(self, watches: Watches, before: Simulation, now: Simulation, robots: Container[str]) -> None:
         """Adopt the watches of an earlier world, or their saved state here.
 
         Args:
@@ -194,3 +182,110 @@ class Watches(Stateful):
             is_here = watch.watched_robot is None or watch.watched_robot in robots
             over = watch.rebased(before, now) if is_here else watch
             self._watches[identifier] = saved.get(identifier) or over
+
+
+ROUNDING = 1e-9
+
+
+class SensorWatch(Watch):
+    """A watch on a sensor of a robot."""
+
+    robot: str
+    sensor: str
+
+    def rebased(self, before: Simulation, now: Simulation) -> SensorWatch:
+        """Return the same watch; marks the sensor as in use."""
+        now.pipeline(self.robot, self.sensor).in_use = True
+        return self
+
+
+@dataclass(frozen=True)
+class SampleWatch(SensorWatch):
+    """True after a sample of a sensor has arrived since a tick."""
+
+    robot: str
+    sensor: str
+    since: int
+
+    def holds(self, world: Simulation) -> bool:
+        """Whether the condition is true."""
+        arrival = world.pipeline(self.robot, self.sensor).arrival
+        return arrival is not None and arrival > self.since
+
+    def rebased(self, before: Simulation, now: Simulation) -> SampleWatch:
+        """Return a watch for samples after the present tick."""
+        super().rebased(before, now)
+        return replace(self, since=now.tick)
+
+
+@dataclass(frozen=True)
+class BumperWatch(SensorWatch):
+    """True when a zone of a bumper is pressed by an entity; empty names match all."""
+
+    robot: str
+    sensor: str
+    zone: str
+    entity: str
+
+    def holds(self, world: Simulation) -> bool:
+        """Whether the condition is true."""
+        latest = world.pipeline(self.robot, self.sensor).latest
+        if latest is None:
+            return False
+        assert isinstance(latest.data, Bumps)
+        return any(self.zone in ("", bump.zone) and self.entity in ("", bump.entity) for bump in latest.data.bumps)
+
+
+@dataclass(frozen=True)
+class RangeWatch(SensorWatch):
+    """True when a lidar has a range below a distance [m] between two bearings [rad]."""
+
+    robot: str
+    sensor: str
+    distance: float
+    start: float
+    end: float
+
+    def holds(self, world: Simulation) -> bool:
+        """Whether the condition is true."""
+        pipeline = world.pipeline(self.robot, self.sensor)
+        if pipeline.latest is None:
+            return False
+        assert isinstance(pipeline.latest.data, Scan)
+        beams = dead_beams(DeadSector(start=self.start, end=self.end), pipeline.sensor.bearings)
+        return bool(np.min(pipeline.latest.data.ranges[beams], initial=np.inf) < self.distance)
+
+
+@dataclass(frozen=True)
+class RateWatch(SensorWatch):
+    """True at the end of a period; the result is whether the rate of samples [1/s] was in bounds."""
+
+    robot: str
+    sensor: str
+    count: int  # at the start
+    begin: int  # [ticks]
+    end: int
+    lowest: float
+    highest: float
+
+    def holds(self, world: Simulation) -> bool:
+        """Whether the period is over."""
+        return world.tick >= self.end
+
+    def rebased(self, before: Simulation, now: Simulation) -> RateWatch:
+        """Return a watch that counts anew, for the same duration."""
+        super().rebased(before, now)
+        count = now.pipeline(self.robot, self.sensor).count
+        return replace(self, count=count, begin=now.tick, end=now.tick + self.end - self.begin)
+
+    def result(self, world: Simulation) -> tuple[Outcome, str]:
+        """Return whether the rate was in bounds, and a text with the rate."""
+        count = world.pipeline(self.robot, self.sensor).count - self.count
+        duration = (self.end - self.begin) * TICK
+        rate = count / duration
+        fits = self.lowest - ROUNDING <= rate <= self.highest + ROUNDING
+        message = (
+            f"{count} samples of {self.robot}/{self.sensor} have arrived in {duration:g} s, {rate:.4g} a second; "
+            f"expected {self.lowest:g} to {self.highest:g}"
+        )
+        return (Outcome.SUCCEEDED if fits else Outcome.ABORTED), message

@@ -25,7 +25,7 @@ from sim_nodes.manipulation.inverse_kinematics import (
     solutions,
     solve,
 )
-from sim_nodes.manipulation.trajectory import Path
+from sim_nodes.manipulation.motion import Path
 from sim_nodes.noise import Noise
 from sim_nodes.physics import MAX_OVERLAP, BodyState, CarriedBody, Engine, Overlap, PlacedRobot
 from sim_nodes.refusals import operation_failed

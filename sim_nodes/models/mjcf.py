@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import Quaternion, quaternion, quaternion_of, rotation_matrix
 from sim_nodes.inertia import volume
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.views import Colour
 
 ROOT_ELEMENTS = frozenset({"compiler", "default", "worldbody"})
 BODY_ELEMENTS = frozenset({"body", "geom", "freejoint", "joint", "inertial"})

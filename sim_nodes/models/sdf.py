@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.views import Colour
 
 MODEL_ELEMENTS = frozenset({"static", "link", "pose", "self_collide", "allow_auto_disable"})
 LINK_ELEMENTS = frozenset({"pose", "inertial", "collision", "visual", "self_collide"})

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.views import Colour
 
 ROBOT_ELEMENTS = frozenset({"link", "joint", "material"})
 LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})

@@ -11,11 +11,11 @@ from defusedxml import DefusedXmlException, ElementTree
 
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import Array, Quaternion, Vector, multiply, rotation_matrix
 from sim_nodes.geometry import vector as array_vector
 from sim_nodes.inertia import volume
 from sim_nodes.physics import IDENTITY, BodyModel, Part
+from sim_nodes.views import Colour
 
 MAX_TEXT = 1_000_000  # [characters]
 MAX_PARTS = 64

@@ -14,10 +14,9 @@ import mujoco
 import numpy as np
 
 from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix, vector
-from sim_nodes.mujoco.appearance import SEEN_BY_RAYS
 from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
-from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.mujoco.model import SEEN_BY_RAYS, TIMESTEP, WALL_PREFIX, add_body, scene_spec
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
     FLOOR,

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from sim_nodes.geometry import Array, Pose2
-from sim_nodes.navigation.grid import Grid
+from sim_nodes.navigation.maps import Grid
 from sim_nodes.navigation.planner import Plan
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity
+from sim_nodes.robots.drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 

@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from sim_nodes.geometry import Array, Pose2, wrap
-from sim_nodes.navigation.grid import NavigationMap
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.particles import Estimate, adapted_count, bins, draw, estimate, particles_needed
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import MobileDeclaration

@@ -16,8 +16,9 @@ from importlib import metadata
 from typing import Any
 
 import numpy as np
+import pybullet
+from pybullet_utils.bullet_client import BulletClient
 
-from sim_nodes.colours import WALL, colour_of
 from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix, vector
 from sim_nodes.journal import Journal, journaled, replay
 from sim_nodes.physics import (
@@ -32,20 +33,22 @@ from sim_nodes.physics import (
     PlacedRobot,
     Scene,
 )
-from sim_nodes.pybullet.arm import BODY_B, DISTANCE, LINK_A, Ghost, Ghosts, PybulletArm, is_touching
-from sim_nodes.pybullet.broadphase import BroadPhase
-from sim_nodes.pybullet.drive import PybulletDrive
+from sim_nodes.pybullet.camera import draw, floor_shapes
+from sim_nodes.pybullet.joints import (
+    BODY_B,
+    DISTANCE,
+    LINK_A,
+    Ghost,
+    Ghosts,
+    PybulletArm,
+    PybulletDrive,
+    is_touching,
+)
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
 from sim_nodes.pybullet.output import captured_output
-from sim_nodes.pybullet.rewinding import AT_ONCE, Checkpoint, LastStep, StateStore, join_islands
-from sim_nodes.views import Picture, View
-
-with captured_output():  # pybullet prints its build time on import
-    import pybullet
-    from pybullet_utils.bullet_client import BulletClient
-
-from sim_nodes.pybullet.camera import draw, floor_shapes
+from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
+from sim_nodes.views import WALL, Picture, View, colour_of
 
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200

@@ -13,23 +13,13 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from defusedxml.ElementTree import fromstring
 
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import Quaternion, Vector, roll_pitch_yaw
 from sim_nodes.inertia import inertia
-from sim_nodes.physics import (
-    IDENTITY,
-    BodyModel,
-    BodyState,
-    Box,
-    Cylinder,
-    PlacedRobot,
-    Shape,
-    Sphere,
-    Wall,
-)
+from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere, Wall
 from sim_nodes.pybullet.output import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 from sim_nodes.robots.urdf_check import link_parts
+from sim_nodes.views import Colour
 
 FASTEST = 1e5  # [m/s], [rad/s]; Bullet's default velocity limit is 100, also for bodies without joints
 BASE = -1  # Bullet's index of the base link

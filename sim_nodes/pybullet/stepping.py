@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import pybullet
 
 from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
-from sim_nodes.pybullet.arm import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
+from sim_nodes.pybullet.joints import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
 from sim_nodes.pybullet.model import BASE, XYZW
 
 Vector = tuple[float, float, float]

@@ -6,15 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Self
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    NonNegativeFloat,
-    PositiveFloat,
-    PositiveInt,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
 from sim_nodes.files import NAME, bundled_names, validate
@@ -163,7 +155,7 @@ class BumperDeclaration(_Declared):
 
 
 class BatteryDeclaration(_Declared):
-    """A battery; see `battery.py`."""
+    """A battery; see `drive.py`."""
 
     capacity: PositiveFloat  # [Wh]
     idle: NonNegativeFloat  # power at rest [W]

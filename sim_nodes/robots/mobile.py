@@ -15,24 +15,29 @@ from typing import Any
 from sim_nodes.faults.motor_checks import Motion
 from sim_nodes.geometry import Pose2
 from sim_nodes.goals import NO_CLIENT, GoalResult
-from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.localisation import Localisation
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.navigator import ControlInput, Feedback, Goal, Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
 from sim_nodes.refusals import incorrect_state
-from sim_nodes.robots.battery import Battery
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity, base_motion, wheel_angular_speeds, wheel_speeds
-from sim_nodes.robots.steering import COMMAND_TIMEOUT, Steering, VelocityCommand
-from sim_nodes.robots.wheels import Wheels
-from sim_nodes.sensors.bumper import Bumper
-from sim_nodes.sensors.imu import Imu
+from sim_nodes.robots.drive import (
+    AT_REST,
+    COMMAND_TIMEOUT,
+    Battery,
+    Steering,
+    Velocity,
+    VelocityCommand,
+    Wheels,
+    base_motion,
+    wheel_angular_speeds,
+    wheel_speeds,
+)
+from sim_nodes.sensors.base import AT_START, Bumper, Imu, Odometer, Odometry
 from sim_nodes.sensors.lidar import Lidar, Scan
-from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
-from sim_nodes.sensors.sensor import Sensor
-from sim_nodes.sensors.sensor_pipeline import SensorPipeline
+from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 

@@ -9,20 +9,17 @@ from typing import Any
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.cameras import Cameras
-from sim_nodes.faults.actuators import Actuator, WheelMotors
-from sim_nodes.faults.arm_actuators import GRIPPER, JOINTS, ArmActuator
-from sim_nodes.faults.cameras import CameraDevice
-from sim_nodes.faults.devices import Device, SensorDevice, Source
-from sim_nodes.faults.registry import FaultRegistry
-from sim_nodes.faults.robot_power import RobotPower
+from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuator, ArmActuator, WheelMotors
+from sim_nodes.faults.devices import CameraDevice, Device, SensorDevice, Source
+from sim_nodes.faults.registry import FaultRegistry, RobotPower
 from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.arm import Arm
-from sim_nodes.navigation.grid import NavigationMap
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.refusals import feature_unsupported
 from sim_nodes.robots.mobile import MobileBase
-from sim_nodes.sensors.bumper import Bumper
+from sim_nodes.sensors.base import Bumper
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 

@@ -1,19 +1,127 @@
-"""The pipeline of a sensor's samples, with faults."""
+"""The contract of sensors, and the pipeline of their samples to clients, with faults and data in transit."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Generic, TypeVar
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from seoro.bridges import wire
+from seoro.bridges.wire import CameraFault, Delay, MessageLoss, Quantity, SensorFault
+from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
-from sim_nodes.sensors.beams import blind_beams
-from sim_nodes.sensors.delay_line import DelayLine
-from sim_nodes.sensors.sensor import Sample, Sensor
+from sim_nodes.sensors.losses import blind_beams
+from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
 
 T = TypeVar("T")
+
+Values = Mapping[Quantity, Array]
+
+
+class Sensor(Stateful, ABC, Generic[T]):
+    """A sensor with data of type T; the numbers in the data can be read and replaced by quantity.
+
+    Attributes:
+        period: Ticks between two samples.
+        quantities: Quantities of `values`, in order.
+        bearings: Directions of its beams, counterclockwise from straight ahead [rad], shape (n,).
+        limits: Minimum and maximum of its numbers; values beyond are infinite in its data.
+    """
+
+    period = 1
+    quantities: tuple[Quantity, ...] = ()
+    bearings: Array = np.zeros(0)
+    limits = (-math.inf, math.inf)
+
+    @abstractmethod
+    def read(self, tick: int) -> T:
+        """Return the present data, with the errors of a sound sensor in a tick."""
+
+    def values(self, data: T) -> Values:
+        """Return the numbers in data; one for each beam, infinite without a return."""
+        return {}
+
+    def with_values(self, data: T, values: Values) -> T:
+        """Return the data with other numbers."""
+        return data
+
+
+@dataclass(frozen=True)
+class Sample(Generic[T]):
+    """Data of a sensor and their tick."""
+
+    tick: int
+    data: T
+
+
+F = TypeVar("F", bound=SensorFault | CameraFault)
+D = TypeVar("D")
+U = TypeVar("U")
+
+ROUNDING = 1e-9
+
+
+class DelayLine(Stateful, Generic[F, D, U]):
+    """A delay line with faults of type F, which delivers data of type D, and has items of type U in transit.
+
+    Args:
+        noise: Factory of noise sources by purpose.
+
+    Attributes:
+        faults: Faults by kind.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("faults", "_has_supply", "_frozen", "_in_transit")
+
+    def __init__(self, noise: Callable[[str], Noise]) -> None:
+        self.faults: dict[str, F] = {}
+        self._has_supply = True
+        self._frozen: D | None = None  # repeated by a freeze
+        self._in_transit: deque[tuple[int, U]] = deque()  # with ticks, oldest first
+        self._noise_of_messages = noise("message_loss")
+
+    def add_fault(self, fault: F) -> None:
+        """Add a fault; it replaces another of its kind."""
+        self.faults[fault.kind] = fault
+        self._start_over(fault.kind)
+
+    def remove_fault(self, kind: str) -> None:
+        """Remove the fault of a kind."""
+        self.faults.pop(kind, None)
+        self._start_over(kind)
+
+    def set_power(self, on: bool) -> None:
+        """Switch the power supply."""
+        self._has_supply = on
+        self._start_over("power_loss")
+
+    def _start_over(self, kind: str) -> None:
+        if kind == "freeze":
+            self._frozen = None
+        if kind in ("delay", "power_loss"):
+            self._in_transit.clear()  # items in transit are lost
+
+    @property
+    def _has_power(self) -> bool:
+        return self._has_supply and "power_loss" not in self.faults
+
+    @property
+    def _delay_ticks(self) -> int:
+        """Minimum delay of all items [ticks]."""
+        delay = self.faults.get("delay")
+        return math.ceil(delay.time / TICK - ROUNDING) if isinstance(delay, Delay) else 0
+
+    def _is_lost(self, tick: int) -> bool:
+        """Whether an item sent in a tick is lost."""
+        loss = self.faults.get("message_loss")
+        return isinstance(loss, MessageLoss) and self._noise_of_messages.at(tick).random() < loss.probability
+
 
 VALUE_FAULTS = (wire.BeamLoss, wire.DeadSector, wire.DeadBeams, wire.Bias, wire.GaussianNoise)
 

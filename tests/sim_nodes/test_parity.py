@@ -10,7 +10,7 @@ import pytest
 
 from sim_nodes.check.bench import ORIGIN, ROBOT, TURTLEBOT, built, drive, run
 from sim_nodes.check.bodies import LOPSIDED
-from sim_nodes.check.rays import DIRECTIONS, LIMIT
+from sim_nodes.check.sensing import DIRECTIONS, LIMIT
 from sim_nodes.geometry import Array, Pose2, quaternion, rotation_matrix
 from sim_nodes.inertia import inertia
 from sim_nodes.physics import BodyState, Engine, PlacedRobot

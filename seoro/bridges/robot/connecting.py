@@ -67,11 +67,7 @@ class Claim:
 
 @asynccontextmanager
 async def connect_robots(
-    endpoint: str,
-    purpose: str,
-    name: str | None = None,
-    robots: tuple[str, ...] = (),
-    claim: Claim | None = None,
+    endpoint: str, purpose: str, name: str | None = None, robots: tuple[str, ...] = (), claim: Claim | None = None
 ) -> AsyncIterator[RobotNode]:
     """Hold robots while the block lasts; they are stopped at its end.
 

@@ -2,44 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.advance import GRANT_TIMEOUT, AdvanceRequests
-from seoro.bridges.sim.arms import ArmRequests
-from seoro.bridges.sim.cameras import CameraRequests
-from seoro.bridges.sim.capabilities import missing_verbs
-from seoro.bridges.sim.driving import DrivingRequests
-from seoro.bridges.sim.faults import FaultRequests
-from seoro.bridges.sim.localisation import LocalisationRequests
-from seoro.bridges.sim.mobile import MobileRequests
+from seoro.bridges.sim.devices import DeviceRequests
 from seoro.bridges.sim.requests import NodeAddress
-from seoro.bridges.sim.sensors import SensorRequests
-from seoro.bridges.sim.snapshots import SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
 from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
+from seoro.runtime.contracts.arms import Arms
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
+from seoro.runtime.contracts.cameras import Cameras
 from seoro.runtime.contracts.faults import Faults
+from seoro.runtime.contracts.robots import DrivenRobots, LocalisedRobots, MobileRobots
+from seoro.runtime.contracts.sensors import Sensors
+from seoro.runtime.contracts.worlds import Simulation, Snapshots, Worlds
 
 ANY_ACTOR = "osc_actor"
 WORLD_FILES = frozenset({".yaml", ".yml"})
+CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
+    MobileRobots: (
+        wire.SET_INITIAL_POSE,
+        wire.NAVIGATE_THROUGH_POSES,
+        wire.WATCH_PROXIMITY,
+        wire.WATCH_DISTANCE,
+        wire.CANCEL_GOAL,
+        wire.CANCEL_WATCH,
+    ),
+    LocalisedRobots: (
+        wire.REINITIALIZE_GLOBAL_LOCALIZATION,
+        wire.WATCH_LOCALIZATION,
+        wire.GET_LOCALIZATION,
+        wire.CANCEL_WATCH,
+    ),
+    DrivenRobots: (wire.DRIVE, wire.CMD_VEL, wire.CANCEL_GOAL),
+    Arms: (
+        wire.FOLLOW_JOINT_TRAJECTORY,
+        wire.MOVE_TO_POSE,
+        wire.GRIPPER_COMMAND,
+        wire.HOLD_ENTITY,
+        wire.WATCH_JOINT,
+        wire.GET_ARM_STATE,
+        wire.CANCEL_GOAL,
+        wire.CANCEL_WATCH,
+    ),
+    Simulation: (
+        wire.SPAWN_ENTITY,
+        wire.SPAWN_ENTITIES,
+        wire.GET_RELATIVE_POSE,
+        wire.DELETE_ENTITY,
+        wire.GET_ENTITIES,
+        wire.SET_ENTITY_STATE,
+        wire.STEP_SIMULATION,
+        wire.RESET_SIMULATION,
+    ),
+    Worlds: (wire.CHANGE_WORLD,),
+    Cameras: (
+        wire.SPAWN_CAMERA,
+        wire.GET_CAMERAS,
+        wire.AIM_CAMERA,
+        wire.FOLLOW_ENTITY,
+        wire.SET_ENTITY_STATE,
+        wire.DELETE_ENTITY,
+        wire.GET_CAMERA_IMAGE,
+    ),
+    Sensors: (wire.WATCH_SENSOR, wire.WATCH_BUMPER, wire.WATCH_RANGE, wire.CHECK_RATE, wire.CANCEL_WATCH),
+    Faults: (wire.INJECT_FAULT, wire.CLEAR_FAULTS, wire.CANCEL_GOAL),
+    Snapshots: (wire.SAVE_STATE, wire.RESTORE_STATE),
+}
+"""Verbs of each capability, all of which a node must serve to have it."""
 
 
-class SimulatorNode(
-    MobileRequests,
-    LocalisationRequests,
-    DrivingRequests,
-    ArmRequests,
-    CameraRequests,
-    FaultRequests,
-    SensorRequests,
-    WorldRequests,
-    SnapshotRequests,
-    AdvanceRequests,
-):
+class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
     """A simulator node.
 
     Args:
@@ -66,7 +104,7 @@ class SimulatorNode(
 
     def serves(self, contract: type) -> bool:
         """Whether the node serves all verbs of a contract."""
-        return not missing_verbs(contract, self._features.features)
+        return all(verb.name in self._features.features for verb in CAPABILITIES.get(contract, ()))
 
     def senses_contacts(self, robot: str) -> bool:
         """See `ContactSensing`."""

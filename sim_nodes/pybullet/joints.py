@@ -1,6 +1,7 @@
-"""Arms in PyBullet: motors that hold positions within their torque, and contacts of links.
+"""Joints in PyBullet: motors of wheels and arms, and contacts of the links of arms.
 
-Links do not collide with each other, which is Bullet's default: paths are checked for that before the arm moves.
+Links of an arm do not collide with each other, which is Bullet's default: paths are checked for that before the
+arm moves.
 """
 
 from __future__ import annotations
@@ -10,15 +11,63 @@ from dataclasses import dataclass
 from typing import Any, assert_never
 
 import numpy as np
+import pybullet
 
 from sim_nodes.geometry import Array, multiply, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, JointStates, Overlap, Shape, Sphere
-from sim_nodes.pybullet.model import BASE, XYZW, Links, xyzw
-from sim_nodes.pybullet.output import captured_output
-from sim_nodes.robots.declaration import ArmDeclaration
+from sim_nodes.pybullet.model import BASE, XYZW, Links, wheels, xyzw
+from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
 
-with captured_output():  # pybullet prints its build time on import
-    import pybullet
+BEARINGS = 0.002  # [N m] friction of wheels without power; frictionless wheels may creep forever
+
+
+@dataclass(frozen=True)
+class DriveCommand:
+    """The last motor command: speeds of the left and right wheel [rad/s], and whether the motors have power."""
+
+    speeds: tuple[float, float] = (0.0, 0.0)
+    has_power: bool = True
+
+
+class PybulletDrive:
+    """The wheels of a robot.
+
+    Args:
+        bullet: The Bullet client.
+        body: Number of the robot's body.
+        links: Its links and joints.
+        mobile: Declaration of its base.
+
+    Attributes:
+        body: Number of the robot's body.
+        wheels: Joint numbers of the left and right wheel.
+        command: The last command.
+    """
+
+    def __init__(self, bullet: Any, body: int, links: Links, mobile: MobileDeclaration) -> None:
+        self._bullet, self.body = bullet, body
+        self.wheels = wheels(links, mobile.drive)
+        self._torque = mobile.drive.motor_torque
+        self.apply_command(DriveCommand())
+
+    def apply_command(self, command: DriveCommand) -> None:
+        """Set the motor targets from a command."""
+        self.command = command
+        speeds, torque = (command.speeds, self._torque) if command.has_power else ((0.0, 0.0), BEARINGS)
+        self._bullet.setJointMotorControlArray(
+            self.body, self.wheels, pybullet.VELOCITY_CONTROL, targetVelocities=speeds, forces=[torque, torque]
+        )
+
+    def angles(self) -> tuple[float, float]:
+        """See `Engine.wheel_angles`."""
+        left, right = pybullet.getJointStates(self.body, self.wheels, self._bullet._client)
+        return left[0], right[0]
+
+    def stop(self) -> None:
+        """Stop the wheels at once."""
+        for wheel, angle in zip(self.wheels, self.angles(), strict=True):
+            self._bullet.resetJointState(self.body, wheel, angle, 0.0)
+
 
 # Fields of the results of getContactPoints and getClosestPoints.
 BODY_A, BODY_B, LINK_A, LINK_B, DISTANCE, FORCE = 1, 2, 3, 4, 8, 9
@@ -181,11 +230,7 @@ class PybulletArm:
         )
 
     def overlaps(
-        self,
-        positions: Array,
-        owners: Mapping[int, str],
-        own: Sequence[tuple[str, str]],
-        carried: Sequence[Ghost],
+        self, positions: Array, owners: Mapping[int, str], own: Sequence[tuple[str, str]], carried: Sequence[Ghost]
     ) -> list[Overlap]:
         """Return the overlaps of the links at hypothetical joint positions.
 
