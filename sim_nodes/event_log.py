@@ -34,19 +34,15 @@ class EventLog:
 
     Attributes:
         worlds: Number of worlds so far; being without one counts as a world.
+        number: Number of the last event.
     """
 
     def __init__(self) -> None:
         self.worlds = 0
         self._world: World | None = None
         self._kept: deque[wire.LoggedEvent] = deque(maxlen=KEPT)
-        self._number = 0
+        self.number = 0
         self._requested: float | None = None
-
-    @property
-    def number(self) -> int:
-        """Number of the last event."""
-        return self._number
 
     @property
     def is_followed(self) -> bool:
@@ -55,8 +51,8 @@ class EventLog:
 
     def add(self, event: WorldEvent | wire.WorldChange) -> None:
         """Log an event."""
-        self._number += 1
-        self._kept.append(wire.LoggedEvent.model_validate({"number": self._number, FIELDS[type(event)]: event}))
+        self.number += 1
+        self._kept.append(wire.LoggedEvent.model_validate({"number": self.number, FIELDS[type(event)]: event}))
 
     def record_world(self, world: World | None) -> None:
         """Log a change of the world, also to none; the first world is not an event."""
@@ -70,7 +66,7 @@ class EventLog:
         """Remove the events after a number, because the simulation was rewound."""
         while self._kept and self._kept[-1].number > number:
             self._kept.pop()
-        self._number = number
+        self.number = number
 
     def since(self, number: int) -> wire.LoggedEvents:
         """Return the events after a number.
@@ -79,16 +75,16 @@ class EventLog:
             RequestRefused: The number is in the future, or the events after it are no longer logged.
         """
         self._requested = time.monotonic()
-        if not self._number - len(self._kept) <= number <= self._number:
+        if not self.number - len(self._kept) <= number <= self.number:
             raise incorrect_state(
                 f"unknown event number {number}; the log has the last {len(self._kept)} events, "
-                f"up to number {self._number}"
+                f"up to number {self.number}"
             )
-        return wire.LoggedEvents(number=self._number, events=tuple(self.after(number)))
+        return wire.LoggedEvents(number=self.number, events=tuple(self.after(number)))
 
     def after(self, number: int) -> Iterator[wire.LoggedEvent]:
         """Return the events after a number, which must be logged."""
-        return islice(self._kept, len(self._kept) - (self._number - number), None)
+        return islice(self._kept, len(self._kept) - (self.number - number), None)
 
 
 MAX_WAITING = 64  # requests; further ones are answered at once

@@ -128,10 +128,10 @@ class Recorder:
     def tick(self) -> None:
         """Update with a tick, also once at the start."""
         if self._ticks % self._every == 0:
-            self._guard(self._take)
+            self._guard(self._add_image)
         self._ticks += 1
 
-    def _take(self) -> None:
+    def _add_image(self) -> None:
         with suppress(RequestRefused):  # the camera or the followed entity was deleted
             self._view = self._view_source()
         self.encoder.add(render(self._engine, self._view))

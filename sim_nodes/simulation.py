@@ -31,7 +31,7 @@ from sim_nodes.physics import BodyState, Engine
 from sim_nodes.recording import Recording
 from sim_nodes.refusals import operation_failed, unknown
 from sim_nodes.robots.drive import Velocity
-from sim_nodes.robots.robot import Robot, WorldContext
+from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
@@ -96,10 +96,10 @@ class Simulation(Stateful):
 
     def _make_robots(self) -> None:
         placed = self.world.robots
-        cameras = self.entities.cameras
-        self.camera_faults = FaultRegistry("", FreeCameras(cameras))
-        context = WorldContext(self.known, self.entities.is_movable, cameras)
-        self.robots = {robot.name: Robot(robot, self.engine, context, self.seed) for robot in placed}
+        self.camera_faults = FaultRegistry("", FreeCameras(self.entities.cameras))
+        self.robots = {
+            robot.name: Robot(robot, self.engine, self.entities, self.known, self.seed) for robot in placed
+        }
         self.departures = Departures(self.world.extent)
         self.frames = Frames(self.engine, self.robots, self.entities)
         self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)

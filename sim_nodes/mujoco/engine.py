@@ -344,7 +344,7 @@ class MujocoEngine:
         for values, present in ((thought.qpos, self._data.qpos), (thought.mocap_pos, self._data.mocap_pos)):
             values[:] = present
         thought.mocap_quat[:] = self._data.mocap_quat
-        arm.put(thought, positions)
+        arm.set_positions(thought, positions)
         if carried is not None:
             joint = model.body_jntadr[self._bases[carried.name]]
             place = model.jnt_qposadr[joint]

@@ -11,8 +11,8 @@ from typing import Any, assert_never
 import mujoco
 from defusedxml import ElementTree
 
+from sim_nodes.extents import part_masses
 from sim_nodes.geometry import quaternion
-from sim_nodes.inertia import part_masses
 from sim_nodes.mujoco.arm import add_arm, configure_grip_contacts
 from sim_nodes.mujoco.stepping import add_counters
 from sim_nodes.physics import FLOOR, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Shape, Sphere, Wall

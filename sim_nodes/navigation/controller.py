@@ -76,7 +76,7 @@ class LocalController(Stateful):
         best = int(score.argmin())
         idle = (speeds < IDLE[0]) & (np.abs(turns) < IDLE[1])
         if idle[best]:
-            # FixedPose still may look best because of the floor ahead, which only a curve leads to.
+            # Standing still may look best because of the floor ahead, which only a curve leads to.
             to_go = self._to_go(plan, pose, x[:, -1], y[:, -1])
             score[idle | (safe < SAMPLES - 1) | (to_go >= to_go[best])] = np.inf
             best = int(score.argmin())

@@ -3,8 +3,8 @@
 Bullet's `restoreState` is bit-exact for poses, velocities and contacts under these conditions:
 
 - Between two links, at most one pair of shapes is close enough to touch, because Bullet restores one per pair of
-  links. Most moving links have one shape (`shapes.py`). Otherwise, as in a corner of walls or for arms, no
-  checkpoint is possible (`broadphase.py`).
+  links. Most moving links have one shape (`split_links`). Otherwise, as in a corner of walls or for arms, no
+  checkpoint is possible (`BroadPhase`).
 - Motors are solved in the order of their creation. Bullet sorts them by islands of bodies that may touch; the
   order of islands depends on the past, and changes that within an island. So all robots are in one island: gears
   without force connect each to the next (`join_islands`).
@@ -71,9 +71,9 @@ class BroadPhase:
         """Add a static body of one link."""
         self._standing[body] = Collider(body, False, _boxes(parts, state.position, state.orientation))
 
-    def add_moving(self, body: int, wide: Mapping[int, Parts], *, fixed: bool = False) -> None:
+    def add_moving(self, body: int, compound: Mapping[int, Parts], *, fixed: bool = False) -> None:
         """Add a body that moves, or whose links do if its base is fixed, with its links of several shapes."""
-        self._moving[body] = (wide, fixed)
+        self._moving[body] = (compound, fixed)
 
     def remove(self, body: int) -> None:
         """Remove a body."""
@@ -97,10 +97,10 @@ class BroadPhase:
     def _colliders(self) -> Iterator[Collider]:
         yield Collider(NO_BODY, False, FLOOR_BOX)
         yield from self._standing.values()
-        for body, (wide, fixed) in self._moving.items():
+        for body, (compound, fixed) in self._moving.items():
             for link in range(BASE, self._bullet.getNumJoints(body)):
-                if link in wide:
-                    boxes = _boxes(wide[link], *_frame(self._bullet, body, link))
+                if link in compound:
+                    boxes = _boxes(compound[link], *_frame(self._bullet, body, link))
                 else:
                     boxes = np.array([self._bullet.getAABB(body, link)])
                 yield Collider(body, link != BASE or not fixed, boxes)

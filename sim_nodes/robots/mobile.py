@@ -7,7 +7,7 @@ of its lidar; control every `CONTROL_TICKS`. An idle base is updated less often.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container
+from collections.abc import Container
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -69,13 +69,11 @@ def base_sensors(
     if declaration.bumper is not None:
         sensors["bumper"] = Bumper(declaration.bumper, state)
     return {
-        name: SensorPipeline(sensor, partial(_noise_of_faults, noise, name), always=sensor is odometry)
+        name: SensorPipeline(
+            sensor, lambda purpose, name=name: noise(f"{name}/{purpose}"), always=sensor is odometry
+        )
         for name, sensor in sensors.items()
     }
-
-
-def _noise_of_faults(noise: Callable[[str], Noise], sensor: str, purpose: str) -> Noise:
-    return noise(f"{sensor}/{purpose}")
 
 
 class MobileBase(Stateful):

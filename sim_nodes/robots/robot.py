@@ -9,6 +9,7 @@ from typing import Any
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.cameras import Cameras
+from sim_nodes.entities import Entities
 from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuator, ArmActuator, WheelMotors
 from sim_nodes.faults.devices import CameraDevice, Device, SensorDevice, Source
 from sim_nodes.faults.registry import FaultRegistry, RobotPower
@@ -34,36 +35,30 @@ class Sample:
     rates: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
-class WorldContext:
-    """The world as known to robots: its map, which entities are movable, and its cameras."""
-
-    known: NavigationMap
-    is_movable: Callable[[str], bool]
-    cameras: Cameras
-
-
 class Robot(Stateful):
     """A robot of the world.
 
     Args:
         placed: Name, kind and initial pose.
         engine: Engine that simulates it.
-        context: The world.
+        entities: Entities of the world.
+        known: Map of the world.
         seed: Seed of the simulation.
     """
 
     STATE = ("_mobile", "_arm", "faults")
 
-    def __init__(self, placed: PlacedRobot, engine: Engine, context: WorldContext, seed: int) -> None:
+    def __init__(
+        self, placed: PlacedRobot, engine: Engine, entities: Entities, known: NavigationMap, seed: int
+    ) -> None:
         self.name = placed.name
         self._engine = engine
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
-        self._mobile = MobileBase(self.name, mobile, engine, context.known, seed) if mobile is not None else None
-        self._arm = Arm(placed, arm, engine, seed, context.is_movable) if arm is not None else None
+        self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
+        self._arm = Arm(placed, arm, engine, seed, entities.is_movable) if arm is not None else None
         self._drives = dict(self._make_actuators(seed))
-        self.faults = FaultRegistry(self.name, self._devices(context.cameras))
+        self.faults = FaultRegistry(self.name, self._devices(entities.cameras))
 
     def _devices(self, cameras: Cameras) -> dict[str, Device]:
         """Return the devices that can have faults, by name."""

@@ -111,16 +111,14 @@ class AdvanceRequests(RecordingRequests):
 
     Args:
         address: Address of the node.
+
+    Attributes:
+        time: The time of the run [s].
     """
 
     def __init__(self, address: NodeAddress) -> None:
         super().__init__(address)
         self._lookahead = Lookahead()
-
-    @property
-    def time(self) -> float:
-        """The time of the run [s]."""
-        return self._time
 
     def set_clock(self, features: wire.SimulatorFeatures) -> None:
         """Set the time of the run from the features of the node.
@@ -131,7 +129,7 @@ class AdvanceRequests(RecordingRequests):
         self._rules = TimeRules(self.name, features, self._given.__contains__)
         self._steps_per_second = max(1, round(1.0 / features.step))
         self._rewinds = wire.REWIND.name in features.features
-        self._time = features.time
+        self.time = features.time
         self._ahead: wire.Advanced | None = None  # answer ahead of the run, for the next grants
         self._back: float | None = None  # time of the run while the node may be ahead [s]
 
@@ -146,21 +144,21 @@ class AdvanceRequests(RecordingRequests):
         if advanced is None:
             horizon = self._horizon(until)
             advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
-        reached = max(self._time, self._end_of(until))
+        reached = max(self.time, self._end_of(until))
         if may_be_ahead and reached < advanced.time:
             if self._back is not None:  # else another request has rewound the node meanwhile
                 self._ahead, self._back = advanced, reached
-            self._time = reached
+            self.time = reached
             return reached
         self._ahead = self._back = None
-        self._time = advanced.time
+        self.time = advanced.time
         await self._report(advanced)
         return advanced.time
 
     def _horizon(self, until: float) -> float | None:
         """Return the time up to which the node simulates ahead; None for not at all."""
         may_go_ahead = self._rewinds and not self.is_recording
-        return self._lookahead.horizon(self._time, until) if may_go_ahead else None
+        return self._lookahead.horizon(self.time, until) if may_go_ahead else None
 
     def _end_of(self, until: float) -> float:
         """Return the end of a grant without events [s]."""
@@ -168,11 +166,11 @@ class AdvanceRequests(RecordingRequests):
 
     async def _advance(self, until: float, horizon: float | None) -> wire.Advanced:
         if self.is_recording:  # the clock grants the rest afterwards
-            until = min(until, self._time + RECORDED_GRANT)
+            until = min(until, self.time + RECORDED_GRANT)
         self._back = None if horizon is None else self._end_of(until)
         request = wire.Advance(until=until, horizon=horizon)
         advanced = await super().ask(wire.ADVANCE, request, GRANT_TIMEOUT)
-        self._rules.check(self._time, self._end_of(until if horizon is None else horizon), advanced)
+        self._rules.check(self.time, self._end_of(until if horizon is None else horizon), advanced)
         if horizon is not None:
             self._lookahead.ended(advanced.time - until)
         return advanced

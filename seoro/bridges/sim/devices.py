@@ -13,7 +13,7 @@ from seoro.runtime.contracts.backends import Reporter
 class DeviceRequests(RobotRequests):
     """The capabilities `Sensors` and `Faults` of a node."""
 
-    _features: wire.SimulatorFeatures
+    features: wire.SimulatorFeatures
 
     async def watch_sample(self, robot: str, sensor: str, report: Reporter) -> str:
         """See `Sensors`."""
@@ -41,7 +41,7 @@ class DeviceRequests(RobotRequests):
 
     def devices(self) -> Mapping[str, Sequence[str]]:
         """See `Faults`."""
-        return {robot.name: robot.devices for robot in self._features.robots}
+        return {robot.name: robot.devices for robot in self.features.robots}
 
     async def inject_fault(self, robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
         """See `Faults`."""

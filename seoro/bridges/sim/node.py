@@ -83,32 +83,27 @@ class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
     Args:
         address: Address of the node.
         models: Folders in which models to spawn are looked up.
-        features: Features of the node.
+        features: Features of the node when its world was loaded.
     """
 
     def __init__(self, address: NodeAddress, models: ModelPath, features: wire.SimulatorFeatures) -> None:
         super().__init__(address, models)
-        self._features = features
+        self.features = features
         self._taken: dict[str, str] = {}  # assigned robots, with the types of their actors
         self.set_clock(features)
 
     @property
-    def features(self) -> wire.SimulatorFeatures:
-        """Features of the node when its world was loaded."""
-        return self._features
-
-    @property
     def robots(self) -> Sequence[wire.RobotInfo]:
         """Robots of its world."""
-        return self._features.robots
+        return self.features.robots
 
     def serves(self, contract: type) -> bool:
         """Whether the node serves all verbs of a contract."""
-        return all(verb.name in self._features.features for verb in CAPABILITIES.get(contract, ()))
+        return all(verb.name in self.features.features for verb in CAPABILITIES.get(contract, ()))
 
     def senses_contacts(self, robot: str) -> bool:
         """See `ContactSensing`."""
-        return any(each.senses_contacts for each in self._features.robots if each.name == robot)
+        return any(each.senses_contacts for each in self.features.robots if each.name == robot)
 
     def reserve(self, robot: wire.RobotInfo) -> None:
         """Exclude a robot from `assign_robot`: the user has assigned it."""
@@ -119,7 +114,7 @@ class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
 
         Actors of the base type `osc_actor` are assigned by name only.
         """
-        free = [robot for robot in self._features.robots if robot.name not in self._taken]
+        free = [robot for robot in self.features.robots if robot.name not in self._taken]
         fitting = [robot for robot in free if types[0] in robot.kinds]
         named = next((robot for robot in fitting if robot.name == actor), None)
         chosen = named or (next(iter(fitting), None) if types[0] != ANY_ACTOR else None)
@@ -130,7 +125,7 @@ class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
 
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
         """See `Backend`. Warnings of the node are reported, too."""
-        for warning in self._features.warnings:
+        for warning in self.features.warnings:
             on_event(WARNING, {"message": warning})
         await super().start_run(on_event, on_lost)
 
@@ -141,24 +136,24 @@ class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
 
     async def load_world(self, world: str, seed: int) -> None:
         """Load a world at time zero, without assigned robots."""
-        self._features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
+        self.features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
         self._taken.clear()
-        self.set_clock(self._features)
+        self.set_clock(self.features)
 
     async def change_world(self, world: str) -> None:
         """See `Worlds`."""
         request = wire.ChangeWorld(world=_portable_path(world, self._models.locate), robots=self._taken)
-        self._features = await self.ask(wire.CHANGE_WORLD, request, GRANT_TIMEOUT)
+        self.features = await self.ask(wire.CHANGE_WORLD, request, GRANT_TIMEOUT)
 
     async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
         """Start from a snapshot at time zero, without assigned robots."""
         await self._restore(wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.BEGIN, seed=seed))
         self._taken.clear()
-        self.set_clock(self._features)
+        self.set_clock(self.features)
 
     async def end_run(self) -> None:
         """See `Backend`."""
-        for robot in self._features.robots:
+        for robot in self.features.robots:
             await self.ask(wire.STOP_ROBOT, wire.StopRobot(robot=robot.name))
 
     async def clear(self) -> None:
@@ -170,7 +165,7 @@ class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
         for number in tuple(self._reporters):  # also of goals, which have ended with `end_run`
             await self.cancel_watch(number)
         if self.serves(Faults):
-            for robot in self._features.robots:
+            for robot in self.features.robots:
                 await self.clear_faults(robot.name, "")
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
 

@@ -32,7 +32,7 @@ class WorldRequests(Requests):
         models: Search path of models to spawn.
     """
 
-    _features: wire.SimulatorFeatures
+    features: wire.SimulatorFeatures
 
     def __init__(self, address: NodeAddress, models: ModelPath) -> None:
         super().__init__(address)
@@ -161,7 +161,7 @@ class WorldRequests(Requests):
     async def _restore(self, request: wire.RestoreState) -> None:
         # Some engines replay the simulation up to the snapshot. Its time comes from a file, and may be NaN.
         replay = min(max(0.0, request.snapshot.time), MAX_REPLAY)
-        self._features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT + replay)
+        self.features = await self.ask(wire.RESTORE_STATE, request, SNAPSHOT_TIMEOUT + replay)
 
     def saved_snapshots(self) -> tuple[wire.Artifact, ...]:
         """Return the saved snapshots as artifacts."""
