@@ -57,8 +57,8 @@ def base_sensors(
         seed: Seed of the simulation.
     """
 
-    def noise(purpose: str) -> Noise:
-        return Noise(seed, f"{robot}/{purpose}")
+    def noise(*purpose: str) -> Noise:
+        return Noise(seed, "/".join((robot, *purpose)))
 
     state = partial(engine.body_state, robot)
     lidar = Lidar(declaration.lidar, noise("lidar"), partial(engine.cast_rays, robot))
@@ -69,9 +69,7 @@ def base_sensors(
     if declaration.bumper is not None:
         sensors["bumper"] = Bumper(declaration.bumper, state)
     return {
-        name: SensorPipeline(
-            sensor, lambda purpose, name=name: noise(f"{name}/{purpose}"), always=sensor is odometry
-        )
+        name: SensorPipeline(sensor, partial(noise, name), always=sensor is odometry)
         for name, sensor in sensors.items()
     }
 
