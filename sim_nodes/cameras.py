@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 from seoro.bridges.wire import CameraFault, Delay, Freeze
 from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix, vector
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
-from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
 from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK

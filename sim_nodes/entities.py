@@ -13,8 +13,8 @@ from sim_nodes.departures import is_within
 from sim_nodes.extents import FLOOR_TOLERANCE, BoundingBox, bounding_box, lowest_point
 from sim_nodes.files import NAME
 from sim_nodes.geometry import Vector
+from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
-from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
 from sim_nodes.robots.urdf_check import parts_of_robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens

@@ -10,7 +10,7 @@ from itertools import islice
 
 from seoro.bridges import wire
 from seoro.bridges.session import Request
-from sim_nodes.refusals import incorrect_state
+from sim_nodes.outcomes import incorrect_state
 from sim_nodes.worlds.loader import World
 
 KEPT = 10_000  # events in the log

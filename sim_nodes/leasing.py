@@ -24,7 +24,7 @@ from seoro.bridges.leasing.leases import CONNECTION_LOST, Hold, Leases, describe
 from seoro.bridges.serving.robot import robot_state
 from seoro.bridges.wire import EmergencyStop, SimulationState, StopAcknowledgement
 from seoro.security.signing.replay_window import HolderKey
-from sim_nodes.refusals import incorrect_state
+from sim_nodes.outcomes import incorrect_state
 from sim_nodes.robots.robot import Robot
 from sim_nodes.simulator import Simulator
 

@@ -18,8 +18,8 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.cameras import render
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Vector
+from sim_nodes.outcomes import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.physics import Engine
-from sim_nodes.refusals import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.ticks import TICK
 from sim_nodes.views import MAX_SIZE, MIN_SIZE, Lens, Picture, View, looking_at, overview
 from sim_nodes.worlds.loader import World

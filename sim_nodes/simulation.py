@@ -21,15 +21,14 @@ from sim_nodes.faults.devices import FreeCameras
 from sim_nodes.faults.registry import FaultRegistry
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.messages import contact_message, feedback_message
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.navigator import Goal
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
 from sim_nodes.physics import BodyState, Engine
 from sim_nodes.recording import Recording
-from sim_nodes.refusals import operation_failed, unknown
 from sim_nodes.robots.drive import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData

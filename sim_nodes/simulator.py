@@ -19,9 +19,9 @@ from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes import snapshots
 from sim_nodes.event_log import EventLog
 from sim_nodes.models import FORMATS
+from sim_nodes.outcomes import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
-from sim_nodes.refusals import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.simulation import Simulation
 from sim_nodes.snapshots import Lookahead, check_world_change, enter_world, return_to, simulate_ahead
 from sim_nodes.streams import Streams

@@ -19,8 +19,8 @@ from seoro.bridges.wire import BYTES, SNAPSHOT_FORMAT, Purpose, Result, Snapshot
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from seoro.files.inputs import Kind, read_input
 from sim_nodes.codec import CodecError, deep_copy, pack, unpack
+from sim_nodes.outcomes import feature_unsupported, operation_failed
 from sim_nodes.physics import Engine, Rewinds, SavesState, UnsavableState, UnstablePhysics
-from sim_nodes.refusals import feature_unsupported, operation_failed
 from sim_nodes.simulation import Simulation
 from sim_nodes.stateful import State
 from sim_nodes.worlds.loader import World

@@ -14,11 +14,10 @@ import numpy as np
 
 from seoro.bridges.wire import DeadSector, Outcome
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import GoalResult
-from sim_nodes.refusals import operation_failed, unknown
+from sim_nodes.outcomes import GoalResult, operation_failed, unknown
 from sim_nodes.sensors.base import Bumps
 from sim_nodes.sensors.lidar import Scan
-from sim_nodes.sensors.losses import dead_beams
+from sim_nodes.sensors.sensor_pipeline import dead_beams
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 

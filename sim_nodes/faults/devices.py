@@ -22,7 +22,7 @@ from sim_nodes.faults.checks import (
 from sim_nodes.faults.image_checks import arrival, camera_check
 from sim_nodes.faults.validation import check_camera_fault, check_fault
 from sim_nodes.faults.value_checks import BeamLossCheck, BiasCheck, DeadBeamsCheck, NoiseCheck
-from sim_nodes.refusals import operation_failed
+from sim_nodes.outcomes import operation_failed
 from sim_nodes.sensors.camera_pipeline import CameraPipeline
 from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful

@@ -21,8 +21,7 @@ from sim_nodes.faults.checks import IN_A_ROW, Check, Checking, MessageLossCheck,
 from sim_nodes.faults.statistics import VALUES, Counts, Levels, Tally
 from sim_nodes.faults.value_checks import SCANS
 from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
-from sim_nodes.sensors.losses import BRIGHTEST, brightness_faults
-from sim_nodes.sensors.sensor_pipeline import Sample
+from sim_nodes.sensors.sensor_pipeline import BRIGHTEST, Sample, brightness_faults
 from sim_nodes.ticks import TICK
 from sim_nodes.views import Picture
 

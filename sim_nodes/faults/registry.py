@@ -11,8 +11,7 @@ from seoro.bridges.wire import Fault, Outcome, PowerLoss
 from sim_nodes.faults.actuators import Actuator
 from sim_nodes.faults.checks import Check, Checking, Observation, SilenceCheck
 from sim_nodes.faults.devices import Device, Source, cannot_have
-from sim_nodes.goals import GoalResult
-from sim_nodes.refusals import operation_failed, unknown
+from sim_nodes.outcomes import GoalResult, operation_failed, unknown
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
 
@@ -122,10 +121,6 @@ class _Measurement:
     deadline: int  # tick
     checking: Checking
 
-    @property
-    def check(self) -> Check[Any]:
-        return self.checking[0]
-
 
 class FaultRegistry(Stateful):
     """The faults of a robot, or of the free cameras of a world.
@@ -156,7 +151,7 @@ class FaultRegistry(Stateful):
         self._abort_deleted()
         devices = {name: device.save() for name, device in self._devices.items()}
         measured = {
-            identifier: (each.device, each.fault, each.deadline, each.check.save())
+            identifier: (each.device, each.fault, each.deadline, each.checking[0].save())
             for identifier, each in self._measured.items()
         }
         values = {"devices": devices, "measured": measured, "ended": list(self._ended)}
@@ -170,7 +165,7 @@ class FaultRegistry(Stateful):
         self._measured = {}
         for identifier, (device, fault, deadline, check) in state.values["measured"].items():
             measured = _Measurement(device, fault, deadline, self._devices[device].start_check(fault))
-            measured.check.restore(check)
+            measured.checking[0].restore(check)
             self._measured[identifier] = measured
 
     def detach_goals(self, goals: Container[str]) -> None:

@@ -18,8 +18,7 @@ from seoro.bridges.wire import BeamLoss, Bias, DeadBeams, DeadSector, GaussianNo
 from sim_nodes.faults.checks import Observation, Pairing, SensorCheck
 from sim_nodes.faults.statistics import VALUES, Tally, Truncated, truncated
 from sim_nodes.geometry import Array, wrap
-from sim_nodes.sensors.losses import dead_beams, lost_beams
-from sim_nodes.sensors.sensor_pipeline import Sensor, Values
+from sim_nodes.sensors.sensor_pipeline import Sensor, Values, dead_beams, lost_beams
 
 UNITS = {
     Quantity.LENGTH: "m",

@@ -17,7 +17,7 @@ import numpy as np
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Array
-from sim_nodes.goals import GoalResult
+from sim_nodes.outcomes import GoalResult
 from sim_nodes.physics import JointStates
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK

@@ -33,6 +33,7 @@ from sim_nodes.physics import (
     PlacedRobot,
     Scene,
 )
+from sim_nodes.pybullet import captured_output
 from sim_nodes.pybullet.camera import draw, floor_shapes
 from sim_nodes.pybullet.joints import (
     BODY_B,
@@ -45,7 +46,6 @@ from sim_nodes.pybullet.joints import (
     is_touching,
 )
 from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
-from sim_nodes.pybullet.output import captured_output
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.views import WALL, Picture, View, colour_of

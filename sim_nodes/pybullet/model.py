@@ -16,7 +16,7 @@ from defusedxml.ElementTree import fromstring
 from sim_nodes.extents import inertia
 from sim_nodes.geometry import Quaternion, Vector, roll_pitch_yaw
 from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere, Wall
-from sim_nodes.pybullet.output import captured_output
+from sim_nodes.pybullet import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 from sim_nodes.robots.urdf_check import link_parts
 from sim_nodes.views import Colour

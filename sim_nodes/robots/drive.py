@@ -21,9 +21,8 @@ import numpy as np
 
 from seoro.bridges.wire import Outcome, Quantity
 from sim_nodes.geometry import Array
-from sim_nodes.goals import GoalResult
+from sim_nodes.outcomes import GoalResult, operation_failed
 from sim_nodes.physics import Engine
-from sim_nodes.refusals import operation_failed
 from sim_nodes.robots.declaration import BatteryDeclaration, DriveDeclaration
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK

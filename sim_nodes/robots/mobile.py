@@ -14,14 +14,13 @@ from typing import Any
 
 from sim_nodes.faults.motor_checks import Motion
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.navigation.localisation import Localisation
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.navigator import ControlInput, Feedback, Goal, Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state
 from sim_nodes.physics import Engine
-from sim_nodes.refusals import incorrect_state
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.drive import (
     AT_REST,

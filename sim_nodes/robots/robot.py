@@ -13,12 +13,11 @@ from sim_nodes.entities import Entities
 from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuator, ArmActuator, WheelMotors
 from sim_nodes.faults.devices import CameraDevice, Device, SensorDevice, Source
 from sim_nodes.faults.registry import FaultRegistry, RobotPower
-from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, feature_unsupported
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
-from sim_nodes.refusals import feature_unsupported
 from sim_nodes.robots.mobile import MobileBase
 from sim_nodes.sensors.base import Bumper
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline

@@ -11,8 +11,8 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused, check_id, name_list, read_request
+from sim_nodes.outcomes import feature_unsupported
 from sim_nodes.physics import UnstablePhysics
-from sim_nodes.refusals import feature_unsupported
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import entities, queries, robots, sensors, simulation
 

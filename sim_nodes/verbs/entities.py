@@ -12,8 +12,8 @@ from sim_nodes.entities import Entities, SpawnRequest
 from sim_nodes.listing import model_of
 from sim_nodes.messages import body_state, check_pose, entity_state
 from sim_nodes.models import parse_model
+from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import BodyModel, BodyState
-from sim_nodes.refusals import operation_failed
 from sim_nodes.simulator import Simulator
 from sim_nodes.worlds.schema import MAX_TAGS, TAG
 

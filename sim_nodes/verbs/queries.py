@@ -9,7 +9,7 @@ from seoro.bridges.wire import Category, Empty
 from sim_nodes.entities import EntityInfo
 from sim_nodes.listing import find_spawnables, find_worlds
 from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
-from sim_nodes.refusals import operation_failed, unknown
+from sim_nodes.outcomes import operation_failed, unknown
 from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.entities import check_categories, check_tags, check_tags_filter, filter_entities, has_tags

@@ -10,7 +10,7 @@ from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_posit
 from sim_nodes.cameras import png
 from sim_nodes.geometry import Vector
 from sim_nodes.messages import FARTHEST, body_state, check_pose, sample_message
-from sim_nodes.refusals import incorrect_state, operation_failed
+from sim_nodes.outcomes import incorrect_state, operation_failed
 from sim_nodes.sensors.base import Bumper
 from sim_nodes.simulator import Simulator
 from sim_nodes.ticks import TICK

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from seoro.bridges import wire
-from sim_nodes.refusals import operation_failed
+from sim_nodes.outcomes import operation_failed
 from sim_nodes.simulator import Simulator
 
 

@@ -62,8 +62,8 @@ def test_links_of_robots_have_the_same_mass_and_inertia() -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     from pybullet_utils.bullet_client import BulletClient
 
+    from sim_nodes.pybullet import captured_output
     from sim_nodes.pybullet.model import load_robot
-    from sim_nodes.pybullet.output import captured_output
 
     with captured_output():
         bullet = BulletClient(DIRECT)

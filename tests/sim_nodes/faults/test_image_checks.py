@@ -25,7 +25,7 @@ from sim_nodes.faults.image_checks import camera_check
 from sim_nodes.faults.statistics import Levels
 from sim_nodes.noise import Noise
 from sim_nodes.sensors.camera_pipeline import CameraPipeline, Missing
-from sim_nodes.sensors.losses import with_errors
+from sim_nodes.sensors.sensor_pipeline import with_errors
 from sim_nodes.views import Lens, Picture
 
 LENS = Lens(width=48, height=32)
