@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -19,9 +19,7 @@ from sim_nodes.geometry import Array
 from sim_nodes.messages import flat_pose, sample_message
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.robots.robot import Robot
-
-if TYPE_CHECKING:
-    from sim_nodes.simulation import Simulation
+from sim_nodes.watches import Watched
 
 MAX_STREAMS = 16
 BATTERY_TICKS = 50  # between two battery states
@@ -51,6 +49,24 @@ Raises:
 """
 
 
+class StreamSource(Watched, Protocol):
+    """The simulation as seen by streams."""
+
+    @property
+    def robots(self) -> Mapping[str, Robot]:
+        """Robots by name."""
+
+    def robot(self, name: str) -> Robot:
+        """Return a robot by name.
+
+        Raises:
+            RequestRefused: The robot is unknown.
+        """
+
+    def time_of_tick(self, tick: int) -> float:
+        """Return the time of a tick [s]."""
+
+
 @dataclass
 class _Stream:
     request: wire.OpenStream
@@ -63,14 +79,14 @@ class _Stream:
         """Whether all subscribers have gone."""
         return self.had_subscribers and not self.publisher.has_subscribers
 
-    def publish(self, simulation: Simulation) -> None:
+    def publish(self, simulation: StreamSource) -> None:
         self.number += 1
         if self.publisher.has_subscribers:
             self.had_subscribers = True
             with suppress(SessionError):  # subscribers open the stream again on the next session
                 self.publisher.put(wire.encode(self._update(simulation)))
 
-    def _update(self, simulation: Simulation) -> wire.StreamUpdate:
+    def _update(self, simulation: StreamSource) -> wire.StreamUpdate:
         robots, tick = simulation.robots, simulation.tick
         return wire.StreamUpdate(
             number=self.number,
@@ -81,7 +97,7 @@ class _Stream:
             batteries=tuple(self._batteries(robots)) if tick % BATTERY_TICKS == 0 else (),
         )
 
-    def _samples(self, simulation: Simulation) -> Iterator[wire.StreamedSample]:
+    def _samples(self, simulation: StreamSource) -> Iterator[wire.StreamedSample]:
         robots = simulation.robots
         for each in self.request.sensors:
             pipeline = robots[each.robot].sensors.get(each.sensor) if each.robot in robots else None
@@ -123,7 +139,7 @@ class Streams:
         """Whether there are any; they need every tick."""
         return bool(self._streams)
 
-    def open(self, request: wire.OpenStream, simulation: Simulation) -> None:
+    def open(self, request: wire.OpenStream, simulation: StreamSource) -> None:
         """Open a stream.
 
         Raises:
@@ -164,7 +180,7 @@ class Streams:
                 if pipeline is not None:
                     pipeline.in_use = True
 
-    def tick(self, simulation: Simulation) -> None:
+    def tick(self, simulation: StreamSource) -> None:
         """Publish the data of a tick."""
         if simulation.tick % SUBSCRIBER_CHECK_TICKS == 0:
             for name in [name for name, stream in self._streams.items() if stream.is_over]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Container
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,21 +17,38 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.outcomes import GoalResult, operation_failed, unknown
 from sim_nodes.sensors.base import Bumps
 from sim_nodes.sensors.lidar import Scan
-from sim_nodes.sensors.sensor_pipeline import dead_beams
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline, dead_beams
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
-if TYPE_CHECKING:
-    from sim_nodes.simulation import Simulation
-
 MAX_WATCHES = 1000
+
+
+class Watched(Protocol):
+    """The simulation as seen by watches."""
+
+    @property
+    def tick(self) -> int:
+        """The last tick."""
+
+    def pipeline(self, robot: str, sensor: str) -> SensorPipeline[Any]:
+        """Return the pipeline of a sensor."""
+
+    def pose(self, frame: str) -> Pose2 | None:
+        """Return the pose of a frame in `map`; None if it is unknown yet."""
+
+    def travelled(self, robot: str) -> float:
+        """Return the distance travelled by a robot's odometry [m]."""
+
+    def joint_position(self, robot: str, joint: str) -> float:
+        """Return the position of a joint of a robot's arm or gripper [rad, m]."""
 
 
 class Watch(ABC):
     """A condition on a simulation; frozen data."""
 
     @abstractmethod
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
 
     @property
@@ -40,11 +57,11 @@ class Watch(ABC):
         robot: str | None = getattr(self, "robot", None)
         return robot
 
-    def rebased(self, before: Simulation, now: Simulation) -> Watch:
+    def rebased(self, before: Watched, now: Watched) -> Watch:
         """Return the condition for a world with other robots, or with robots in other states."""
         return self
 
-    def result(self, world: Simulation) -> tuple[Outcome, str]:
+    def result(self, world: Watched) -> tuple[Outcome, str]:
         """Return the outcome and message to report when it has become true."""
         return Outcome.SUCCEEDED, ""
 
@@ -59,7 +76,7 @@ class ProximityWatch(Watch):
     y: float
     threshold: float  # [m]
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
         frame, parent = world.pose(self.frame), world.pose(self.parent)
         if frame is None or parent is None:
@@ -75,11 +92,11 @@ class DistanceWatch(Watch):
     robot: str
     target: float  # [m]
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
         return world.travelled(self.robot) >= self.target
 
-    def rebased(self, before: Simulation, now: Simulation) -> DistanceWatch:
+    def rebased(self, before: Watched, now: Watched) -> DistanceWatch:
         """Return the condition with the same remaining distance."""
         return replace(self, target=self.target - before.travelled(self.robot) + now.travelled(self.robot))
 
@@ -90,7 +107,7 @@ class LocalisationWatch(Watch):
 
     robot: str
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
         return world.pose(f"{self.robot}/base_link") is not None
 
@@ -105,12 +122,12 @@ class JointWatch(Watch):
     tolerance: float  # [rad, m]
     from_above: bool  # whether it approaches from a greater position
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
         position = world.joint_position(self.robot, self.joint)
         return abs(position - self.target) <= self.tolerance or (position > self.target) != self.from_above
 
-    def rebased(self, before: Simulation, now: Simulation) -> JointWatch:
+    def rebased(self, before: Watched, now: Watched) -> JointWatch:
         """Return the condition for an approach from the present position."""
         return replace(self, from_above=now.joint_position(self.robot, self.joint) > self.target)
 
@@ -158,16 +175,16 @@ class Watches(Stateful):
         """Cancel all watches whose ids begin with a prefix."""
         self._watches = {name: watch for name, watch in self._watches.items() if not name.startswith(prefix)}
 
-    def pop_true(self, world: Simulation) -> list[GoalResult]:
+    def pop_true(self, world: Watched) -> list[GoalResult]:
         """Remove the watches that have become true, and return their results."""
         true = [identifier for identifier, watch in self._watches.items() if watch.holds(world)]
         return [GoalResult(identifier, *self._watches.pop(identifier).result(world)) for identifier in true]
 
-    def carry_over(self, world: Simulation) -> None:
+    def carry_over(self, world: Watched) -> None:
         """Continue in a world whose robots have been reset."""
         self._watches = {name: watch.rebased(world, world) for name, watch in self._watches.items()}
 
-    def adopt(self, watches: Watches, before: Simulation, now: Simulation, robots: Container[str]) -> None:
+    def adopt(self, watches: Watches, before: Watched, now: Watched, robots: Container[str]) -> None:
         """Adopt the watches of an earlier world, or their saved state here.
 
         Args:
@@ -192,7 +209,7 @@ class SensorWatch(Watch):
     robot: str
     sensor: str
 
-    def rebased(self, before: Simulation, now: Simulation) -> SensorWatch:
+    def rebased(self, before: Watched, now: Watched) -> SensorWatch:
         """Return the same watch; marks the sensor as in use."""
         now.pipeline(self.robot, self.sensor).in_use = True
         return self
@@ -206,12 +223,12 @@ class SampleWatch(SensorWatch):
     sensor: str
     since: int
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
         arrival = world.pipeline(self.robot, self.sensor).arrival
         return arrival is not None and arrival > self.since
 
-    def rebased(self, before: Simulation, now: Simulation) -> SampleWatch:
+    def rebased(self, before: Watched, now: Watched) -> SampleWatch:
         """Return a watch for samples after the present tick."""
         super().rebased(before, now)
         return replace(self, since=now.tick)
@@ -226,7 +243,7 @@ class BumperWatch(SensorWatch):
     zone: str
     entity: str
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
         latest = world.pipeline(self.robot, self.sensor).latest
         if latest is None:
@@ -245,7 +262,7 @@ class RangeWatch(SensorWatch):
     start: float
     end: float
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
         pipeline = world.pipeline(self.robot, self.sensor)
         if pipeline.latest is None:
@@ -267,17 +284,17 @@ class RateWatch(SensorWatch):
     lowest: float
     highest: float
 
-    def holds(self, world: Simulation) -> bool:
+    def holds(self, world: Watched) -> bool:
         """Whether the period is over."""
         return world.tick >= self.end
 
-    def rebased(self, before: Simulation, now: Simulation) -> RateWatch:
+    def rebased(self, before: Watched, now: Watched) -> RateWatch:
         """Return a watch that counts anew, for the same duration."""
         super().rebased(before, now)
         count = now.pipeline(self.robot, self.sensor).count
         return replace(self, count=count, begin=now.tick, end=now.tick + self.end - self.begin)
 
-    def result(self, world: Simulation) -> tuple[Outcome, str]:
+    def result(self, world: Watched) -> tuple[Outcome, str]:
         """Return whether the rate was in bounds, and a text with the rate."""
         count = world.pipeline(self.robot, self.sensor).count - self.count
         duration = (self.end - self.begin) * TICK
