@@ -15,13 +15,13 @@ import statistics
 
 import numpy as np
 
-from seoro.bridges.wire import GaussianNoise, Quantity
+from seoro.bridges.wire import GaussianNoise, Occurrence, Quantity
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.navigation import controller, obstacles
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import BodyState
-from sim_nodes.robots.diff_drive import Velocity
+from sim_nodes.robots.drive import Velocity
 from sim_nodes.simulator import Simulator
 
 ROBOT = "turtlebot4"
@@ -49,11 +49,11 @@ def find_itself(number: int) -> tuple[float, float]:
     state = BodyState((start.x, start.y, 0.001), quaternion(0.0, 0.0, start.yaw))
     simulation.engine.set_body_state(ROBOT, state)
     base = simulation.robot(ROBOT).mobile
-    simulation.search_pose(ROBOT)
+    simulation.robot(ROBOT).mobile.search_pose(simulation.tick)
     simulation.drive(ROBOT, "turn", Velocity(0.0, TURNING), GIVEN_UP)
     while base.localised_pose() is None and simulation.time < GIVEN_UP:
         simulation.advance(simulation.time + 0.1)
-    found, truth = base.localised_pose(), simulation.true_pose(ROBOT)
+    found, truth = base.localised_pose(), simulation.frames.true_pose(ROBOT)
     return simulation.time, math.inf if found is None else found.distance(truth.x, truth.y)
 
 
@@ -61,13 +61,13 @@ def drive(std: float, seed: int) -> tuple[str, float, float, float]:
     """Drive through the maze; return the status, duration [s], length [m] and mean error [m]."""
     simulator = Simulator(MujocoEngine(), "maze", seed)
     simulation = simulator.simulation
-    simulation.set_initial_pose(ROBOT, Pose2(0.0, 0.0, 0.0))
+    simulation.robot(ROBOT).mobile.set_initial_pose(Pose2(0.0, 0.0, 0.0), simulation.tick)
     simulation.inject_fault("noise", ROBOT, "lidar", GaussianNoise(deviation={Quantity.LENGTH: std}), LATEST)
     simulation.navigate(ROBOT, Goal("goal", (GOAL,), stop_at_each=False))
     ended = "under way"
     while ended == "under way" and simulation.time < LATEST:
         simulation.advance(LATEST)
-        ends = {each.id: each.outcome.value for each in simulation.collect().occurrences}
+        ends = {each.id: each.outcome.value for each in simulation.collect() if isinstance(each, Occurrence)}
         ended = ends.get("goal", ended)
     measured = simulation.measurements().robots[ROBOT]
     return ended, simulation.time, measured.path_length, measured.localisation_error or 0.0

@@ -37,7 +37,7 @@ from seoro.bridges.sim.node import SimulatorNode
 from seoro.robotics.geometry import Pose3D, Position3D
 from seoro.runtime.contracts.backends import Report
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.check.rays import DIRECTIONS, LIMIT
+from sim_nodes.check.sensing import DIRECTIONS, LIMIT
 from sim_nodes.physics import Engine
 from sim_nodes.worlds.loader import load_world
 

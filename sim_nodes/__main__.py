@@ -111,9 +111,7 @@ def _parser() -> argparse.ArgumentParser:
     place = parser.add_mutually_exclusive_group()
     place.add_argument("--connect", metavar="ENDPOINT", help="connect to the Zenoh hub at ENDPOINT")
     place.add_argument(
-        "--listen",
-        metavar="ENDPOINT",
-        help=f"run as hub and listen on ENDPOINT (default {DEFAULT_ENDPOINT})",
+        "--listen", metavar="ENDPOINT", help=f"run as hub and listen on ENDPOINT (default {DEFAULT_ENDPOINT})"
     )
     parser.add_argument("--namespace", default=NAMESPACE, help="namespace of the node (default %(default)s)")
     parser.add_argument("--node", help="node name (default: name of the engine)")
@@ -139,16 +137,11 @@ def _parser() -> argparse.ArgumentParser:
         help="search DIR/name for models with URIs `name://path` (repeatable)",
     )
     parser.add_argument(
-        "--stop-file",
-        type=Path,
-        metavar="FILE",
-        help="keep an emergency stop in FILE, also across restarts",
+        "--stop-file", type=Path, metavar="FILE", help="keep an emergency stop in FILE, also across restarts"
     )
     parser.add_argument("--die-with-parent", action="store_true", help="exit when stdin closes; ignore Ctrl-C")
     parser.add_argument(
-        "--folder",
-        metavar="DIR",
-        help="with --die-with-parent: delete this folder if the parent is killed",
+        "--folder", metavar="DIR", help="with --die-with-parent: delete this folder if the parent is killed"
     )
     return parser
 

@@ -10,7 +10,6 @@ import io
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import assert_never
 
 import numpy as np
@@ -19,8 +18,8 @@ from numpy.typing import ArrayLike
 from seoro.bridges.wire import CameraFault, Delay, Freeze
 from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix, vector
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
-from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
 from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
@@ -30,14 +29,6 @@ from sim_nodes.worlds.loader import World
 MAX_CAMERAS = 50
 NEAREST = 1e-6  # [m] minimum distance of the point that a camera looks at
 MAX_KEPT = 128 * 1024 * 1024  # [bytes] of images kept for faults; half of the limit of a snapshot
-
-
-@dataclass(frozen=True)
-class FixedPose:
-    """A fixed pose in `map`."""
-
-    position: Vector
-    orientation: Quaternion
 
 
 @dataclass(frozen=True)
@@ -58,7 +49,8 @@ class Mounted:
     orientation: Quaternion
 
 
-Mount = FixedPose | Following | Mounted
+Mount = BodyState | Following | Mounted
+"""A fixed pose in `map`, or one that follows from an entity or a link."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +76,10 @@ class Cameras(Stateful):
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self._engine = engine
         self._seed = seed
-        self._first = {name: _standing(view) for name, view in world.cameras.items()}
+        self._first = {
+            name: Camera(view.lens, BodyState(view.position, view.orientation))
+            for name, view in world.cameras.items()
+        }
         for robot in world.robots:
             self._first |= _cameras_of(robot)
         self.reset()
@@ -101,9 +96,10 @@ class Cameras(Stateful):
         super().restore(state)
 
     def _make_pipeline(self, name: str) -> CameraPipeline:
-        look = partial(self._ground_truth_picture, name)
         return CameraPipeline(
-            self._cameras[name].lens, look, lambda purpose: Noise(self._seed, f"{name}/{purpose}")
+            self._cameras[name].lens,
+            lambda: render(self._engine, self.view(name)),
+            lambda purpose: Noise(self._seed, f"{name}/{purpose}"),
         )
 
     def names(self) -> tuple[str, ...]:
@@ -123,13 +119,13 @@ class Cameras(Stateful):
         """
         if len(self._cameras) >= MAX_CAMERAS:
             raise operation_failed(f"too many cameras: {MAX_CAMERAS} at most; delete some")
-        self._first[name] = Camera(lens, FixedPose(place.position, place.orientation), spawned=True)
+        self._first[name] = Camera(lens, place, spawned=True)
         self._cameras[name] = self._first[name]
         self._pipelines[name] = self._make_pipeline(name)
 
     def set_pose(self, name: str, place: BodyState) -> None:
         """Set the pose of a free camera, which stops following."""
-        self._set(name, FixedPose(place.position, place.orientation))
+        self._set(name, place)
 
     def follow(self, name: str, entity: str, offset: Vector) -> None:
         """Make a camera follow an entity and look at it."""
@@ -142,7 +138,7 @@ class Cameras(Stateful):
         position = self.view(name).position
         if math.dist(position, target) < NEAREST:
             raise operation_failed(f"{name!r} cannot look at its own position")
-        self._set(name, FixedPose(position, looking_at(position, target)))
+        self._set(name, BodyState(position, looking_at(position, target)))
 
     def _set(self, name: str, mount: Mount) -> None:
         camera = self._camera(name)
@@ -170,7 +166,7 @@ class Cameras(Stateful):
         for name, camera in self._cameras.items():
             if isinstance(camera.mount, Following) and camera.mount.entity == entity:
                 view = self.view(name)
-                self._cameras[name] = replace(camera, mount=FixedPose(view.position, view.orientation))
+                self._cameras[name] = replace(camera, mount=BodyState(view.position, view.orientation))
 
     def view(self, name: str) -> View:
         """Return the present pose and lens of a camera.
@@ -187,7 +183,7 @@ class Cameras(Stateful):
 
     def _pose_of(self, mount: Mount) -> tuple[Vector, Quaternion]:
         match mount:
-            case FixedPose(position=position, orientation=orientation):
+            case BodyState(position=position, orientation=orientation):
                 return position, orientation
             case Following(entity=entity, offset=offset):
                 target = self._engine.body_state(entity).position
@@ -229,9 +225,6 @@ class Cameras(Stateful):
         if isinstance(given, Missing):
             raise operation_failed(f"no image from {name!r}: {given.value}")
         return given
-
-    def _ground_truth_picture(self, name: str) -> Picture:
-        return render(self._engine, self.view(name))
 
     def check_memory(self, name: str, fault: CameraFault) -> None:
         """Refuse a fault that would exceed the memory for kept images.
@@ -290,10 +283,6 @@ def png(picture: Picture) -> bytes:
     file = io.BytesIO()
     Image.fromarray(picture).save(file, format="PNG")
     return file.getvalue()
-
-
-def _standing(view: View) -> Camera:
-    return Camera(view.lens, FixedPose(view.position, view.orientation))
 
 
 def _cameras_of(robot: PlacedRobot) -> Iterable[tuple[str, Camera]]:

@@ -99,7 +99,7 @@ def _copier(kind: type) -> Callable[[Any], Any]:
         CodecError: The class is not data.
     """
     if issubclass(kind, int | float | str | bytes | Enum | BaseModel):  # models are frozen
-        return _same
+        return lambda value: value
     if issubclass(kind, np.ndarray | np.generic | set | frozenset):  # elements of sets are immutable
         return kind.copy
     if issubclass(kind, dict):
@@ -109,18 +109,12 @@ def _copier(kind: type) -> Callable[[Any], Any]:
     if issubclass(kind, deque):
         return lambda value: deque(map(deep_copy, value), value.maxlen)
     if issubclass(kind, tuple):
-        return _copied_named if hasattr(kind, "_fields") else lambda value: tuple(map(deep_copy, value))
+        if hasattr(kind, "_fields"):
+            return lambda value: kind(*map(deep_copy, value))
+        return lambda value: tuple(map(deep_copy, value))
     if is_dataclass(kind):
         return partial(_copied_record, tuple(each.name for each in fields(kind)))
     raise CodecError(f"unsupported type {_full_name(kind)}; expected data")
-
-
-def _same(value: Any) -> Any:
-    return value
-
-
-def _copied_named(value: Any) -> Any:
-    return type(value)(*map(deep_copy, value))
 
 
 def _copied_record(names: tuple[str, ...], record: Any) -> Any:

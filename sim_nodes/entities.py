@@ -10,15 +10,16 @@ from seoro.bridges.wire import Category, SpawnResult, WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes.cameras import Cameras
 from sim_nodes.departures import is_within
-from sim_nodes.extents import FLOOR_TOLERANCE, BoundingBox, bounding_box, lowest_point, parts_of_robot
+from sim_nodes.extents import FLOOR_TOLERANCE, BoundingBox, bounding_box, lowest_point
 from sim_nodes.files import NAME
 from sim_nodes.geometry import Vector
+from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
-from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
+from sim_nodes.robots.urdf_check import parts_of_robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
-from sim_nodes.worlds.placement import check_start_poses
+from sim_nodes.worlds.props import check_start_poses
 
 MAX_SPAWNED = 1000
 RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})

@@ -1,19 +1,16 @@
-"""Events of a simulation: pending until a grant returns them, and logged for clients that follow them.
-
-See `seoro.bridges.wire.advance` and `seoro.bridges.wire.event_log`.
-"""
+"""Events of a simulation, logged for clients that follow them; see `seoro.bridges.wire.event_log`."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 
 from seoro.bridges import wire
-from sim_nodes.refusals import incorrect_state
-from sim_nodes.stateful import Stateful
+from seoro.bridges.session import Request
+from sim_nodes.outcomes import incorrect_state
 from sim_nodes.worlds.loader import World
 
 KEPT = 10_000  # events in the log
@@ -32,68 +29,20 @@ FIELDS: Mapping[type[WorldEvent | wire.WorldChange], str] = {
 }
 
 
-@dataclass(frozen=True)
-class CollectedEvents:
-    """Events up to a time, in order."""
-
-    occurrences: tuple[wire.Occurrence, ...]
-    contacts: tuple[wire.Contact, ...]
-    feedback: tuple[wire.NavigationFeedback, ...]
-    departures: tuple[wire.Departure, ...] = ()
-
-
-class PendingEvents(Stateful):
-    """Events that were not returned yet.
-
-    Args:
-        events: The events.
-    """
-
-    STATE = ("_events",)
-
-    def __init__(self, events: Iterable[WorldEvent] = ()) -> None:
-        self._events = list(events)
-
-    def __bool__(self) -> bool:
-        return bool(self._events)
-
-    def add(self, event: WorldEvent) -> None:
-        """Add an event."""
-        self._events.append(event)
-
-    def drain(self) -> CollectedEvents:
-        """Remove and return all events."""
-        events, self._events = self._events, []
-        return CollectedEvents(
-            tuple(event for event in events if isinstance(event, wire.Occurrence)),
-            tuple(event for event in events if isinstance(event, wire.Contact)),
-            tuple(event for event in events if isinstance(event, wire.NavigationFeedback)),
-            tuple(event for event in events if isinstance(event, wire.Departure)),
-        )
-
-    def without_feedback(self) -> PendingEvents:
-        """Return the pending events except navigation feedback."""
-        return PendingEvents(event for event in self._events if not isinstance(event, wire.NavigationFeedback))
-
-
 class EventLog:
     """Events of a simulator across its worlds, numbered from 1.
 
     Attributes:
         worlds: Number of worlds so far; being without one counts as a world.
+        number: Number of the last event.
     """
 
     def __init__(self) -> None:
         self.worlds = 0
         self._world: World | None = None
         self._kept: deque[wire.LoggedEvent] = deque(maxlen=KEPT)
-        self._number = 0
+        self.number = 0
         self._requested: float | None = None
-
-    @property
-    def number(self) -> int:
-        """Number of the last event."""
-        return self._number
 
     @property
     def is_followed(self) -> bool:
@@ -102,8 +51,8 @@ class EventLog:
 
     def add(self, event: WorldEvent | wire.WorldChange) -> None:
         """Log an event."""
-        self._number += 1
-        self._kept.append(wire.LoggedEvent.model_validate({"number": self._number, FIELDS[type(event)]: event}))
+        self.number += 1
+        self._kept.append(wire.LoggedEvent.model_validate({"number": self.number, FIELDS[type(event)]: event}))
 
     def record_world(self, world: World | None) -> None:
         """Log a change of the world, also to none; the first world is not an event."""
@@ -117,7 +66,7 @@ class EventLog:
         """Remove the events after a number, because the simulation was rewound."""
         while self._kept and self._kept[-1].number > number:
             self._kept.pop()
-        self._number = number
+        self.number = number
 
     def since(self, number: int) -> wire.LoggedEvents:
         """Return the events after a number.
@@ -126,13 +75,74 @@ class EventLog:
             RequestRefused: The number is in the future, or the events after it are no longer logged.
         """
         self._requested = time.monotonic()
-        if not self._number - len(self._kept) <= number <= self._number:
+        if not self.number - len(self._kept) <= number <= self.number:
             raise incorrect_state(
                 f"unknown event number {number}; the log has the last {len(self._kept)} events, "
-                f"up to number {self._number}"
+                f"up to number {self.number}"
             )
-        return wire.LoggedEvents(number=self._number, events=tuple(self.after(number)))
+        return wire.LoggedEvents(number=self.number, events=tuple(self.after(number)))
 
     def after(self, number: int) -> Iterator[wire.LoggedEvent]:
         """Return the events after a number, which must be logged."""
-        return islice(self._kept, len(self._kept) - (self._number - number), None)
+        return islice(self._kept, len(self._kept) - (self.number - number), None)
+
+
+MAX_WAITING = 64  # requests; further ones are answered at once
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    request: Request
+    since: int
+    until: float  # [s] of the monotonic clock
+
+
+class LongPolls:
+    """Requests for events (`await_events`, `hold_robots`) that are answered when one occurs.
+
+    A node handles one request at a time. Requests without an event are deferred here, and the node continues.
+
+    Args:
+        log: Log of events.
+    """
+
+    def __init__(self, log: EventLog) -> None:
+        self._log = log
+        self._waiting: list[_Waiting] = []
+
+    def defer(self, request: Request, clock: float) -> bool:
+        """Defer a request if it has to wait; returns False if it is to be answered now.
+
+        Args:
+            request: The request.
+            clock: Monotonic clock [s].
+        """
+        if len(self._waiting) >= MAX_WAITING:
+            return False
+        try:
+            asked = wire.AWAIT_EVENTS.read(request.payload)
+        except wire.WireError:
+            return False
+        if asked.since != self._log.number or not 0.0 < asked.wait <= wire.LONGEST_WAIT:
+            return False
+        self._log.since(asked.since)  # marks the log as followed
+        self._waiting.append(_Waiting(request, asked.since, clock + asked.wait))
+        return True
+
+    def pop_due(self, clock: float) -> list[Request]:
+        """Remove and return the requests with a new event or an expired wait, at a monotonic clock [s]."""
+        due = [each for each in self._waiting if each.since != self._log.number or each.until <= clock]
+        if due:
+            self._waiting = [each for each in self._waiting if each not in due]
+        return [each.request for each in due]
+
+    def pop_all(self) -> list[Request]:
+        """Remove and return all requests, to answer them now."""
+        waiting, self._waiting = self._waiting, []
+        return [each.request for each in waiting]
+
+    def time_to_next(self, clock: float) -> float | None:
+        """Return the time until the next wait expires [s]; None without requests."""
+        if not self._waiting:
+            return None
+        return max(0.0, min(each.until for each in self._waiting) - clock)

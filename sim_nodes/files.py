@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 from urllib.parse import unquote
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from seoro.bridges.models import files_in
 from seoro.files.inputs import resolved
@@ -21,6 +21,12 @@ FILE = "file://"
 MAX_FILES = 1000  # examined for one list
 
 M = TypeVar("M", bound=BaseModel)
+
+
+class Declared(BaseModel):
+    """Base of the parts of a file. Unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def resolve_folders(sources: Sequence[str]) -> tuple[list[Path], list[str]]:

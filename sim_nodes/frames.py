@@ -7,8 +7,8 @@ from functools import partial
 
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Pose2
+from sim_nodes.outcomes import unknown
 from sim_nodes.physics import Engine
-from sim_nodes.refusals import unknown
 from sim_nodes.robots.robot import Robot
 
 

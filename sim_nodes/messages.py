@@ -11,11 +11,9 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
 from sim_nodes.navigation.navigator import Feedback
 from sim_nodes.physics import BodyState
-from sim_nodes.sensors.bumper import Bumps
-from sim_nodes.sensors.imu import Inertial
+from sim_nodes.sensors.base import Bumps, Inertial, Odometer
 from sim_nodes.sensors.lidar import Scan
-from sim_nodes.sensors.odometry import Odometer
-from sim_nodes.sensors.sensor import Sample
+from sim_nodes.sensors.sensor_pipeline import Sample
 from sim_nodes.strikes import JudgedContact, Pair
 
 FARTHEST = 1000.0  # [m]

@@ -29,20 +29,15 @@ from anyio.from_thread import start_blocking_portal
 from seoro.bridges import wire
 from seoro.bridges.serving.admission import AdmissionLimits
 from seoro.bridges.serving.emergency import StopThread, stop_thread, subscribing_to_stops
-from seoro.bridges.session import (
-    AsyncSession,
-    Request,
-    declare_publisher,
-)
+from seoro.bridges.session import AsyncSession, Request, declare_publisher
 from seoro.bridges.wire import Empty
 from seoro.bridges.wire.holds import decode_sender
 from seoro.bridges.wire.keys import NAMESPACE, verb_of
 from seoro.bridges.wire.refusal import RequestRefused, read_request
 from seoro.security.network.authorizer import NodeAuthorizer, open_authorizer
 from seoro.security.network.listener import Listener, node_listener
-from sim_nodes.emergency_stop import EmergencyStops
-from sim_nodes.leasing import Leasing
-from sim_nodes.long_polling import LongPolls
+from sim_nodes.event_log import LongPolls
+from sim_nodes.leasing import EmergencyStops, Leasing
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
 

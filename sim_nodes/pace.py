@@ -1,8 +1,19 @@
-"""Pace of a playing simulation relative to the wall clock."""
+"""Pace of a simulation: relative to the wall clock while it plays, and by batches of physics steps.
+
+Calls of an engine cannot be interrupted. Between two calls, the main thread checks for emergency stops; engines
+that hold the GIL also let other threads run only then. Batch sizes do not affect results: the states are
+bit-identical (`Engine.step`).
+"""
 
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Callable
+from threading import Event
+from typing import Final
+
+from sim_nodes.physics import Engine
 
 SLICE = 0.02  # [s] simulated between two checks of the inbox, at rates up to 1
 LONGEST_SLICE = 0.2  # [s] at higher rates, where frequent checks would cost time
@@ -66,3 +77,49 @@ class Pace:
 
     def _due(self, anchor: tuple[float, float], clock: float) -> float:
         return anchor[1] + (clock - anchor[0]) * self._rate
+
+
+TARGET: Final = 0.05  # [s] target wall time of a batch
+GROWTH: Final = 4  # maximum factor between the sizes of two batches
+MOST: Final = 1000  # maximum steps of a batch
+
+
+class Batches:
+    """Makes physics steps in batches.
+
+    Args:
+        clock: Monotonic clock [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._size = 1
+
+    def make(self, engine: Engine, count: int, halted: Event) -> int:
+        """Make up to `count` steps, at least one; stop after a step in which the pairs in contact change.
+
+        Args:
+            engine: The engine.
+            count: Maximum number of steps.
+            halted: Event that stops after the present batch.
+
+        Returns:
+            Number of steps made.
+
+        Raises:
+            UnstablePhysics: The physics has diverged.
+        """
+        made, touching = 0, engine.touching()
+        while True:
+            wanted = min(count - made, self._size)
+            began = self._clock()
+            some = engine.step(wanted)
+            self._fit(some, self._clock() - began)
+            made += some
+            if made >= count or some < wanted or halted.is_set() or engine.touching() != touching:
+                return made
+
+    def _fit(self, made: int, duration: float) -> None:
+        """Adapt the size of the next batch to the wall time of the last one [s]."""
+        allowed = int(TARGET * made / duration) if duration > 0.0 else MOST
+        self._size = max(1, min(allowed, GROWTH * self._size, MOST))

@@ -10,10 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, quaternion, yaw_of
 from sim_nodes.robots.declaration import RobotDeclaration
-from sim_nodes.views import Picture, View
+from sim_nodes.views import Colour, Picture, View
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 FLOOR = "floor"

@@ -14,24 +14,23 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused, name_list
-from sim_nodes.batches import Batches
 from sim_nodes.departures import Departures, check_state
 from sim_nodes.entities import Entities
-from sim_nodes.event_log import CollectedEvents, EventLog, PendingEvents, WorldEvent
-from sim_nodes.faults.cameras import FreeCameras
+from sim_nodes.event_log import EventLog, WorldEvent
+from sim_nodes.faults.devices import FreeCameras
 from sim_nodes.faults.registry import FaultRegistry
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.messages import contact_message, feedback_message
-from sim_nodes.navigation.mapping import build_map
+from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.navigator import Goal
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
+from sim_nodes.pace import Batches
 from sim_nodes.physics import BodyState, Engine
 from sim_nodes.recording import Recording
-from sim_nodes.refusals import operation_failed, unknown
-from sim_nodes.robots.diff_drive import Velocity
-from sim_nodes.robots.robot import Robot, WorldContext
+from sim_nodes.robots.drive import Velocity
+from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
@@ -49,12 +48,16 @@ class Simulation(Stateful):
         engine: The engine; its scene is replaced.
         world: The world.
         seed: Seed of all randomness.
+
+    Attributes:
+        watches: Watches of clients.
+        pending: Events since the last call of `collect`.
     """
 
     STATE = (
         "_steps",
         "_epoch",
-        "_watches",
+        "watches",
         "_touched",
         "strikes",
         "departures",
@@ -62,7 +65,7 @@ class Simulation(Stateful):
         "camera_faults",
         "robots",
         "run_data",
-        "_pending",
+        "pending",
     )
 
     DERIVED = ("streams", "log", "halted", "_batches")  # of the simulator and the machine
@@ -84,18 +87,18 @@ class Simulation(Stateful):
         self.engine.build(self.world.scene)
         self._steps = 0
         self._epoch = 0  # step at which the clock shows zero
-        self._watches = Watches()
+        self.watches = Watches()
         self._touched = Contacts(self.engine.steps_per_second)
         self.entities = Entities(self.engine, self.world, self.seed)
         self._make_robots()
-        self._pending = PendingEvents()
+        self.pending: list[WorldEvent] = []
 
     def _make_robots(self) -> None:
         placed = self.world.robots
-        cameras = self.entities.cameras
-        self.camera_faults = FaultRegistry("", FreeCameras(cameras))
-        context = WorldContext(self.known, self.entities.is_movable, cameras)
-        self.robots = {robot.name: Robot(robot, self.engine, context, self.seed) for robot in placed}
+        self.camera_faults = FaultRegistry("", FreeCameras(self.entities.cameras))
+        self.robots = {
+            robot.name: Robot(robot, self.engine, self.entities, self.known, self.seed) for robot in placed
+        }
         self.departures = Departures(self.world.extent)
         self.frames = Frames(self.engine, self.robots, self.entities)
         self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)
@@ -124,10 +127,6 @@ class Simulation(Stateful):
             raise unknown(f"sensor {sensor!r} of {robot}", "sensors", sensors)
         return sensors[sensor]
 
-    def true_pose(self, robot: str) -> Pose2:
-        """Return the true pose of a robot."""
-        return self.frames.true_pose(robot)
-
     # ------------------------------------------------------------ time
 
     @property
@@ -149,22 +148,13 @@ class Simulation(Stateful):
         """Whether images are rendered while time passes."""
         return self.recording.is_recording or self.entities.cameras.is_busy
 
-    @property
-    def has_pending_events(self) -> bool:
-        """Whether there are uncollected events."""
-        return bool(self._pending)
-
     def advance(self, until: float) -> None:
         """Simulate to the first step at or after a time, or to the end of the step with an event.
 
         An emergency stop, from another thread, also ends it.
         """
-        while not self.has_pending_events and self.time < until and not self.halted.is_set():
+        while not self.pending and self.time < until and not self.halted.is_set():
             self._advance_to(until)
-        self._check_states()
-
-    def _check_states(self) -> None:
-        """Check that the robots are near the floor, in finite states."""
         for name in self.robots:
             check_state(name, self.engine.body_state(name), self.time)
 
@@ -182,7 +172,7 @@ class Simulation(Stateful):
     def _advance_to(self, until: float) -> None:
         """Make the steps to a future time, or to the next tick with something due, if that is earlier."""
         shown = self.is_rendering or self.streams.are_open
-        watched = bool(self._watches) or bool(self.camera_faults.goals) or shown
+        watched = bool(self.watches) or bool(self.camera_faults.goals) or shown
         idle = not watched and all(map(self._is_at_rest, self.robots.values()))
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
@@ -209,12 +199,13 @@ class Simulation(Stateful):
         if self._steps % self._tick_steps == 0:
             self._tick(self.tick)
 
-    def collect(self) -> CollectedEvents:
+    def collect(self) -> list[WorldEvent]:
         """Return the events since the last call."""
-        return self._pending.drain()
+        events, self.pending = self.pending, []
+        return events
 
     def _emit(self, event: WorldEvent) -> None:
-        self._pending.add(event)
+        self.pending.append(event)
         self.log.add(event)
 
     def _tick(self, tick: int) -> None:
@@ -279,14 +270,6 @@ class Simulation(Stateful):
             raise unknown(f"robot {name!r}", "robots", self.robots)
         return self.robots[name]
 
-    def set_initial_pose(self, robot: str, pose: Pose2) -> None:
-        """Set the initial pose of a robot's localisation."""
-        self.robot(robot).mobile.set_initial_pose(pose, self.tick)
-
-    def search_pose(self, robot: str) -> None:
-        """Start a global search for a robot's pose."""
-        self.robot(robot).mobile.search_pose(self.tick)
-
     def navigate(self, robot: str, goal: Goal) -> None:
         """Start a navigation goal; its result is reported."""
         self._check_unused(goal.id)
@@ -308,10 +291,6 @@ class Simulation(Stateful):
         if not any(base.wheels.applied):  # otherwise the command before continues
             self.strikes.on_command(name)
         base.command(velocity, self.tick)
-
-    def feedback(self, robot: str) -> wire.NavigationFeedback:
-        """Return the navigation feedback of a robot."""
-        return feedback_message(robot, self.time, self.robot(robot).mobile.feedback())
 
     def arm_for_goal(self, robot: str, goal: str) -> Arm:
         """Return the arm of a robot for a goal with an unused id; the result is reported."""
@@ -336,7 +315,7 @@ class Simulation(Stateful):
     @property
     def robots_in_use(self) -> frozenset[str]:
         """Names of the robots with a goal or a watch."""
-        return self._watches.robots.union(name for name, robot in self.robots.items() if robot.goals)
+        return self.watches.robots.union(name for name, robot in self.robots.items() if robot.goals)
 
     def stop_robot(self, robot: str, reason: str = "") -> None:
         """Stop a robot; its goals end as canceled, or as interrupted for a reason."""
@@ -365,7 +344,7 @@ class Simulation(Stateful):
 
     def _check_unused(self, identifier: str) -> None:
         """Refuse an id that is in use."""
-        if identifier in self._active() or identifier in self._watches:
+        if identifier in self._active() or identifier in self.watches:
             raise operation_failed(f"duplicate id {identifier!r}; expected an unused one")
 
     def _report(self, owner: Robot | FaultRegistry, ended: Iterable[GoalResult]) -> None:
@@ -379,11 +358,7 @@ class Simulation(Stateful):
     def _emit_result(self, end: GoalResult) -> None:
         self._emit(
             wire.Occurrence(
-                id=end.id,
-                time=self.time,
-                outcome=end.outcome,
-                message=end.message,
-                interrupted=end.interrupted,
+                id=end.id, time=self.time, outcome=end.outcome, message=end.message, interrupted=end.interrupted
             )
         )
 
@@ -397,22 +372,14 @@ class Simulation(Stateful):
         """Return the pose of a frame or body in `map`; None if it is unknown yet."""
         return self.frames.pose(frame)
 
-    def cancel_watch(self, identifier: str) -> None:
-        """Cancel a watch by id."""
-        self._watches.cancel(identifier)
-
-    def forget_watches(self, prefix: str) -> None:
-        """Cancel all watches whose ids begin with a prefix."""
-        self._watches.cancel_by_prefix(prefix)
-
     def watch(self, identifier: str, watch: Watch) -> None:
         """Report when a condition becomes true; immediately if it is true."""
         self._check_unused(identifier)
-        self._watches.add(identifier, watch)
+        self.watches.add(identifier, watch)
         self._check_watches()
 
     def _check_watches(self) -> None:
-        for end in self._watches.pop_true(self):
+        for end in self.watches.pop_true(self):
             self._emit_result(end)
 
     # ------------------------------------------------------------ reset
@@ -438,7 +405,7 @@ class Simulation(Stateful):
             self.entities.cameras.reset()
             self._touched = Contacts(self.engine.steps_per_second)
             self._make_robots()
-            self._watches.carry_over(self)
+            self.watches.carry_over(self)
         if wire.ResetScope.TIME in scope:
             self._epoch = self._steps
 
@@ -448,9 +415,9 @@ class Simulation(Stateful):
         """Start a run in this state: see `Purpose.BEGIN`."""
         self._epoch = self._steps
         self._detach_goals_except(())
-        self._watches = Watches()
-        self._pending = PendingEvents()
-        self.run_data = self._new_run_data({name: self.true_pose(name) for name in self.robots})
+        self.watches = Watches()
+        self.pending = []
+        self.run_data = self._new_run_data({name: self.frames.true_pose(name) for name in self.robots})
         self.entities.start_run()
 
     def continue_from(self, before: Simulation) -> None:
@@ -458,14 +425,14 @@ class Simulation(Stateful):
         self.recording = before.recording
         self.recording.switch_to(self.world, lambda: self.entities)
         self._epoch = self._steps - (before._steps - before._epoch)
-        self._pending = before._pending.without_feedback()
+        self.pending = [each for each in before.pending if not isinstance(each, wire.NavigationFeedback)]
         active = before._active()
         kept = self._active().keys() & active.keys()
         self._detach_goals_except(kept)
         for goal, owner in active.items():
             if goal not in kept:
                 self._report(owner, [GoalResult(goal, wire.Outcome.CANCELED)])
-        self._watches.adopt(before._watches, before, self, self.robots)
+        self.watches.adopt(before.watches, before, self, self.robots)
 
     def _detach_goals_except(self, kept: Container[str]) -> None:
         detached = [goal for goal in self._active() if goal not in kept]

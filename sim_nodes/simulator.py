@@ -18,15 +18,14 @@ from seoro.bridges.models import ModelPath
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes import snapshots
 from sim_nodes.event_log import EventLog
-from sim_nodes.lookahead import Lookahead, return_to, simulate_ahead
 from sim_nodes.models import FORMATS
+from sim_nodes.outcomes import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.pace import SLOWEST, Pace
 from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
-from sim_nodes.refusals import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.simulation import Simulation
+from sim_nodes.snapshots import Lookahead, check_world_change, enter_world, return_to, simulate_ahead
 from sim_nodes.streams import Streams
 from sim_nodes.unsupported import WithoutArms
-from sim_nodes.world_change import check_world_change, enter_world
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
 REQUIRED_CAPABILITIES: Mapping[str, type] = {
@@ -55,14 +54,12 @@ class Simulator:
     Attributes:
         streams: Data published while time passes.
         log: Log of events.
+        source: Name or path of the world as requested; empty for that of a snapshot.
+        state: Stopped, paused, playing, or without a world.
     """
 
     def __init__(
-        self,
-        engine: Engine,
-        start: str | wire.Snapshot,
-        seed: int | None = None,
-        models: ModelPath = OWN_MODELS,
+        self, engine: Engine, start: str | wire.Snapshot, seed: int | None = None, models: ModelPath = OWN_MODELS
     ) -> None:
         self._engine = engine
         self.models = models
@@ -72,14 +69,14 @@ class Simulator:
         self.log = EventLog()
         self._halted = Event()
         self._origin: str | World  # the world to load without a name
-        self._source = ""  # name or path of the loaded world
+        self.source = ""
         self._simulation: Simulation | None = None
         if isinstance(start, wire.Snapshot):
             contents = snapshots.check(start, engine, _version())
-            self._origin, self._state = contents.world, wire.SimulationState.PAUSED
+            self._origin, self.state = contents.world, wire.SimulationState.PAUSED
             self._activate(snapshots.resumed(contents, engine, seed))
         else:
-            self._origin, self._source, self._state = start, start, wire.SimulationState.STOPPED
+            self._origin, self.source, self.state = start, start, wire.SimulationState.STOPPED
             self._activate(Simulation(engine, _read(start), seed or 0))
 
     @property
@@ -122,7 +119,7 @@ class Simulator:
         extent = self.simulation.world.extent
         self._engine.build(Scene((), (), extent))
         with self._reporting_dropped_goals():
-            self._simulation, self._state = None, wire.SimulationState.NO_WORLD
+            self._simulation, self.state = None, wire.SimulationState.NO_WORLD
         self.log.record_world(None)
 
     def load(self, world: str, seed: int) -> None:
@@ -142,12 +139,12 @@ class Simulator:
             self._activate(Simulation(self._engine, loaded, seed))
         except RequestRefused:
             if before is not None:
-                self._state = wire.SimulationState.STOPPED
+                self.state = wire.SimulationState.STOPPED
                 with self._reporting_dropped_goals():
                     before.reset(wire.ResetScope.ALL)
             raise
-        self._state = wire.SimulationState.STOPPED
-        self._origin, self._source = origin, origin if isinstance(origin, str) else ""
+        self.state = wire.SimulationState.STOPPED
+        self._origin, self.source = origin, origin if isinstance(origin, str) else ""
 
     def change(self, world: str, robots: Mapping[str, str]) -> None:
         """Continue in another world, in its initial state; after a refusal, everything is unchanged.
@@ -163,7 +160,7 @@ class Simulator:
         check_world_change(present, loaded, robots)
         self._check_paused("change_world")
         self._replace(lambda: enter_world(present, loaded))
-        self._source = world
+        self.source = world
 
     def _replace(self, make: Callable[[], Simulation]) -> None:
         """Replace the simulation in the engine; if that is refused, restore the present one."""
@@ -200,7 +197,7 @@ class Simulator:
         contents = snapshots.check(snapshot, self._engine, _version())
         self._check_paused("restore_state")
         self._replace(lambda: snapshots.restored(contents, present, purpose, seed))
-        self._source = ""
+        self.source = ""
 
     def _contents(self) -> snapshots.Contents | None:
         """Return the contents of a snapshot of the present; None if the physics has diverged."""
@@ -208,16 +205,6 @@ class Simulator:
             return snapshots.check(self.save(), self._engine, _version())
         except RequestRefused:
             return None
-
-    @property
-    def source(self) -> str:
-        """Name or path of the world as requested; empty for that of a snapshot."""
-        return self._source
-
-    @property
-    def state(self) -> wire.SimulationState:
-        """Stopped, paused or playing."""
-        return self._state
 
     def features(self) -> wire.SimulatorFeatures:
         """Return the features of the simulator."""
@@ -232,7 +219,7 @@ class Simulator:
             robots=tuple(self._robots()),
             time=self.time,
             step=1.0 / self._engine.steps_per_second,
-            state=self._state,
+            state=self.state,
             world_number=self.log.worlds,
             warnings=() if self._simulation is None else self._simulation.world.warnings,
         )
@@ -281,18 +268,18 @@ class Simulator:
         simulation = self.simulation
         self._check_paused("advance")
         simulation.advance(until)
-        if horizon is not None and simulation.time >= until and not simulation.has_pending_events:
+        if horizon is not None and simulation.time >= until and not simulation.pending:
             self._ahead = simulate_ahead(simulation, horizon)
-        happened = simulation.collect()
+        events = simulation.collect()
         film, film_error = simulation.recording.drain()
         return wire.Advanced(
             time=simulation.time,
-            occurrences=happened.occurrences,
-            contacts=happened.contacts,
+            occurrences=tuple(each for each in events if isinstance(each, wire.Occurrence)),
+            contacts=tuple(each for each in events if isinstance(each, wire.Contact)),
             film=film,
             film_error=film_error,
-            feedback=happened.feedback,
-            departures=happened.departures,
+            feedback=tuple(each for each in events if isinstance(each, wire.NavigationFeedback)),
+            departures=tuple(each for each in events if isinstance(each, wire.Departure)),
         )
 
     def rewind(self, time: float) -> float:
@@ -322,9 +309,9 @@ class Simulator:
             self.simulation.collect()
 
     def _check_paused(self, verb: str) -> None:
-        if self._state is wire.SimulationState.PLAYING:
+        if self.state is wire.SimulationState.PLAYING:
             raise incorrect_state(f"{verb} needs a paused simulation; pause it first")
-        self._state = wire.SimulationState.PAUSED
+        self.state = wire.SimulationState.PAUSED
 
     def set_state(self, state: wire.SimulationState, rate: float = 1.0) -> None:
         """Change the state; stopping resets everything.
@@ -338,12 +325,12 @@ class Simulator:
         if state is wire.SimulationState.NO_WORLD:
             raise RequestRefused(wire.StateResult.INCORRECT_TRANSITION, "invalid state; unload the world instead")
         world = self.simulation
-        if state is self._state:
+        if state is self.state:
             raise RequestRefused(wire.StateResult.ALREADY_IN_TARGET_STATE, f"the simulation is already {state}")
         if state is wire.SimulationState.STOPPED:
             with self._reporting_dropped_goals():
                 world.reset(wire.ResetScope.ALL)
-        self._state = state
+        self.state = state
         self._pace = Pace(rate)
 
     def reset(self, scope: int) -> None:
@@ -367,7 +354,7 @@ class Simulator:
         Returns:
             Time until more is due [s]; None when not playing.
         """
-        if self._state is not wire.SimulationState.PLAYING:
+        if self.state is not wire.SimulationState.PLAYING:
             return None
         self.simulation.run(self._pace.until(clock, self.simulation.time))
         self._drop_pending()

@@ -7,19 +7,20 @@ engine, its version, and the same version of seoro.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from seoro.bridges.wire import BYTES, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
-from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused, name_list
 from seoro.files.inputs import Kind, read_input
-from sim_nodes.codec import CodecError, pack, unpack
-from sim_nodes.physics import Engine, SavesState, UnsavableState
-from sim_nodes.refusals import feature_unsupported, operation_failed
+from sim_nodes.codec import CodecError, deep_copy, pack, unpack
+from sim_nodes.outcomes import feature_unsupported, operation_failed
+from sim_nodes.physics import Engine, Rewinds, SavesState, UnsavableState, UnstablePhysics
 from sim_nodes.simulation import Simulation
 from sim_nodes.stateful import State
 from sim_nodes.worlds.loader import World
@@ -166,3 +167,79 @@ def _decompressed(state: bytes) -> bytes:
     if not decompressor.eof:
         raise CodecError(f"it has more than {MAX_STATE} bytes, or is truncated")
     return unpacked
+
+
+def check_world_change(present: Simulation, world: World, needed: Mapping[str, str]) -> None:
+    """Refuse a world that lacks a robot of the run.
+
+    Args:
+        present: The present simulation; the new world must have its robots in use.
+        world: The new world.
+        needed: Kinds of further required robots by name.
+
+    Raises:
+        RequestRefused: The world lacks a robot.
+    """
+    kinds = {name: present.robots[name].declaration.kinds[0] for name in present.robots_in_use} | dict(needed)
+    there = {robot.name: robot.declaration.kinds for robot in world.robots}
+    for name, kind in sorted(kinds.items()):
+        if kind not in there.get(name, ()):
+            robots = name_list(f"{robot} ({has[0]})" for robot, has in there.items())
+            lacking = f"which lacks the {kind} {name!r}; robots: {robots}"
+            raise RequestRefused(Result.NOT_FOUND, f"the run cannot continue in the world {world.name}, {lacking}")
+
+
+def enter_world(present: Simulation, world: World) -> Simulation:
+    """Return a simulation of a checked world, in its initial state, that continues the present one."""
+    simulation = Simulation(present.engine, world, present.seed)
+    simulation.continue_from(present)
+    return simulation
+
+
+LONGEST = 0.25  # [s] wall time; affects the time that is reached, not the results
+SLICE = 0.5  # [s] simulated between two checks of the wall clock
+
+
+@dataclass(frozen=True)
+class Lookahead:
+    """State of a simulation before it went ahead."""
+
+    time: float  # [s]
+    engine: Any
+    state: State
+    number: int  # number of the last event
+
+
+def simulate_ahead(simulation: Simulation, horizon: float) -> Lookahead | None:
+    """Simulate to a horizon [s], to the next event, or for as long as a client may be kept waiting.
+
+    Returns:
+        The state to return to; None if nothing was simulated.
+    """
+    engine = simulation.engine
+    # Streamed, recorded and followed output cannot be withdrawn.
+    shown = simulation.is_rendering or simulation.streams.are_open or simulation.log.is_followed
+    if horizon <= simulation.time or shown or not isinstance(engine, Rewinds):
+        return None
+    deadline = monotonic() + LONGEST
+    checkpoint = engine.checkpoint()
+    if checkpoint is None:
+        return None
+    # Saved data shares objects with the running simulation, hence the copy.
+    ahead = Lookahead(simulation.time, checkpoint, deep_copy(simulation.save()), simulation.log.number)
+    try:
+        while simulation.time < horizon and not simulation.pending and monotonic() < deadline:
+            simulation.advance(min(simulation.time + SLICE, horizon))
+    except UnstablePhysics:  # reported by the grant that reaches it
+        return_to(simulation, ahead, ahead.time)
+        return None
+    return ahead
+
+
+def return_to(simulation: Simulation, ahead: Lookahead, time: float) -> None:
+    """Return to a time [s] that has been passed; consumes `ahead`."""
+    assert isinstance(simulation.engine, Rewinds)
+    simulation.engine.rewind(ahead.engine)
+    simulation.restore(ahead.state)
+    simulation.log.rewind(ahead.number)
+    simulation.run(time)

@@ -17,7 +17,7 @@ from seoro.bridges import wire
 from seoro.bridges.session import SessionError
 from sim_nodes.geometry import Array
 from sim_nodes.messages import flat_pose, sample_message
-from sim_nodes.refusals import feature_unsupported, operation_failed, unknown
+from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.robots.robot import Robot
 from sim_nodes.watches import Watched
 

@@ -26,7 +26,7 @@ from sim_nodes.physics import (
     Scene,
     Sphere,
 )
-from sim_nodes.robots.diff_drive import base_motion
+from sim_nodes.robots.drive import base_motion
 from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
 
 STEPS_PER_SECOND = 100

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Literal, TypeAlias
 
-from seoro.robotics.record import Record
+from seoro.robotics.geometry import Record
 
 
 class Quantity(StrEnum):

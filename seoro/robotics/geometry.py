@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from seoro.robotics.record import Record
+
+@dataclass(frozen=True)
+class Record:
+    """A frozen dataclass; messages check its fields and convert integers to floats."""
+
+    __pydantic_config__: ClassVar = {"revalidate_instances": "always"}
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import ModuleType
 
-from sim_nodes.check import arms, bodies, contacts, pictures, rays, repeating, robots, saving
+from sim_nodes.check import arms, bodies, repeating, robots, saving, sensing
 from sim_nodes.check.bench import Make
 from sim_nodes.physics import Engine, Rewinds, SavesState
 from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
 
-__all__ = ["OPTIONAL", "RULES", "check_physics", "check_rule", "rules_for"]
+__all__ = ["OPTIONAL", "RENDERING", "RULES", "check_physics", "check_rule", "rules_for"]
 
 Rule = Callable[[Make], None]
 
@@ -34,7 +34,7 @@ def _rules_of(*modules: ModuleType) -> tuple[Rule, ...]:
     )
 
 
-RULES = _rules_of(repeating, bodies, robots, rays, arms, contacts, pictures)
+RULES = _rules_of(repeating, bodies, robots, sensing, arms)
 REWINDING: tuple[Rule, ...] = (
     saving.rewound_engines_continue_identically,
     saving.rewound_arms_continue_identically,
@@ -53,23 +53,25 @@ DYNAMICS: tuple[Rule, ...] = (
     bodies.friction_stops_sliding_bodies,
     bodies.static_bodies_support_loads,
     robots.wheels_without_power_roll_freely,
-    contacts.contacts_name_both_bodies,
+    bodies.contacts_name_both_bodies,
     repeating.diverged_states_are_reported,
 )
 
 
+RENDERING: tuple[Rule, ...] = (
+    sensing.images_show_bodies_at_their_poses,
+    sensing.images_show_the_present,
+    sensing.rendering_changes_nothing,
+    sensing.links_keep_their_mounts,
+)
 # Rules that engines without a part need not fulfil.
 OMITTED: tuple[tuple[type, tuple[Rule, ...]], ...] = (
     (WithoutDynamics, DYNAMICS),
     (
         WithoutArms,
-        (
-            *_rules_of(arms),
-            saving.restored_arms_continue_identically,
-            saving.rewound_arms_continue_identically,
-        ),
+        (*_rules_of(arms), saving.restored_arms_continue_identically, saving.rewound_arms_continue_identically),
     ),
-    (WithoutRendering, _rules_of(pictures)),
+    (WithoutRendering, RENDERING),
 )
 
 

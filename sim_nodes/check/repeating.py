@@ -26,7 +26,7 @@ from sim_nodes.check.bench import (
     steps,
 )
 from sim_nodes.check.bodies import LOPSIDED, MOVING
-from sim_nodes.check.rays import DIRECTIONS, LIMIT, ROOM
+from sim_nodes.check.sensing import DIRECTIONS, LIMIT, ROOM
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import BodyState, Engine, Sphere, UnstablePhysics
 from sim_nodes.ticks import TICK
@@ -182,10 +182,7 @@ def diverged_states_are_reported(make: Make) -> None:
         else:
             for name in (ROBOT, "box"):
                 position = engine.body_state(name).position
-                expect(
-                    all(map(math.isfinite, position)),
-                    f"{name} is at {position}, and no step raised",
-                )
+                expect(all(map(math.isfinite, position)), f"{name} is at {position}, and no step raised")
             moved = math.dist(engine.body_state("box").position, (1.0, 1.0, 1.0))
             expect(
                 moved > 1.0, f"a box with {HUGE[0]:g} m/s moved {moved:.3f} m, and no step raised UnstablePhysics"

@@ -25,7 +25,7 @@ from sim_nodes.check.bench import (
     run,
 )
 from sim_nodes.check.bodies import LOPSIDED, MOVING
-from sim_nodes.check.rays import DIRECTIONS, LIMIT, ROOM
+from sim_nodes.check.sensing import DIRECTIONS, LIMIT, ROOM
 from sim_nodes.codec import pack, unpack
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import BodyState, Engine, Rewinds, SavesState

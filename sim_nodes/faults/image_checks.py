@@ -17,13 +17,11 @@ from typing import assert_never
 import numpy as np
 
 from seoro.bridges import wire
-from sim_nodes.faults.check import Check, Checking, Observation
-from sim_nodes.faults.delivery_checks import IN_A_ROW, MessageLossCheck, SilenceCheck
+from sim_nodes.faults.checks import IN_A_ROW, Check, Checking, MessageLossCheck, Observation, SilenceCheck
 from sim_nodes.faults.statistics import VALUES, Counts, Levels, Tally
 from sim_nodes.faults.value_checks import SCANS
 from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
-from sim_nodes.sensors.pixels import BRIGHTEST, brightness_faults
-from sim_nodes.sensors.sensor import Sample
+from sim_nodes.sensors.sensor_pipeline import BRIGHTEST, Sample, brightness_faults
 from sim_nodes.ticks import TICK
 from sim_nodes.views import Picture
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seoro.bridges.wire import WheelSlip
-from sim_nodes.faults.check import Check
-from sim_nodes.robots.wheels import PerWheel
+from sim_nodes.faults.checks import Check
+from sim_nodes.robots.drive import PerWheel
 from sim_nodes.ticks import TICK
 
 LEAST_SLIP = 0.1  # smallest measurable slip

@@ -1,19 +1,113 @@
-"""Registry of the faults of a robot or of the free cameras: injects, checks and clears them."""
+"""Registry of the faults of a robot or of the free cameras, and loss of power of a whole robot."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from seoro.bridges.wire import Fault, Outcome
-from sim_nodes.faults.check import Check, Checking
-from sim_nodes.faults.devices import Device
-from sim_nodes.goals import GoalResult
-from sim_nodes.refusals import operation_failed, unknown
+from seoro.bridges.wire import Fault, Outcome, PowerLoss
+from sim_nodes.faults.actuators import Actuator
+from sim_nodes.faults.checks import Check, Checking, Observation, SilenceCheck
+from sim_nodes.faults.devices import Device, Source, cannot_have
+from sim_nodes.outcomes import GoalResult, operation_failed, unknown
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
+
+STANDSTILL = 0.5  # [s]
+
+
+PowerObservation = tuple[Mapping[str, Observation[Any]], Mapping[str, bool]]
+"""Data of the sensors and cameras of a robot in a tick, and whether its actuators are at rest, by name."""
+
+
+class BlackoutCheck(Check[PowerObservation]):
+    """Checks that no sensor or camera of a robot sends data, and that all actuators are at rest.
+
+    Args:
+        sources: Names of the sensors and cameras.
+        parts: Texts for the moving parts, by actuator.
+    """
+
+    STATE = ("_sources", "_rest")
+
+    def __init__(self, sources: Sequence[str], parts: Mapping[str, str]) -> None:
+        self._sources = {name: SilenceCheck() for name in sources}
+        self._parts = parts
+        self._rest = dict.fromkeys(parts, 0)  # ticks at rest in a row, by actuator
+
+    def observe(self, seen: PowerObservation) -> None:
+        """Update with a tick."""
+        data, at_rest = seen
+        for name, silence in self._sources.items():
+            silence.observe(data[name])
+        self._rest = {name: ticks + 1 if at_rest[name] else 0 for name, ticks in self._rest.items()}
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether the blackout is confirmed."""
+        are_silent = all(check.is_confirmed for check in self._sources.values())
+        return are_silent and all(ticks * TICK >= STANDSTILL for ticks in self._rest.values())
+
+    def summary(self) -> str:
+        """Return a text for each source and actuator."""
+        texts = [f"{name}: {check.summary()}" for name, check in self._sources.items()]
+        resting = (
+            f"{self._parts[name]} have been at rest for {ticks * TICK:.2f} s" for name, ticks in self._rest.items()
+        )
+        return "; ".join([*texts, *resting])
+
+
+class RobotPower(Device):
+    """A robot as a device that can lose its power.
+
+    Args:
+        sources: Sensors and cameras by name. At least one is needed, to observe the loss of power.
+        drives: Actuators by name.
+    """
+
+    STATE = ("_faults",)
+
+    def __init__(self, sources: Mapping[str, Source], drives: Mapping[str, Actuator]) -> None:
+        self._sources = sources
+        self._drives = drives
+        self._faults: dict[str, Fault] = {}
+
+    @property
+    def kinds(self) -> Sequence[str]:
+        """See `Device`."""
+        return tuple(self._faults)
+
+    def check(self, fault: Fault) -> None:
+        """See `Device`."""
+        if not isinstance(fault, PowerLoss):
+            raise cannot_have("robot", fault, "it can have power_loss only; inject other faults into its devices")
+
+    def add_fault(self, fault: Fault) -> None:
+        """See `Device`."""
+        self._faults[fault.kind] = fault
+        self._supply(False)
+
+    def remove_fault(self, kind: str) -> None:
+        """See `Device`."""
+        if self._faults.pop(kind, None) is not None:
+            self._supply(True)
+
+    def _supply(self, on: bool) -> None:
+        parts: tuple[Source | Actuator, ...] = (*self._sources.values(), *self._drives.values())
+        for part in parts:
+            part.set_power(on)
+
+    def start_check(self, fault: Fault) -> Checking:
+        """See `Device`."""
+        parts = {name: drive.parts for name, drive in self._drives.items()}
+        return BlackoutCheck(tuple(self._sources), parts), self._observation
+
+    def _observation(self, tick: int) -> PowerObservation:
+        data = {name: source.observation(tick) for name, source in self._sources.items()}
+        return data, {name: drive.is_at_rest for name, drive in self._drives.items()}
+
 
 LONGEST_LIMIT = 3600.0  # [s]
 
@@ -26,10 +120,6 @@ class _Measurement:
     fault: Fault
     deadline: int  # tick
     checking: Checking
-
-    @property
-    def check(self) -> Check[Any]:
-        return self.checking[0]
 
 
 class FaultRegistry(Stateful):
@@ -61,7 +151,7 @@ class FaultRegistry(Stateful):
         self._abort_deleted()
         devices = {name: device.save() for name, device in self._devices.items()}
         measured = {
-            identifier: (each.device, each.fault, each.deadline, each.check.save())
+            identifier: (each.device, each.fault, each.deadline, each.checking[0].save())
             for identifier, each in self._measured.items()
         }
         values = {"devices": devices, "measured": measured, "ended": list(self._ended)}
@@ -75,7 +165,7 @@ class FaultRegistry(Stateful):
         self._measured = {}
         for identifier, (device, fault, deadline, check) in state.values["measured"].items():
             measured = _Measurement(device, fault, deadline, self._devices[device].start_check(fault))
-            measured.check.restore(check)
+            measured.checking[0].restore(check)
             self._measured[identifier] = measured
 
     def detach_goals(self, goals: Container[str]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array
-from sim_nodes.sensors.pixels import BRIGHTEST
+from sim_nodes.sensors.sensor_pipeline import BRIGHTEST
 from sim_nodes.stateful import Stateful
 
 ROUNDING = 1e-9

@@ -8,10 +8,8 @@ from typing import Any, assert_never
 
 from seoro.bridges import wire
 from sim_nodes.faults.motor_checks import LEAST_SLIP
-from sim_nodes.refusals import operation_failed
-from sim_nodes.sensors.beams import dead_beams, lost_beams
-from sim_nodes.sensors.pixels import BRIGHTEST
-from sim_nodes.sensors.sensor import Sensor
+from sim_nodes.outcomes import operation_failed
+from sim_nodes.sensors.sensor_pipeline import BRIGHTEST, Sensor, dead_beams, lost_beams
 from sim_nodes.ticks import TICK
 from sim_nodes.views import Lens
 

@@ -15,11 +15,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seoro.bridges.wire import BeamLoss, Bias, DeadBeams, DeadSector, GaussianNoise, Quantity, SensorFault
-from sim_nodes.faults.check import Observation, Pairing, SensorCheck
+from sim_nodes.faults.checks import Observation, Pairing, SensorCheck
 from sim_nodes.faults.statistics import VALUES, Tally, Truncated, truncated
 from sim_nodes.geometry import Array, wrap
-from sim_nodes.sensors.beams import dead_beams, lost_beams
-from sim_nodes.sensors.sensor import Sensor, Values
+from sim_nodes.sensors.sensor_pipeline import Sensor, Values, dead_beams, lost_beams
 
 UNITS = {
     Quantity.LENGTH: "m",

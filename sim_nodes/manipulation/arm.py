@@ -10,15 +10,13 @@ import numpy as np
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Array, rotation_matrix
-from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.chain import inverse, joint_counts, pose_matrix
 from sim_nodes.manipulation.gripper import Gripper, HoldGoal
-from sim_nodes.manipulation.motion import JointMotion, Motion
+from sim_nodes.manipulation.motion import JointMotion, Motion, Path
 from sim_nodes.manipulation.planner import AttachedObject, Planner, PlanningScene, check_count
 from sim_nodes.manipulation.servos import Servos
-from sim_nodes.manipulation.trajectory import Path
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state, operation_failed, unknown
 from sim_nodes.physics import Engine, JointStates, PlacedRobot
-from sim_nodes.refusals import incorrect_state, operation_failed, unknown
 from sim_nodes.robots.declaration import ArmDeclaration
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK

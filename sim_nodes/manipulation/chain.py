@@ -15,7 +15,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from defusedxml import ElementTree
 
-from sim_nodes.geometry import Array, Vector, quaternion, rotation_matrix
+from sim_nodes.geometry import Array, rotation_matrix
+from sim_nodes.models.urdf import read_origin
+from sim_nodes.models.xml_reading import vector
 
 NEAR = 2  # movable joints between links that never collide, or overlap by design
 
@@ -190,24 +192,17 @@ def _links(way: list[Element]) -> tuple[list[_Link], Array]:
     """Return the movable joints, and the pose of the tool in the last of them."""
     links, mount = [], np.eye(4)
     for joint in way:
-        mount = mount @ _origin(joint)
+        position, orientation = read_origin(joint)
+        mount = mount @ pose_matrix(position, rotation_matrix(orientation))
         if joint.get("type") != "fixed":
             links.append(_Link(mount, _axis(joint)))
             mount = np.eye(4)
     return links, mount
 
 
-def _origin(joint: Element) -> Array:
-    origin = joint.find("origin")
-    if origin is None:
-        return np.eye(4)
-    roll, pitch, yaw = _vector(origin.get("rpy", "0 0 0"))
-    return pose_matrix(_vector(origin.get("xyz", "0 0 0")), rotation_matrix(quaternion(roll, pitch, yaw)))
-
-
 def _axis(joint: Element) -> Array:
     found = joint.find("axis")
-    axis: Array = np.array(_vector("1 0 0" if found is None else found.get("xyz", "1 0 0")))
+    axis: Array = np.array(vector("1 0 0" if found is None else found.get("xyz", "1 0 0"), "axis of a joint"))
     unit: Array = axis / np.linalg.norm(axis)
     return unit
 
@@ -230,11 +225,6 @@ def _limit_elements(moving: list[Element]) -> Iterator[Element]:
         if limit is None:
             raise ValueError(f"missing limits of joint {joint.get('name')}")
         yield limit
-
-
-def _vector(text: str) -> Vector:
-    x, y, z = map(float, text.split())
-    return (x, y, z)
 
 
 def colliding_pairs(urdf: str) -> tuple[tuple[str, str], ...]:

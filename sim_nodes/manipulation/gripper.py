@@ -6,10 +6,9 @@ from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
 
 from seoro.bridges.wire import Outcome
-from sim_nodes.goals import NO_CLIENT, GoalResult
 from sim_nodes.manipulation.servos import FingerCommand, Fingers
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state, operation_failed
 from sim_nodes.physics import Engine, JointStates
-from sim_nodes.refusals import incorrect_state, operation_failed
 from sim_nodes.robots.declaration import GripperDeclaration
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK

@@ -25,10 +25,10 @@ from sim_nodes.manipulation.inverse_kinematics import (
     solutions,
     solve,
 )
-from sim_nodes.manipulation.trajectory import Path
+from sim_nodes.manipulation.motion import Path
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import MAX_OVERLAP, BodyState, CarriedBody, Engine, Overlap, PlacedRobot
-from sim_nodes.refusals import operation_failed
 from sim_nodes.robots.declaration import ArmDeclaration
 
 CHECK_STEP = 0.01  # [rad] of a joint between two collision checks

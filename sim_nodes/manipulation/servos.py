@@ -8,7 +8,7 @@ import numpy as np
 
 from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array
-from sim_nodes.manipulation.trajectory import TrajectoryPoint
+from sim_nodes.manipulation.motion import TrajectoryPoint
 from sim_nodes.physics import Engine
 from sim_nodes.stateful import Stateful
 

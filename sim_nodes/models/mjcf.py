@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from sim_nodes.colours import Colour
+from sim_nodes.extents import volume
 from sim_nodes.geometry import Quaternion, quaternion, quaternion_of, rotation_matrix
-from sim_nodes.inertia import volume
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.views import Colour
 
 ROOT_ELEMENTS = frozenset({"compiler", "default", "worldbody"})
 BODY_ELEMENTS = frozenset({"body", "geom", "freejoint", "joint", "inertial"})
@@ -151,7 +151,7 @@ def _weighed(body: Any, geoms: list[_Geom]) -> list[_Geom]:
     for name, count in (("diaginertia", 3), ("fullinertia", 6)):
         if inertial.get(name) is not None:
             found = xml.numbers(inertial.get(name), f"{name} of {xml.label(body)}", count, xml.INERTIAS)
-            xml.check_inertia(xml.label(body), xml.symmetric([*found, *[0.0] * (6 - count)]))
+            xml.check_inertia(xml.label(body), [*found, *[0.0] * (6 - count)])
     parts = xml.with_masses((geom.part for geom in geoms), mass)
     xml.check_centre(
         xml.label(body), xml.vector(inertial.get("pos"), f"pos of <inertial> in {xml.label(body)}"), parts

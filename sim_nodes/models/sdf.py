@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.views import Colour
 
 MODEL_ELEMENTS = frozenset({"static", "link", "pose", "self_collide", "allow_auto_disable"})
 LINK_ELEMENTS = frozenset({"pose", "inertial", "collision", "visual", "self_collide"})
@@ -86,9 +86,8 @@ def _colour(diffuse: Any) -> Colour | None:
 def _check_inertia(inertia: Any) -> None:
     """Check the inertia, although it is computed from mass and shapes here."""
     usual = {"ixx": "1", "iyy": "1", "izz": "1"}  # defaults of the SDF specification
-    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    values = [inertia.findtext(name, usual.get(name, "0")) for name in names]
-    xml.check_inertia("<link>", xml.symmetric(xml.numbers(" ".join(values), "<inertia>", 6, xml.INERTIAS)))
+    values = [inertia.findtext(name, usual.get(name, "0")) for name in xml.INERTIA]
+    xml.check_inertia("<link>", xml.numbers(" ".join(values), "<inertia>", 6, xml.INERTIAS))
 
 
 def _part(collision: Any, frame: xml.Frame) -> Part:

@@ -7,13 +7,13 @@ other parts of visuals, and inertia matrices, which follow from mass and shapes 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from sim_nodes.colours import Colour
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.views import Colour
 
 ROBOT_ELEMENTS = frozenset({"link", "joint", "material"})
 LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})
@@ -47,7 +47,7 @@ def _frames(root: Any, links: dict[str, Any]) -> Iterator[tuple[str, xml.Frame]]
         kind = joint.get("type")
         if kind != "fixed":
             raise xml.invalid(f"{xml.label(joint)} has the unsupported type {kind!r}; expected 'fixed'")
-        parent, child = (_link_of(joint, tag, links) for tag in ("parent", "child"))
+        parent, child = (link_of(joint, tag, links) for tag in ("parent", "child"))
         if child in hung:
             raise xml.invalid(f"link {child!r} is the child of two joints")
         hung[child] = (parent, read_origin(joint))
@@ -55,18 +55,27 @@ def _frames(root: Any, links: dict[str, Any]) -> Iterator[tuple[str, xml.Frame]]
     if len(roots) != 1:
         raise xml.invalid(f"found {len(roots)} root links in the model; expected one")
     for name in links:
-        frame, link = xml.ORIGIN, name
-        for _ in range(xml.MAX_DEPTH):
-            if link not in hung:
-                break
-            link, origin = hung[link]
-            frame = xml.compose_frames(origin, frame)
-        else:
-            raise xml.invalid(f"link {name!r} is its own ancestor, or has more than {xml.MAX_DEPTH} ancestors")
-        yield name, frame
+        yield name, frame_of(name, hung)
 
 
-def _link_of(joint: Any, tag: str, links: dict[str, Any]) -> str:
+def frame_of(link: str, hung: Mapping[str, tuple[str, xml.Frame]]) -> xml.Frame:
+    """Return the frame of a link in that of its root, with all joints at zero.
+
+    Args:
+        link: Name of the link.
+        hung: Parent link and frame of each joint, by child link.
+    """
+    frame, ancestor = xml.ORIGIN, link
+    for _ in range(xml.MAX_DEPTH):
+        if ancestor not in hung:
+            return frame
+        ancestor, origin = hung[ancestor]
+        frame = xml.compose_frames(origin, frame)
+    raise xml.invalid(f"link {link!r} is its own ancestor, or has more than {xml.MAX_DEPTH} ancestors")
+
+
+def link_of(joint: Any, tag: str, links: Mapping[str, Any]) -> str:
+    """Return the name of the `parent` or `child` link of a joint, which must be known."""
     element = joint.find(tag)
     name = None if element is None else element.get("link")
     if name not in links:
@@ -113,9 +122,9 @@ def _parts(link: Any, frame: xml.Frame, *, static: bool) -> tuple[Part, ...]:
 def _check_inertia(link: Any) -> None:
     """Check the inertia, although it is computed from mass and shapes here."""
     for inertia in link.findall("inertial/inertia"):
-        values = [inertia.get(name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")]
+        values = [inertia.get(name, "0") for name in xml.INERTIA]
         found = xml.numbers(" ".join(values), f"inertia of {xml.label(link)}", 6, xml.INERTIAS)
-        xml.check_inertia(xml.label(link), xml.symmetric(found))
+        xml.check_inertia(xml.label(link), found)
 
 
 def _mass(link: Any, inertial: Any) -> float:

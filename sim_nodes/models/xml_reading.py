@@ -11,11 +11,11 @@ from defusedxml import DefusedXmlException, ElementTree
 
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.colours import Colour
-from sim_nodes.geometry import Array, Quaternion, Vector, multiply, rotation_matrix
+from sim_nodes.extents import volume
+from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
 from sim_nodes.geometry import vector as array_vector
-from sim_nodes.inertia import volume
 from sim_nodes.physics import IDENTITY, BodyModel, Part
+from sim_nodes.views import Colour
 
 MAX_TEXT = 1_000_000  # [characters]
 MAX_PARTS = 64
@@ -24,6 +24,7 @@ SIZES = (0.01, 20.0)  # [m] edge, radius or length
 PLACES = (-1000.0, 1000.0)  # [m], [rad] or degrees
 MASSES = (1e-3, 1e4)  # [kg]
 FRICTIONS = (0.0, 10.0)
+INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MOST_INERTIA = 1e6  # [kg m^2]
 INERTIAS = (-MOST_INERTIA, MOST_INERTIA)
 ROUNDED = 1e-6  # relative rounding error of moments of inertia in a file
@@ -63,11 +64,14 @@ def label(element: Any) -> str:
     return f"<{element.tag} name={name!r}>" if name else f"<{element.tag}>"
 
 
-def check_inertia(what: str, tensor: Array) -> None:
-    """Refuse an inertia tensor that no body can have; shape (3, 3) [kg m^2]. `what` names its element in messages.
+def check_inertia(what: str, values: Sequence[float]) -> None:
+    """Refuse an inertia tensor that no body can have, by its elements xx, yy, zz, xy, xz and yz [kg m^2].
 
-    Principal moments are positive, and none is larger than the sum of the other two.
+    Principal moments are positive, and none is larger than the sum of the other two. `what` names its element in
+    messages.
     """
+    xx, yy, zz, xy, xz, yz = values
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if not np.all(np.isfinite(tensor)):
         raise invalid(f"invalid inertia of {what}; expected finite numbers")
     moments = np.sort(np.linalg.eigvalsh(tensor))
@@ -82,12 +86,6 @@ def check_inertia(what: str, tensor: Array) -> None:
             f"the inertia of {what} has the principal moments {shown} kg m^2; expected that none is larger than "
             "the sum of the other two, which holds for all bodies"
         )
-
-
-def symmetric(values: Sequence[float]) -> Array:
-    """Return the tensor with the elements xx, yy, zz, xy, xz and yz, shape (3, 3)."""
-    xx, yy, zz, xy, xz, yz = values
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def check_children(element: Any, known: frozenset[str]) -> None:

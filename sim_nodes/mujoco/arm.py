@@ -106,7 +106,7 @@ class MujocoArm:
         data.ctrl[self._motors] = home
         data.ctrl[self._fingers] = finger
 
-    def put(self, data: Any, positions: Array) -> None:
+    def set_positions(self, data: Any, positions: Array) -> None:
         """Set the positions of the arm's joints; the fingers keep theirs."""
         data.qpos[self._positions[: len(positions)]] = positions
 

@@ -14,10 +14,9 @@ import mujoco
 import numpy as np
 
 from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix, vector
-from sim_nodes.mujoco.appearance import SEEN_BY_RAYS
 from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
-from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.mujoco.model import SEEN_BY_RAYS, TIMESTEP, WALL_PREFIX, add_body, scene_spec
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
     FLOOR,
@@ -345,7 +344,7 @@ class MujocoEngine:
         for values, present in ((thought.qpos, self._data.qpos), (thought.mocap_pos, self._data.mocap_pos)):
             values[:] = present
         thought.mocap_quat[:] = self._data.mocap_quat
-        arm.put(thought, positions)
+        arm.set_positions(thought, positions)
         if carried is not None:
             joint = model.body_jntadr[self._bases[carried.name]]
             place = model.jnt_qposadr[joint]

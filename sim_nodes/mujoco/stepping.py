@@ -145,7 +145,7 @@ class Stepper:
             mujoco.mj_step(model, data)
             for arm in arms:
                 arm.advance_targets(data, self._timestep)
-            # FixedPose bodies touch something all the time: most steps end here.
+            # Standing bodies touch something all the time: most steps end here.
             if (
                 data.ncon != len(self._contacts) or self._contacts.tobytes() != self._key
             ) and self._update_contacts():
@@ -164,13 +164,11 @@ class Stepper:
     def _check_time(self, steps: int) -> None:
         """Detect a silent restart of MuJoCo after invalid states; its time does not show it at first."""
         time: float = self._data.time
-        if time < self._time + (steps - 0.5) * self._timestep or (self._time == 0.0 and self._has_warned()):
+        has_warned = any(self._data.warning[int(kind)].number for kind in DIVERGED) if self._time == 0.0 else False
+        if time < self._time + (steps - 0.5) * self._timestep or has_warned:
             self._time = math.inf
             raise UnstablePhysics("MuJoCo found no accelerations: reset the simulation")
         self._time = time
-
-    def _has_warned(self) -> bool:
-        return any(self._data.warning[int(kind)].number for kind in DIVERGED)
 
 
 def _counter_values(model: Any, data: Any, name: str) -> Array:

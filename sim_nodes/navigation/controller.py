@@ -12,10 +12,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from sim_nodes.geometry import Array, Pose2
-from sim_nodes.navigation.grid import Grid
+from sim_nodes.navigation.maps import Grid
 from sim_nodes.navigation.planner import Plan
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity
+from sim_nodes.robots.drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
@@ -76,7 +76,7 @@ class LocalController(Stateful):
         best = int(score.argmin())
         idle = (speeds < IDLE[0]) & (np.abs(turns) < IDLE[1])
         if idle[best]:
-            # FixedPose still may look best because of the floor ahead, which only a curve leads to.
+            # Standing still may look best because of the floor ahead, which only a curve leads to.
             to_go = self._to_go(plan, pose, x[:, -1], y[:, -1])
             score[idle | (safe < SAMPLES - 1) | (to_go >= to_go[best])] = np.inf
             best = int(score.argmin())

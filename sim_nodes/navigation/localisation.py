@@ -17,16 +17,117 @@ declaration enables them, as in Nav2.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array, Pose2, wrap
-from sim_nodes.navigation.grid import NavigationMap
-from sim_nodes.navigation.particles import Estimate, adapted_count, bins, draw, estimate, particles_needed
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
+
+BIN = (0.5, 0.5, math.radians(10.0))  # [m, m, rad]
+NEAR = (1.0, math.radians(45.0))  # [m], [rad] from the densest place: one hypothesis
+SIDE = 1 << 16  # exceeds the number of bins along an axis
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The densest place of a set of particles.
+
+    Attributes:
+        pose: Mean of the particles there.
+        covariance: Covariance of x, y and yaw there, shape (3, 3) [m^2, m rad, rad^2].
+        share: Share of all particles, up to 1.
+    """
+
+    pose: Pose2
+    covariance: Array
+    share: float
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the position [m], over both axes."""
+        return math.sqrt(float(self.covariance[0, 0] + self.covariance[1, 1]))
+
+
+def bins(particles: Array) -> Indices:
+    """Return the bin number of each particle, shape (n,)."""
+    x, y, yaw = (np.floor(particles[:, i] / BIN[i]).astype(np.int64) for i in range(3))
+    turns = round(2.0 * math.pi / BIN[2])
+    numbers: Indices = ((x + SIDE // 2) * SIDE + y + SIDE // 2) * turns + yaw % turns
+    return numbers
+
+
+def particles_needed(occupied: Array, err: float, z: float) -> Array:
+    """Return the number of particles that bounds the error of a distribution over bins (Fox 2003, equation 11).
+
+    Args:
+        occupied: Number of occupied bins.
+        err: Maximum error: Kullback-Leibler distance to the true distribution.
+        z: Quantile of the normal distribution for the probability of that bound.
+    """
+    freedom = np.maximum(occupied - 1.0, 1.0)
+    part = 2.0 / (9.0 * freedom)
+    needed: Array = freedom / (2.0 * err) * (1.0 - part + np.sqrt(part) * z) ** 3
+    return needed
+
+
+def adapted_count(where: Indices, least: int, most: int, err: float, z: float) -> int:
+    """Return how many particles, in the order in which they were drawn, are sufficient.
+
+    Args:
+        where: Bins of the particles, in order.
+        least: Minimum number.
+        most: Maximum number.
+        err: See `particles_needed`.
+        z: See `particles_needed`.
+    """
+    _, first = np.unique(where, return_index=True)
+    fresh = np.zeros(len(where), dtype=np.int64)
+    fresh[first] = 1
+    enough = particles_needed(np.cumsum(fresh).astype(np.float64), err, z) <= np.arange(1, len(where) + 1)
+    count = int(enough.argmax()) + 1 if enough.any() else len(where)
+    return min(max(count, least), most)
+
+
+def draw(weights: Array, count: int, offset: float) -> Indices:
+    """Choose particles by weight with low variance, from one random number (Thrun et al. 2005, table 4.4).
+
+    Args:
+        weights: Weights with sum 1.
+        count: Number of particles to choose.
+        offset: Random number in [0, 1).
+    """
+    chosen: Indices = np.searchsorted(np.cumsum(weights), (offset + np.arange(count)) / count)
+    return chosen.clip(0, len(weights) - 1)
+
+
+def estimate(particles: Array) -> Estimate:
+    """Return the densest place: the fullest bin and its surroundings."""
+    where = bins(particles)
+    numbers, counts = np.unique(where, return_counts=True)
+    here = _mean(particles[where == numbers[counts.argmax()]])
+    offset = particles - np.array(here)
+    offset[:, 2] = wrap(offset[:, 2])
+    near = (np.abs(offset[:, 0]) < NEAR[0]) & (np.abs(offset[:, 1]) < NEAR[0]) & (np.abs(offset[:, 2]) < NEAR[1])
+    cluster = particles[near]
+    pose = _mean(cluster)
+    deviation = cluster - np.array(pose)
+    deviation[:, 2] = wrap(deviation[:, 2])
+    covariance: Array = deviation.T @ deviation / len(cluster)
+    return Estimate(pose, covariance, len(cluster) / len(particles))
+
+
+def _mean(particles: Array) -> Pose2:
+    x, y, _ = particles.mean(axis=0).tolist()
+    return Pose2(x, y, math.atan2(np.sin(particles[:, 2]).mean(), np.cos(particles[:, 2]).mean()))
+
 
 FOUND_DEVIATION = 0.2  # [m]; a search has converged when its particles are this close together
 FOUND_SHARE = 0.9  # of the particles that must be
@@ -46,10 +147,13 @@ class Localisation(Stateful):
         known: The map.
         declaration: Declaration of the robot's base.
         noise: Source of random numbers.
+
+    Attributes:
+        particles: The particles, shape (n, 3).
     """
 
     STATE = (
-        "_particles",
+        "particles",
         "_odometry",
         "_estimate",
         "_fresh",
@@ -67,7 +171,7 @@ class Localisation(Stateful):
         self._noise = noise
         self._log_likelihood = self._likelihood_field(known, declaration.lidar.max_range)
         self._free = np.argwhere(known.distance >= declaration.radius)
-        self._particles = np.zeros((0, 3))
+        self.particles = np.zeros((0, 3))
         self._odometry = Pose2(0.0, 0.0, 0.0)  # at the last update
         self._estimate: Estimate | None = None  # at the last update
         self._fresh = False  # whether there are particles without a measurement update
@@ -94,17 +198,12 @@ class Localisation(Stateful):
     @property
     def running(self) -> bool:
         """Whether updates are of use: an initial pose was set, or a search is active."""
-        return len(self._particles) > 0
+        return len(self.particles) > 0
 
     @property
     def estimate(self) -> Estimate | None:
         """Estimate of the last update; None before an initial pose and during a search."""
         return None if self._lost else self._estimate
-
-    @property
-    def particles(self) -> Array:
-        """The particles, shape (n, 3)."""
-        return self._particles
 
     def pose(self, odometry: Pose2) -> Pose2 | None:
         """Return the pose in `map`: the last estimate advanced by odometry; None without an estimate."""
@@ -123,7 +222,7 @@ class Localisation(Stateful):
         deviation = np.array(self._parameters.initial_deviation)
         self._fit_slow = self._fit_fast = 0.0
         draws = self._noise.at(tick).standard_normal((self._parameters.max_particles, 3))
-        self._particles = np.array(pose) + draws * deviation
+        self.particles = np.array(pose) + draws * deviation
         self._odometry, self._estimate, self._fresh = odometry, Estimate(pose, np.diag(deviation**2), 1.0), True
         self._lost = False
 
@@ -134,7 +233,7 @@ class Localisation(Stateful):
         self._begin_search(self._noise.at(tick))
 
     def _begin_search(self, random: np.random.Generator) -> None:
-        self._particles = self._random_poses(self._parameters.global_particles, random)
+        self.particles = self._random_poses(self._parameters.global_particles, random)
         self._searches, self._updates = self._searches + 1, 0
         self._fit_slow = self._fit_fast = 0.0
 
@@ -154,7 +253,7 @@ class Localisation(Stateful):
         self._resample(evidence, random)
         if p.recovery_alpha_slow:
             self._scatter(evidence, beams, random)
-        self._estimate = estimate(self._particles)
+        self._estimate = estimate(self.particles)
         if self._lost:
             self._continue_search(self._estimate, scan, random)
         else:
@@ -165,16 +264,16 @@ class Localisation(Stateful):
         misfit = self._misfit(believed.pose, scan)
         if misfit < ASTRAY_SHARE:
             return
-        before = self._particles
+        before = self.particles
         spread = random.standard_normal((self._parameters.max_particles, 3)) * np.array(AROUND)
-        self._particles = np.array(believed.pose) + spread
+        self.particles = np.array(believed.pose) + spread
         evidence, _ = self._evidence(scan)
         self._resample(evidence, random)
-        found = estimate(self._particles)
+        found = estimate(self.particles)
         if self._misfit(found.pose, scan) <= BETTER * misfit:
             self._estimate = found
         else:
-            self._particles = before
+            self.particles = before
 
     def _continue_search(self, found: Estimate, scan: Scan, random: np.random.Generator) -> None:
         """Finish the search if it has converged on a valid pose, or restart it."""
@@ -204,7 +303,7 @@ class Localisation(Stateful):
         return np.column_stack([place, random.uniform(-math.pi, math.pi, count)])
 
     def _move(self, motion: Pose2, random: np.random.Generator) -> None:
-        p, particles = self._parameters, self._particles
+        p, particles = self._parameters, self.particles
         way = math.hypot(motion.x, motion.y)
         first = math.atan2(motion.y, motion.x) if way > 0.01 else 0.0
         second = wrap(motion.yaw - first)
@@ -225,7 +324,7 @@ class Localisation(Stateful):
         every = max(1, len(scan.ranges) // self._parameters.max_beams)
         hit = scan.hit[::every]
         bx, by = scan.x[::every][hit], scan.y[::every][hit]
-        x, y, yaw = (column[:, None] for column in self._particles.T)
+        x, y, yaw = (column[:, None] for column in self.particles.T)
         cos, sin = np.cos(yaw), np.sin(yaw)
         cells = self._framed.cells(x + cos * bx - sin * by, y + sin * bx + cos * by)
         evidence: Array = self._log_likelihood[cells].sum(axis=1)
@@ -236,12 +335,12 @@ class Localisation(Stateful):
         p = self._parameters
         weights = np.exp((p.global_beam_weight if self._lost else p.beam_weight) * (evidence - evidence.max()))
         weights /= weights.sum()
-        self._particles = self._particles[draw(weights, self._needed(weights, random), random.random())]
+        self.particles = self.particles[draw(weights, self._needed(weights, random), random.random())]
 
     def _needed(self, weights: Array, random: np.random.Generator) -> int:
         p = self._parameters
         most = p.global_particles if self._lost else p.max_particles
-        where = bins(self._particles)
+        where = bins(self.particles)
         if particles_needed(np.array(float(len(np.unique(where)))), p.pf_err, p.pf_z) <= p.min_particles:
             return p.min_particles
         drawn = where[random.choice(len(weights), most, p=weights)]
@@ -256,5 +355,5 @@ class Localisation(Stateful):
         self._fit_slow += (p.recovery_alpha_slow if self._fit_slow else 1.0) * (fit - self._fit_slow)
         self._fit_fast += (p.recovery_alpha_fast if self._fit_fast else 1.0) * (fit - self._fit_fast)
         share = max(0.0, 1.0 - self._fit_fast / self._fit_slow)
-        chosen = random.random(len(self._particles)) < share
-        self._particles[chosen] = self._random_poses(int(chosen.sum()), random)
+        chosen = random.random(len(self.particles)) < share
+        self.particles[chosen] = self._random_poses(int(chosen.sum()), random)

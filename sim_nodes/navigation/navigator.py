@@ -17,14 +17,13 @@ import numpy as np
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Array, Pose2, wrap
-from sim_nodes.goals import GoalResult
 from sim_nodes.navigation.controller import LocalController
-from sim_nodes.navigation.grid import Grid, NavigationMap
+from sim_nodes.navigation.maps import Grid, NavigationMap
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.navigation.planner import ESCAPE_RADIUS, Plan, plan_to
-from sim_nodes.refusals import operation_failed
+from sim_nodes.outcomes import GoalResult, operation_failed
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity
+from sim_nodes.robots.drive import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array, Pose2
-from sim_nodes.navigation.grid import FAR, NavigationMap
+from sim_nodes.navigation.maps import FAR, NavigationMap
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
@@ -68,14 +68,7 @@ class ObstacleLayer(Stateful):
             self.changes += 1
             self.distance = self._distances()
 
-    def _mark_seen(
-        self,
-        seen: NDArray[np.bool_],
-        lidar: Pose2,
-        scan: Scan,
-        cos: Array,
-        sin: Array,
-    ) -> None:
+    def _mark_seen(self, seen: NDArray[np.bool_], lidar: Pose2, scan: Scan, cos: Array, sin: Array) -> None:
         reach = np.minimum(scan.ranges, RANGE) - MARGIN
         beam, step = np.nonzero(self._steps[None, :] < reach[:, None])
         x = lidar.x + self._steps[step] * cos[beam]

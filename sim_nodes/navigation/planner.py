@@ -15,7 +15,7 @@ import numpy as np
 from skimage.graph import MCP_Geometric
 
 from sim_nodes.geometry import Array
-from sim_nodes.navigation.grid import Grid
+from sim_nodes.navigation.maps import Grid
 
 INFLATION_RADIUS = 0.6  # [m]
 INFLATION_SCALE = 5.0  # [1/m]

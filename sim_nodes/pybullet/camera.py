@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pybullet
 
-from sim_nodes.colours import FLOOR_TILES, LIGHT_DIRECTION, SKY, TILE
-from sim_nodes.views import FAR, NEAR, Picture, View
+from sim_nodes.views import FAR, FLOOR_TILES, LIGHT_DIRECTION, NEAR, SKY, TILE, Picture, View
 
 SUN = tuple(-part for part in LIGHT_DIRECTION)  # direction towards the light
 SUN_DISTANCE = 20.0  # [m]
@@ -26,11 +25,7 @@ def floor_shapes(bullet: Any, extent: Extent) -> tuple[int, int]:
     """Add a floor of tiles in two colours; returns the numbers of both shapes. Bullet's own is infinite."""
     first, second = (
         bullet.createVisualShape(
-            pybullet.GEOM_MESH,
-            vertices=vertices,
-            normals=[UP] * len(vertices),
-            indices=indices,
-            rgbaColor=colour,
+            pybullet.GEOM_MESH, vertices=vertices, normals=[UP] * len(vertices), indices=indices, rgbaColor=colour
         )
         for colour, (vertices, indices) in zip(FLOOR_TILES, (_tiles(extent, odd) for odd in (1, 0)), strict=True)
     )

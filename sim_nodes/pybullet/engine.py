@@ -16,8 +16,9 @@ from importlib import metadata
 from typing import Any
 
 import numpy as np
+import pybullet
+from pybullet_utils.bullet_client import BulletClient
 
-from sim_nodes.colours import WALL, colour_of
 from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix, vector
 from sim_nodes.journal import Journal, journaled, replay
 from sim_nodes.physics import (
@@ -32,20 +33,22 @@ from sim_nodes.physics import (
     PlacedRobot,
     Scene,
 )
-from sim_nodes.pybullet.arm import BODY_B, DISTANCE, LINK_A, Ghost, Ghosts, PybulletArm, is_touching
-from sim_nodes.pybullet.broadphase import BroadPhase
-from sim_nodes.pybullet.drive import PybulletDrive
-from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
-from sim_nodes.pybullet.output import captured_output
-from sim_nodes.pybullet.rewinding import AT_ONCE, Checkpoint, LastStep, StateStore, join_islands
-from sim_nodes.views import Picture, View
-
-with captured_output():  # pybullet prints its build time on import
-    import pybullet
-    from pybullet_utils.bullet_client import BulletClient
-
+from sim_nodes.pybullet import captured_output
 from sim_nodes.pybullet.camera import draw, floor_shapes
+from sim_nodes.pybullet.joints import (
+    BODY_B,
+    DISTANCE,
+    LINK_A,
+    PlacedShape,
+    PlacedShapes,
+    PybulletArm,
+    PybulletDrive,
+    is_touching,
+)
+from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
+from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
+from sim_nodes.views import WALL, Picture, View, colour_of
 
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
@@ -64,15 +67,6 @@ class _Body:
     static: bool
     centre: Vector
     axes: Quaternion
-
-
-@dataclass(frozen=True)
-class _LidarMount:
-    """Link and collision group of a robot's lidar."""
-
-    body: int
-    link: int  # of the lidar
-    group: int  # collision group of the robot alone
 
 
 class PybulletEngine:
@@ -138,9 +132,8 @@ class PybulletEngine:
             self._register(name, number, static=True)
             self._broadphase.add_static(number, model.parts, state)
         self._drives: dict[str, PybulletDrive] = {}
-        self._lidars: dict[str, _LidarMount] = {}
         self._arms: dict[str, PybulletArm] = {}
-        self._ghosts = Ghosts(bullet)
+        self._placed_shapes = PlacedShapes(bullet)
         self._links: dict[str, dict[str, int]] = {}
         for index, robot in enumerate(self._scene.robots):
             self._load_robot(index, robot)
@@ -167,12 +160,11 @@ class PybulletEngine:
         group = 1 << (FIRST_ROBOT_GROUP + index)
         for link in links.shapes:
             self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
-        wide = {links.links[name]: parts for name, parts in links.wide.items()}
-        self._broadphase.add_moving(number, wide, fixed=robot.declaration.fixed)
+        compound = {links.links[name]: parts for name, parts in links.compound.items()}
+        self._broadphase.add_moving(number, compound, fixed=robot.declaration.fixed)
         mobile = robot.declaration.mobile
         if mobile is not None:
-            self._drives[robot.name] = PybulletDrive(self._bullet, number, links, mobile)
-            self._lidars[robot.name] = _LidarMount(number, links.links[mobile.lidar.link], group)
+            self._drives[robot.name] = PybulletDrive(self._bullet, number, links, mobile, group)
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
@@ -339,12 +331,12 @@ class PybulletEngine:
 
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
-        eye, bullet = self._lidars[robot], self._bullet
-        link = bullet.getLinkState(eye.body, eye.link, computeForwardKinematics=True)
+        drive, bullet = self._drives[robot], self._bullet
+        link = bullet.getLinkState(drive.body, drive.lidar, computeForwardKinematics=True)
         origin, orientation = link[4:6]
         ends = origin + limit * directions @ rotation_matrix(wxyz(orientation)).T
         hits = bullet.rayTestBatch(
-            [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~eye.group
+            [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~drive.group
         )
         return np.array([hit[2] * limit if hit[0] >= 0 else np.inf for hit in hits])
 
@@ -375,11 +367,11 @@ class PybulletEngine:
         self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         """See `Engine.arm_overlaps`."""
-        parts: list[Ghost] = []
+        parts: list[PlacedShape] = []
         left_out = {robot}
         if carried is not None:
             model, _ = self._added[carried.name]
-            parts = self._ghosts.of(carried.name, model, carried.state)
+            parts = self._placed_shapes.of(carried.name, model, carried.state)
             left_out.add(carried.name)
         others = {number: name for number, name in self._owners.items() if name not in left_out}
         return tuple(self._arms[robot].overlaps(positions, others, own, parts))

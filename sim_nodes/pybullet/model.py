@@ -13,23 +13,13 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from defusedxml.ElementTree import fromstring
 
-from sim_nodes.colours import Colour
+from sim_nodes.extents import inertia
 from sim_nodes.geometry import Quaternion, Vector, roll_pitch_yaw
-from sim_nodes.inertia import inertia
-from sim_nodes.physics import (
-    IDENTITY,
-    BodyModel,
-    BodyState,
-    Box,
-    Cylinder,
-    PlacedRobot,
-    Shape,
-    Sphere,
-    Wall,
-)
-from sim_nodes.pybullet.output import captured_output
+from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere, Wall
+from sim_nodes.pybullet import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 from sim_nodes.robots.urdf_check import link_parts
+from sim_nodes.views import Colour
 
 FASTEST = 1e5  # [m/s], [rad/s]; Bullet's default velocity limit is 100, also for bodies without joints
 BASE = -1  # Bullet's index of the base link
@@ -49,7 +39,7 @@ class Links:
         joints: Indices of joints.
         links: Indices of links.
         shapes: Indices of all links, also added ones, with the names of the original links.
-        wide: Links of more than one shape, with their shapes.
+        compound: Links of more than one shape, with their shapes.
     """
 
     def __init__(self, bullet: Any, body: int, robot: RobotDeclaration, added: Mapping[str, str]) -> None:
@@ -61,7 +51,7 @@ class Links:
         self.shapes = {index: added.get(name, name) for index, name in names.items()}
         split = added.values()
         parts = link_parts(robot)
-        self.wide = {name: parts[name] for name in self.links if len(parts[name]) > 1 and name not in split}
+        self.compound = {name: parts[name] for name in self.links if len(parts[name]) > 1 and name not in split}
 
 
 def xyzw(orientation: Quaternion) -> XYZW:

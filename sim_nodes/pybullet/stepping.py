@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import pybullet
 
 from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
-from sim_nodes.pybullet.arm import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
+from sim_nodes.pybullet.joints import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
 from sim_nodes.pybullet.model import BASE, XYZW
 
 Vector = tuple[float, float, float]
@@ -36,7 +36,7 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Survey:
+class Clearance:
     """Poses of bodies when their distances were measured, and how far each may move from there [m]."""
 
     poses: tuple[Pose, ...]
@@ -75,12 +75,12 @@ class Stepper:
 
     def invalidate(self, wait: int = 0) -> None:
         """Discard measured distances after bodies were moved, added or removed; measure none for `wait` steps."""
-        self._survey: Survey | None = None
+        self._clearance: Clearance | None = None
         self._wait = wait
         still = set(self._static) - self._jointed.keys()
         self._still = [body for body in still if self._owners[body] != FLOOR]
         self._moving = [body for body in self._owners if body not in still]
-        self._clear = 0  # steps from the last survey in which nothing can touch
+        self._clear = 0  # steps from the last measurement in which nothing can touch
         self._radii: list[float] = []
         self._bodies: set[tuple[int, int]] = set()  # body numbers that touched in the last step
         self._of_bodies: frozenset[tuple[str, str]] = frozenset()  # entities of `_bodies`
@@ -168,18 +168,18 @@ class Stepper:
 
     def _track(self, poses: tuple[Pose, ...]) -> None:
         """Track the motion of bodies, and compute how many steps are safe."""
-        if self._survey is not None:
-            moved = max(map(_moved, self._radii, self._survey.poses, poses), default=0.0)
-            self._clear = self._steps_within(self._survey.room - moved, poses)
+        if self._clearance is not None:
+            moved = max(map(_moved, self._radii, self._clearance.poses, poses), default=0.0)
+            self._clear = self._steps_within(self._clearance.room - moved, poses)
             if not self._clear:
-                self._survey, self._wait = None, 0
+                self._clearance, self._wait = None, 0
 
     def _clear_steps(self) -> int:
         """Return the number of steps in which nothing can touch."""
-        if self._survey is None and self._wait <= 0 and not self.touching and len(self._moving) <= MANY:
+        if self._clearance is None and self._wait <= 0 and not self.touching and len(self._moving) <= MANY:
             self._wait = RETRY
             self._measure()
-        return 0 if self._survey is None else self._clear
+        return 0 if self._clearance is None else self._clear
 
     def _measure(self) -> None:
         """Measure distances, and keep them if they are large enough."""
@@ -189,7 +189,7 @@ class Stepper:
         room = self._room(poses)
         self._clear = self._steps_within(room, poses)
         if self._clear:
-            self._survey = Survey(poses, room)
+            self._clearance = Clearance(poses, room)
 
     def _steps_within(self, room: float, poses: tuple[Pose, ...]) -> int:
         """Return the number of steps in which no point of a body can move further than `room` [m]."""

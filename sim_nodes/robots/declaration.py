@@ -6,18 +6,10 @@ from functools import cache
 from pathlib import Path
 from typing import Self
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    NonNegativeFloat,
-    PositiveFloat,
-    PositiveInt,
-    model_validator,
-)
+from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
-from sim_nodes.files import NAME, bundled_names, validate
+from sim_nodes.files import NAME, Declared, bundled_names, validate
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
 
@@ -25,11 +17,7 @@ OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motor
 """Names of devices of robots besides cameras."""
 
 
-class _Declared(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class DriveDeclaration(_Declared):
+class DriveDeclaration(Declared):
     """A differential drive: two wheels on one axle, at the origin of the base."""
 
     left_joint: str
@@ -46,7 +34,7 @@ class DriveDeclaration(_Declared):
     wheel_friction: PositiveFloat
 
 
-class OdometryDeclaration(_Declared):
+class OdometryDeclaration(Declared):
     """Errors of wheel odometry: standard deviations that grow with the square root of the distance."""
 
     distance_noise: float  # of distance, per metre driven [m / sqrt(m)]
@@ -54,7 +42,7 @@ class OdometryDeclaration(_Declared):
     drift_noise: float  # of heading, per metre driven [rad / sqrt(m)]
 
 
-class LidarDeclaration(_Declared):
+class LidarDeclaration(Declared):
     """A planar lidar."""
 
     link: str
@@ -70,7 +58,7 @@ class LidarDeclaration(_Declared):
     dropout: float = Field(0.0, ge=0.0, le=1.0)  # probability that a beam has no return
 
 
-class CameraDeclaration(_Declared):
+class CameraDeclaration(Declared):
     """A camera that is fixed to a link, looking along its own x axis with z up."""
 
     name: str = Field(pattern=NAME)
@@ -101,7 +89,7 @@ class CameraDeclaration(_Declared):
         return quaternion(self.roll, self.pitch, self.yaw)
 
 
-class LocalisationDeclaration(_Declared):
+class LocalisationDeclaration(Declared):
     """Parameters of the particle filter: those of Nav2's AMCL by the same names, and further ones.
 
     With `recovery_alpha_slow` and `recovery_alpha_fast` above zero (such as 0.001 and 0.1), random particles are
@@ -136,7 +124,7 @@ class LocalisationDeclaration(_Declared):
     global_beam_weight: PositiveFloat = 0.03
 
 
-class ImuDeclaration(_Declared):
+class ImuDeclaration(Declared):
     """An inertial measurement unit at the origin of the base; biases are drawn once, noise for each sample."""
 
     rate: PositiveFloat  # [Hz]
@@ -146,7 +134,7 @@ class ImuDeclaration(_Declared):
     gyroscope_bias: NonNegativeFloat
 
 
-class ZoneDeclaration(_Declared):
+class ZoneDeclaration(Declared):
     """A zone of a bumper, from one bearing to another, counterclockwise [rad]."""
 
     name: str
@@ -154,7 +142,7 @@ class ZoneDeclaration(_Declared):
     end: float
 
 
-class BumperDeclaration(_Declared):
+class BumperDeclaration(Declared):
     """A bumper around the base; where zones meet, the first one is pressed."""
 
     lowest: float  # [m] above the floor
@@ -162,8 +150,8 @@ class BumperDeclaration(_Declared):
     zones: tuple[ZoneDeclaration, ...]
 
 
-class BatteryDeclaration(_Declared):
-    """A battery; see `battery.py`."""
+class BatteryDeclaration(Declared):
+    """A battery; see `drive.py`."""
 
     capacity: PositiveFloat  # [Wh]
     idle: NonNegativeFloat  # power at rest [W]
@@ -171,7 +159,7 @@ class BatteryDeclaration(_Declared):
     charge: float = Field(1.0, ge=0.0, le=1.0)  # at the start
 
 
-class MobileDeclaration(_Declared):
+class MobileDeclaration(Declared):
     """A base that drives, localises itself and has sensors."""
 
     radius: PositiveFloat  # of the smallest circle around the base's origin that contains the robot [m]
@@ -185,7 +173,7 @@ class MobileDeclaration(_Declared):
     localisation: LocalisationDeclaration = LocalisationDeclaration()
 
 
-class JointDeclaration(_Declared):
+class JointDeclaration(Declared):
     """A joint of an arm; its limits are in the URDF."""
 
     name: str
@@ -196,7 +184,7 @@ class JointDeclaration(_Declared):
     armature: PositiveFloat  # inertia of rotor and gear at the joint [kg m^2]
 
 
-class GripperDeclaration(_Declared):
+class GripperDeclaration(Declared):
     """A parallel gripper: each finger is half the opening away from the point where both meet."""
 
     joints: tuple[str, str]
@@ -213,7 +201,7 @@ class GripperDeclaration(_Declared):
     torsional_friction: PositiveFloat  # [m]
 
 
-class ArmDeclaration(_Declared):
+class ArmDeclaration(Declared):
     """An arm with a gripper; `joints` are all movable joints from the base to the tool, in order."""
 
     tool_link: str
@@ -221,7 +209,7 @@ class ArmDeclaration(_Declared):
     gripper: GripperDeclaration
 
 
-class RobotDeclaration(_Declared):
+class RobotDeclaration(Declared):
     """A kind of robot.
 
     `urdf` is the text of its URDF. `kinds` are the actor types that it can represent, most specific first;

@@ -7,32 +7,36 @@ of its lidar; control every `CONTROL_TICKS`. An idle base is updated less often.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container
+from collections.abc import Container
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from sim_nodes.faults.motor_checks import Motion
 from sim_nodes.geometry import Pose2
-from sim_nodes.goals import NO_CLIENT, GoalResult
-from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.localisation import Localisation
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.navigator import ControlInput, Feedback, Goal, Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state
 from sim_nodes.physics import Engine
-from sim_nodes.refusals import incorrect_state
-from sim_nodes.robots.battery import Battery
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.diff_drive import AT_REST, Velocity, base_motion, wheel_angular_speeds, wheel_speeds
-from sim_nodes.robots.steering import COMMAND_TIMEOUT, Steering, VelocityCommand
-from sim_nodes.robots.wheels import Wheels
-from sim_nodes.sensors.bumper import Bumper
-from sim_nodes.sensors.imu import Imu
+from sim_nodes.robots.drive import (
+    AT_REST,
+    COMMAND_TIMEOUT,
+    Battery,
+    Steering,
+    Velocity,
+    VelocityCommand,
+    Wheels,
+    base_motion,
+    wheel_angular_speeds,
+    wheel_speeds,
+)
+from sim_nodes.sensors.base import AT_START, Bumper, Imu, Odometer, Odometry
 from sim_nodes.sensors.lidar import Lidar, Scan
-from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
-from sim_nodes.sensors.sensor import Sensor
-from sim_nodes.sensors.sensor_pipeline import SensorPipeline
+from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
@@ -52,8 +56,8 @@ def base_sensors(
         seed: Seed of the simulation.
     """
 
-    def noise(purpose: str) -> Noise:
-        return Noise(seed, f"{robot}/{purpose}")
+    def noise(*purpose: str) -> Noise:
+        return Noise(seed, "/".join((robot, *purpose)))
 
     state = partial(engine.body_state, robot)
     lidar = Lidar(declaration.lidar, noise("lidar"), partial(engine.cast_rays, robot))
@@ -64,13 +68,9 @@ def base_sensors(
     if declaration.bumper is not None:
         sensors["bumper"] = Bumper(declaration.bumper, state)
     return {
-        name: SensorPipeline(sensor, partial(_noise_of_faults, noise, name), always=sensor is odometry)
+        name: SensorPipeline(sensor, partial(noise, name), always=sensor is odometry)
         for name, sensor in sensors.items()
     }
-
-
-def _noise_of_faults(noise: Callable[[str], Noise], sensor: str, purpose: str) -> Noise:
-    return noise(f"{sensor}/{purpose}")
 
 
 class MobileBase(Stateful):

@@ -9,20 +9,17 @@ from typing import Any
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.cameras import Cameras
-from sim_nodes.faults.actuators import Actuator, WheelMotors
-from sim_nodes.faults.arm_actuators import GRIPPER, JOINTS, ArmActuator
-from sim_nodes.faults.cameras import CameraDevice
-from sim_nodes.faults.devices import Device, SensorDevice, Source
-from sim_nodes.faults.registry import FaultRegistry
-from sim_nodes.faults.robot_power import RobotPower
-from sim_nodes.goals import NO_CLIENT, GoalResult
+from sim_nodes.entities import Entities
+from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuator, ArmActuator, WheelMotors
+from sim_nodes.faults.devices import CameraDevice, Device, SensorDevice, Source
+from sim_nodes.faults.registry import FaultRegistry, RobotPower
 from sim_nodes.manipulation.arm import Arm
-from sim_nodes.navigation.grid import NavigationMap
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, feature_unsupported
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
-from sim_nodes.refusals import feature_unsupported
 from sim_nodes.robots.mobile import MobileBase
-from sim_nodes.sensors.bumper import Bumper
+from sim_nodes.sensors.base import Bumper
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 
@@ -37,36 +34,30 @@ class Sample:
     rates: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
-class WorldContext:
-    """The world as known to robots: its map, which entities are movable, and its cameras."""
-
-    known: NavigationMap
-    is_movable: Callable[[str], bool]
-    cameras: Cameras
-
-
 class Robot(Stateful):
     """A robot of the world.
 
     Args:
         placed: Name, kind and initial pose.
         engine: Engine that simulates it.
-        context: The world.
+        entities: Entities of the world.
+        known: Map of the world.
         seed: Seed of the simulation.
     """
 
     STATE = ("_mobile", "_arm", "faults")
 
-    def __init__(self, placed: PlacedRobot, engine: Engine, context: WorldContext, seed: int) -> None:
+    def __init__(
+        self, placed: PlacedRobot, engine: Engine, entities: Entities, known: NavigationMap, seed: int
+    ) -> None:
         self.name = placed.name
         self._engine = engine
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
-        self._mobile = MobileBase(self.name, mobile, engine, context.known, seed) if mobile is not None else None
-        self._arm = Arm(placed, arm, engine, seed, context.is_movable) if arm is not None else None
+        self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
+        self._arm = Arm(placed, arm, engine, seed, entities.is_movable) if arm is not None else None
         self._drives = dict(self._make_actuators(seed))
-        self.faults = FaultRegistry(self.name, self._devices(context.cameras))
+        self.faults = FaultRegistry(self.name, self._devices(entities.cameras))
 
     def _devices(self, cameras: Cameras) -> dict[str, Device]:
         """Return the devices that can have faults, by name."""

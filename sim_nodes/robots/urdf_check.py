@@ -7,17 +7,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any
 
+import numpy as np
 from defusedxml import ElementTree
 
-from sim_nodes.geometry import wrap, yaw_of
+from sim_nodes.geometry import conjugate, multiply, rotated, vector, wrap, yaw_of
 from sim_nodes.manipulation.chain import Chain
 from sim_nodes.models import xml_reading as xml
-from sim_nodes.models.urdf import read_origin, read_shape
-from sim_nodes.physics import Part
+from sim_nodes.models.urdf import frame_of, link_of, read_origin, read_shape
+from sim_nodes.physics import BodyState, Engine, Part, PlacedRobot
 from sim_nodes.robots.declaration import ArmDeclaration, DriveDeclaration, MobileDeclaration, RobotDeclaration
 
 ELEMENTS = frozenset({"link", "joint", "material"})
@@ -84,12 +85,10 @@ def _check_link(link: Any) -> None:
         )
     read_origin(link.find("inertial"))
     xml.numbers(mass.get("value"), f"mass of {xml.label(link)}", 1, xml.MASSES)
-    for moment in ("ixx", "iyy", "izz"):
-        xml.numbers(inertia.get(moment), f"{moment} of {xml.label(link)}", 1, MOMENTS)
-    for product in ("ixy", "ixz", "iyz"):
-        xml.numbers(inertia.get(product), f"{product} of {xml.label(link)}", 1, (-MOMENTS[1], MOMENTS[1]))
-    elements = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    xml.check_inertia(xml.label(link), xml.symmetric([float(inertia.get(each)) for each in elements]))
+    bounds = 3 * [MOMENTS] + 3 * [(-MOMENTS[1], MOMENTS[1])]  # of moments and of products
+    named = ((inertia.get(name), f"{name} of {xml.label(link)}") for name in xml.INERTIA)
+    values = [xml.numbers(*each, 1, limits)[0] for each, limits in zip(named, bounds, strict=True)]
+    xml.check_inertia(xml.label(link), values)
 
 
 def _check_joint(joint: Any, links: Mapping[str, Any]) -> None:
@@ -99,10 +98,7 @@ def _check_joint(joint: Any, links: Mapping[str, Any]) -> None:
             f"{xml.label(joint)} has the unsupported type {joint.get('type')!r}; expected {', '.join(JOINT_TYPES)}"
         )
     for tag in ("parent", "child"):
-        element = joint.find(tag)
-        name = None if element is None else element.get("link")
-        if name not in links:
-            raise xml.invalid(f"{xml.label(joint)}: unknown {tag} link {name!r}")
+        link_of(joint, tag, links)
     read_origin(joint)
     for axis in joint.findall("axis"):
         if not any(xml.vector(axis.get("xyz"), f"axis of {xml.label(joint)}")):
@@ -199,14 +195,11 @@ def _check_wheels(drive: DriveDeclaration, links: Mapping[str, Any], joints: Map
 
 def _place(link: str, joints: Mapping[str, Any]) -> xml.Frame:
     """Return the frame of a link in that of the base, with all joints at zero."""
-    above = {joint.find("child").get("link"): joint for joint in joints.values()}
-    frame = xml.ORIGIN
-    for _ in range(xml.MAX_DEPTH):
-        if link not in above:
-            return frame
-        frame = xml.compose_frames(read_origin(above[link]), frame)
-        link = above[link].find("parent").get("link")
-    raise xml.invalid(f"link {link!r} is its own ancestor, or has more than {xml.MAX_DEPTH} ancestors")
+    hung = {
+        joint.find("child").get("link"): (joint.find("parent").get("link"), read_origin(joint))
+        for joint in joints.values()
+    }
+    return frame_of(link, hung)
 
 
 def line_of(urdf: str, message: str) -> int | None:
@@ -229,3 +222,17 @@ def link_parts(declaration: RobotDeclaration) -> Mapping[str, tuple[Part, ...]]:
         )
         for link in root.findall("link")
     }
+
+
+def parts_of_robot(engine: Engine, robot: PlacedRobot, base: BodyState) -> Iterator[Part]:
+    """Yield the collision shapes of a robot in its present posture, in the frame of its base."""
+    back = conjugate(base.orientation)
+    for link, parts in link_parts(robot.declaration).items():
+        if not parts:
+            continue
+        position, orientation = engine.link_pose(robot.name, link)
+        x, y, z = rotated(back, vector(np.subtract(position, base.position)))
+        turn = multiply(back, orientation)
+        for part in parts:
+            dx, dy, dz = rotated(turn, part.position)
+            yield Part(part.shape, (x + dx, y + dy, z + dz), multiply(turn, part.orientation))

@@ -14,8 +14,7 @@ import numpy as np
 
 from seoro.bridges.wire import CameraFault, DeadArea, DeadPixels
 from sim_nodes.noise import Noise
-from sim_nodes.sensors.delay_line import DelayLine
-from sim_nodes.sensors.pixels import Mask, brightness_faults, dead_pixels, with_errors
+from sim_nodes.sensors.sensor_pipeline import DelayLine, Mask, brightness_faults, dead_pixels, with_errors
 from sim_nodes.views import Lens, Picture
 
 PERIOD = 5  # ticks between two images of a delayed or checked camera

@@ -13,8 +13,7 @@ from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import LidarDeclaration
-from sim_nodes.sensors.sensor import Values
-from sim_nodes.stateful import Stateful
+from sim_nodes.sensors.sensor_pipeline import Sensor, Values
 from sim_nodes.ticks import TICK
 
 CastRays = Callable[[Array, float], Array]
@@ -41,8 +40,8 @@ class Scan:
         return hit
 
 
-class Lidar(Stateful):
-    """A `Sensor`: the lidar of a robot.
+class Lidar(Sensor[Scan]):
+    """The lidar of a robot.
 
     Args:
         declaration: Declaration of the lidar.

@@ -1,19 +1,217 @@
-"""The pipeline of a sensor's samples, with faults."""
+"""The contract of sensors, and the pipeline of their samples to clients, with faults and data in transit.
+
+Brightness has 256 levels; faults are declared as shares of the brightest. Values with errors are rounded to a
+level, and clipped.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Generic, TypeVar
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Generic, TypeVar, assert_never
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seoro.bridges import wire
+from seoro.bridges.wire import (
+    BeamLoss,
+    Bias,
+    CameraFault,
+    DeadArea,
+    DeadBeams,
+    DeadPixels,
+    DeadSector,
+    Delay,
+    GaussianNoise,
+    MessageLoss,
+    Quantity,
+    SensorFault,
+)
+from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
-from sim_nodes.sensors.beams import blind_beams
-from sim_nodes.sensors.delay_line import DelayLine
-from sim_nodes.sensors.sensor import Sample, Sensor
+from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
+from sim_nodes.views import Picture
+
+Beams = NDArray[np.intp]
+BeamFault = BeamLoss | DeadSector | DeadBeams
+
+
+def blind_beams(fault: BeamFault, bearings: Array, random: np.random.Generator) -> Beams:
+    """Return the indices of the beams that a fault makes blind in a scan; `random` belongs to the scan."""
+    match fault:
+        case BeamLoss(share=share):
+            return random.choice(len(bearings), lost_beams(share, len(bearings)), replace=False)
+        case DeadSector() | DeadBeams():
+            return dead_beams(fault, bearings)
+        case _:
+            assert_never(fault)
+
+
+def lost_beams(share: float, count: int) -> int:
+    """Return the number of beams for a share; 0.29 of 100 are 29, despite the rounding of floats."""
+    return int(share * count + 1e-9)
+
+
+def dead_beams(fault: DeadSector | DeadBeams, bearings: Array) -> Beams:
+    """Return the indices of the beams that a fault makes blind in every scan."""
+    match fault:
+        case DeadSector(start=start, end=end):
+            turn = 2.0 * math.pi
+            width = (end - start) % turn or turn  # a sector that ends where it starts is the full circle
+            return np.flatnonzero((bearings - start) % turn <= width)
+        case DeadBeams(beams=beams):
+            return np.array(beams, dtype=np.intp)
+        case _:
+            assert_never(fault)
+
+
+BRIGHTEST = 255
+
+Mask = NDArray[np.bool_]
+"""Pixels of an image, shape (height, width)."""
+
+
+def brightness_faults(faults: Mapping[str, CameraFault]) -> tuple[float, float]:
+    """Return the standard deviation and the offset of the errors of a camera's values [levels]."""
+    noise, bias = faults.get("gaussian_noise"), faults.get("bias")
+    deviation = noise.deviation.get(Quantity.BRIGHTNESS, 0.0) if isinstance(noise, GaussianNoise) else 0.0
+    offset = bias.offset.get(Quantity.BRIGHTNESS, 0.0) if isinstance(bias, Bias) else 0.0
+    return deviation * BRIGHTEST, offset * BRIGHTEST
+
+
+def with_errors(picture: Picture, deviation: float, offset: float, random: np.random.Generator) -> Picture:
+    """Return an image with an offset and normally distributed errors [levels]."""
+    values = picture.astype(np.float32) + np.float32(offset)
+    if deviation > 0.0:
+        values += random.standard_normal(picture.shape, dtype=np.float32) * np.float32(deviation)
+    levels: Picture = np.clip(np.rint(values), 0, BRIGHTEST).astype(np.uint8)
+    return levels
+
+
+def dead_pixels(fault: DeadPixels | DeadArea, height: int, width: int, random: np.random.Generator) -> Mask:
+    """Return the pixels that a fault makes black; `random` is the same for all images of a camera."""
+    match fault:
+        case DeadPixels(share=share):
+            mask = np.zeros(height * width, dtype=np.bool_)
+            mask[random.choice(len(mask), lost_beams(share, len(mask)), replace=False)] = True
+            return mask.reshape(height, width)
+        case DeadArea(left=left, top=top, right=right, bottom=bottom):
+            # A pixel belongs to an area by its centre.
+            across, down = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
+            rows, columns = (down >= top) & (down <= bottom), (across >= left) & (across <= right)
+            return rows[:, None] & columns[None, :]
+        case _:
+            assert_never(fault)
+
 
 T = TypeVar("T")
+
+Values = Mapping[Quantity, Array]
+
+
+class Sensor(Stateful, ABC, Generic[T]):
+    """A sensor with data of type T; the numbers in the data can be read and replaced by quantity.
+
+    Attributes:
+        period: Ticks between two samples.
+        quantities: Quantities of `values`, in order.
+        bearings: Directions of its beams, counterclockwise from straight ahead [rad], shape (n,).
+        limits: Minimum and maximum of its numbers; values beyond are infinite in its data.
+    """
+
+    period = 1
+    quantities: tuple[Quantity, ...] = ()
+    bearings: Array = np.zeros(0)
+    limits = (-math.inf, math.inf)
+
+    @abstractmethod
+    def read(self, tick: int) -> T:
+        """Return the present data, with the errors of a sound sensor in a tick."""
+
+    def values(self, data: T) -> Values:
+        """Return the numbers in data; one for each beam, infinite without a return."""
+        return {}
+
+    def with_values(self, data: T, values: Values) -> T:
+        """Return the data with other numbers."""
+        return data
+
+
+@dataclass(frozen=True)
+class Sample(Generic[T]):
+    """Data of a sensor and their tick."""
+
+    tick: int
+    data: T
+
+
+F = TypeVar("F", bound=SensorFault | CameraFault)
+D = TypeVar("D")
+U = TypeVar("U")
+
+ROUNDING = 1e-9
+
+
+class DelayLine(Stateful, Generic[F, D, U]):
+    """A delay line with faults of type F, which delivers data of type D, and has items of type U in transit.
+
+    Args:
+        noise: Factory of noise sources by purpose.
+
+    Attributes:
+        faults: Faults by kind.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("faults", "_has_supply", "_frozen", "_in_transit")
+
+    def __init__(self, noise: Callable[[str], Noise]) -> None:
+        self.faults: dict[str, F] = {}
+        self._has_supply = True
+        self._frozen: D | None = None  # repeated by a freeze
+        self._in_transit: deque[tuple[int, U]] = deque()  # with ticks, oldest first
+        self._noise_of_messages = noise("message_loss")
+
+    def add_fault(self, fault: F) -> None:
+        """Add a fault; it replaces another of its kind."""
+        self.faults[fault.kind] = fault
+        self._start_over(fault.kind)
+
+    def remove_fault(self, kind: str) -> None:
+        """Remove the fault of a kind."""
+        self.faults.pop(kind, None)
+        self._start_over(kind)
+
+    def set_power(self, on: bool) -> None:
+        """Switch the power supply."""
+        self._has_supply = on
+        self._start_over("power_loss")
+
+    def _start_over(self, kind: str) -> None:
+        if kind == "freeze":
+            self._frozen = None
+        if kind in ("delay", "power_loss"):
+            self._in_transit.clear()  # items in transit are lost
+
+    @property
+    def _has_power(self) -> bool:
+        return self._has_supply and "power_loss" not in self.faults
+
+    @property
+    def _delay_ticks(self) -> int:
+        """Minimum delay of all items [ticks]."""
+        delay = self.faults.get("delay")
+        return math.ceil(delay.time / TICK - ROUNDING) if isinstance(delay, Delay) else 0
+
+    def _is_lost(self, tick: int) -> bool:
+        """Whether an item sent in a tick is lost."""
+        loss = self.faults.get("message_loss")
+        return isinstance(loss, MessageLoss) and self._noise_of_messages.at(tick).random() < loss.probability
+
 
 VALUE_FAULTS = (wire.BeamLoss, wire.DeadSector, wire.DeadBeams, wire.Bias, wire.GaussianNoise)
 

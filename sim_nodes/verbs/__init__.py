@@ -10,13 +10,13 @@ from types import MappingProxyType
 from typing import Any
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_id, name_list, read_request
+from sim_nodes.outcomes import feature_unsupported
 from sim_nodes.physics import UnstablePhysics
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs import arms, cameras, entities, mobile, queries, sensors, simulation
+from sim_nodes.verbs import entities, queries, robots, sensors, simulation
 
-PARTS = (simulation, entities, mobile, arms, cameras, sensors, queries)
+PARTS = (simulation, entities, robots, sensors, queries)
 
 Handler = Callable[[Simulator, Any], wire.Message | None]
 HANDLERS: MappingProxyType[str, Handler] = MappingProxyType(
@@ -47,7 +47,7 @@ def handle(simulator: Simulator, name: str, payload: bytes, permit: Permit = _pe
         RequestRefused: The request is invalid or cannot be carried out.
     """
     if name not in HANDLERS:
-        raise RequestRefused(Result.FEATURE_UNSUPPORTED, f"unknown verb {name!r}; verbs: {name_list(HANDLERS)}")
+        raise feature_unsupported(f"unknown verb {name!r}; verbs: {name_list(HANDLERS)}")
     verb = wire.NODE_VERBS[name]
     request = permit(verb, read_request(verb, payload))
     if isinstance(request, wire.TrackedRequest):

@@ -1,17 +1,83 @@
-"""Verbs about entities of the world."""
+"""Verbs about entities of the world, and filters of entities and named poses."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 from seoro.bridges import wire
-from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.entities import SpawnRequest
+from seoro.bridges.wire import Category, FilterMode, Result
+from seoro.bridges.wire.refusal import RequestRefused, check_finite
+from sim_nodes.entities import Entities, SpawnRequest
+from sim_nodes.listing import model_of
 from sim_nodes.messages import body_state, check_pose, entity_state
 from sim_nodes.models import parse_model
-from sim_nodes.physics import BodyModel
+from sim_nodes.outcomes import operation_failed
+from sim_nodes.physics import BodyModel, BodyState
 from sim_nodes.simulator import Simulator
-from sim_nodes.spawnables import model_of
-from sim_nodes.verbs.filters import check_tags, filter_entities
+from sim_nodes.worlds.schema import MAX_TAGS, TAG
+
+
+def filter_entities(entities: Entities, request: wire.EntityFilter) -> dict[str, BodyState]:
+    """Return the states of the entities that pass a filter, by name, sorted.
+
+    Raises:
+        RequestRefused: The filter is invalid.
+    """
+    check_categories(request.categories)
+    check_tags_filter(request.tags)
+    if request.bounds is not None:
+        low, high = request.bounds.lower, request.bounds.upper
+        check_finite("bounds", low.x, low.y, low.z, high.x, high.y, high.z)
+    return {
+        name: state
+        for name in entities.matching(request.filter)
+        for info, state in [(entities.info(name), entities.state(name))]
+        if not request.categories or info.category in request.categories
+        if has_tags(info.tags, request.tags)
+        if request.bounds is None or _is_in(request.bounds, state)
+    }
+
+
+def has_tags(tags: Sequence[str], wanted: wire.TagsFilter) -> bool:
+    """Whether an object with some tags passes a filter."""
+    if not wanted.tags:
+        return True
+    found = (tag in tags for tag in wanted.tags)
+    return all(found) if wanted.filter_mode == FilterMode.ALL else any(found)
+
+
+def _is_in(bounds: wire.Bounds, state: BodyState) -> bool:
+    low, high = bounds.lower, bounds.upper
+    x, y, z = state.position
+    return low.x <= x <= high.x and low.y <= y <= high.y and low.z <= z <= high.z
+
+
+def check_categories(categories: Sequence[int]) -> None:
+    """Refuse unknown categories."""
+    unknown = [number for number in categories if number not in list(Category)]
+    if unknown:
+        known = ", ".join(f"{each.value} ({each.name.lower()})" for each in Category)
+        raise operation_failed(f"unknown category {unknown[0]}; categories: {known}")
+
+
+def check_tags(tags: Sequence[str]) -> None:
+    """Refuse invalid tags."""
+    if len(tags) > MAX_TAGS:
+        raise operation_failed(f"found {len(tags)} tags; expected at most {MAX_TAGS}")
+    wrong = [tag for tag in tags if not re.fullmatch(TAG, tag)]
+    if wrong:
+        raise operation_failed(f"invalid tag {wrong[0]!r}; expected 1 to 64 characters without spaces and commas")
+
+
+def check_tags_filter(wanted: wire.TagsFilter) -> None:
+    """Refuse filters with an invalid tag or an unknown mode."""
+    check_tags(wanted.tags)
+    if wanted.filter_mode not in list(FilterMode):
+        raise operation_failed(
+            f"unknown filter mode {wanted.filter_mode}; expected 0 (any of the tags) or 1 (all of them)"
+        )
+
 
 MAX_SPEED = 100.0  # [m/s], [rad/s]
 
@@ -90,7 +156,5 @@ def set_entity_state(simulator: Simulator, request: wire.SetEntityState) -> None
     twist = request.twist or present.twist
     speeds = (*twist.linear.model_dump().values(), *twist.angular.model_dump().values())
     if not all(abs(speed) <= MAX_SPEED for speed in speeds):
-        raise RequestRefused(
-            Result.OPERATION_FAILED, f"invalid twist {speeds}; expected numbers up to {MAX_SPEED:g}"
-        )
+        raise operation_failed(f"invalid twist {speeds}; expected numbers up to {MAX_SPEED:g}")
     simulator.simulation.move(request.name, body_state(pose, twist))

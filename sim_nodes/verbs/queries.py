@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Category, Empty, Result
-from seoro.bridges.wire.refusal import RequestRefused, name_list
+from seoro.bridges.wire import Category, Empty
 from sim_nodes.entities import EntityInfo
+from sim_nodes.listing import find_spawnables, find_worlds
 from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
+from sim_nodes.outcomes import operation_failed, unknown
 from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
 from sim_nodes.simulator import Simulator
-from sim_nodes.spawnables import find_spawnables
-from sim_nodes.verbs.filters import check_categories, check_tags, check_tags_filter, filter_entities, has_tags
-from sim_nodes.worlds.listing import find_worlds
+from sim_nodes.verbs.entities import check_categories, check_tags, check_tags_filter, filter_entities, has_tags
 from sim_nodes.worlds.schema import MAX_DESCRIPTION
 
 OCCUPIED = 100  # occupied cell of nav_msgs/OccupancyGrid
@@ -34,9 +33,8 @@ def set_entity_info(simulator: Simulator, request: wire.SetEntityInfo) -> None:
     check_categories([info.category])
     check_tags(info.tags)
     if len(info.description) > MAX_DESCRIPTION:
-        raise RequestRefused(
-            Result.OPERATION_FAILED,
-            f"the description has {len(info.description)} characters; expected at most {MAX_DESCRIPTION}",
+        raise operation_failed(
+            f"the description has {len(info.description)} characters; expected at most {MAX_DESCRIPTION}"
         )
     simulator.simulation.entities.set_info(
         request.name, EntityInfo(Category(info.category), info.description, info.tags)
@@ -64,9 +62,7 @@ def get_named_poses(simulator: Simulator, request: wire.TagsFilter) -> wire.Name
 def get_named_pose_bounds(simulator: Simulator, request: wire.PoseName) -> wire.NamedPoseBounds:
     poses = {pose.name: pose for pose in simulator.simulation.world.poses}
     if request.name not in poses:
-        raise RequestRefused(
-            Result.NOT_FOUND, f"unknown pose {request.name!r} of the world; poses: {name_list(poses)}"
-        )
+        raise unknown(f"pose {request.name!r} of the world", "poses", poses)
     room = poses[request.name].room
     return wire.NamedPoseBounds(bounds=None if room is None else bounds_of(*room))
 
@@ -81,11 +77,7 @@ def get_current_world(simulator: Simulator, _: Empty) -> wire.CurrentWorld:
 def get_available_worlds(_: Simulator, request: wire.GetAvailableWorlds) -> wire.AvailableWorlds:
     check_tags_filter(request.tags)
     found, message = find_worlds(request.sources)
-    worlds = tuple(
-        wire.WorldInfo(source=world.source, description=world.description, tags=world.tags)
-        for world in found
-        if has_tags(world.tags, request.tags)
-    )
+    worlds = tuple(world for world in found if has_tags(world.tags, request.tags))
     return wire.AvailableWorlds(names=tuple(world.source for world in worlds), worlds=worlds, message=message)
 
 
@@ -148,14 +140,4 @@ def _arm(arm: ArmDeclaration) -> wire.ArmDescription:
 
 def get_spawnables(simulator: Simulator, request: wire.GetSpawnables) -> wire.Spawnables:
     found, message = find_spawnables(simulator.models, simulator.simulation.world, request.sources)
-    return wire.Spawnables(
-        spawnables=tuple(
-            wire.Spawnable(
-                uri=each.uri,
-                description=each.description,
-                bounds=bounds_of(each.bounds.lower.tolist(), each.bounds.upper.tolist()),
-            )
-            for each in found
-        ),
-        message=message,
-    )
+    return wire.Spawnables(spawnables=tuple(found), message=message)

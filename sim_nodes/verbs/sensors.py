@@ -1,17 +1,21 @@
-"""Verbs about sensors of robots."""
+"""Verbs about sensors of robots, and about cameras."""
 
 from __future__ import annotations
 
 import math
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Result
+from seoro.bridges.wire import Empty, Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive
-from sim_nodes.messages import sample_message
-from sim_nodes.sensors.bumper import Bumper
-from sim_nodes.sensors.watches import BumperWatch, RangeWatch, RateWatch, SampleWatch
+from sim_nodes.cameras import png
+from sim_nodes.geometry import Vector
+from sim_nodes.messages import FARTHEST, body_state, check_pose, sample_message
+from sim_nodes.outcomes import incorrect_state, operation_failed
+from sim_nodes.sensors.base import Bumper
 from sim_nodes.simulator import Simulator
 from sim_nodes.ticks import TICK
+from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
+from sim_nodes.watches import BumperWatch, RangeWatch, RateWatch, SampleWatch
 
 BUMPER = "bumper"
 LONGEST = 3600.0  # [s] maximum period for counting samples
@@ -22,9 +26,7 @@ def get_sensor_sample(simulator: Simulator, request: wire.SensorName) -> wire.Se
     pipeline = simulation.pipeline(request.robot, request.sensor)
     pipeline.in_use = True
     if pipeline.latest is None:
-        raise RequestRefused(
-            Result.INCORRECT_STATE, f"no sample of {request.robot}/{request.sensor} has arrived yet; let time pass"
-        )
+        raise incorrect_state(f"no sample of {request.robot}/{request.sensor} has arrived yet; let time pass")
     return sample_message(pipeline.latest, simulation.time_of_tick)
 
 
@@ -51,9 +53,7 @@ def watch_range(simulator: Simulator, request: wire.WatchRange) -> None:
     check_finite("bearings", request.start, request.end)
     pipeline = simulator.simulation.pipeline(request.robot, request.sensor)
     if len(pipeline.sensor.bearings) == 0:
-        raise RequestRefused(
-            Result.OPERATION_FAILED, f"{request.robot}/{request.sensor} does not measure ranges: it has no beams"
-        )
+        raise operation_failed(f"{request.robot}/{request.sensor} does not measure ranges: it has no beams")
     pipeline.in_use = True
     watch = RangeWatch(request.robot, request.sensor, request.distance, request.start, request.end)
     simulator.simulation.watch(request.id, watch)
@@ -62,15 +62,13 @@ def watch_range(simulator: Simulator, request: wire.WatchRange) -> None:
 def check_rate(simulator: Simulator, request: wire.CheckRate) -> None:
     simulation = simulator.simulation
     if not TICK <= request.duration <= LONGEST:
-        raise RequestRefused(
-            Result.OPERATION_FAILED,
-            f"invalid duration {request.duration:g} s for counting samples; expected {TICK:g} to {LONGEST:g} s",
+        raise operation_failed(
+            f"invalid duration {request.duration:g} s for counting samples; expected {TICK:g} to {LONGEST:g} s"
         )
     if not 0.0 <= request.lowest <= request.highest:
-        raise RequestRefused(
-            Result.OPERATION_FAILED,
+        raise operation_failed(
             f"invalid rate of {request.lowest:g} to {request.highest:g} samples per second; "
-            "expected bounds of zero or more, the lower one first",
+            "expected bounds of zero or more, the lower one first"
         )
     pipeline = simulation.pipeline(request.robot, request.sensor)
     pipeline.in_use = True
@@ -79,3 +77,53 @@ def check_rate(simulator: Simulator, request: wire.CheckRate) -> None:
         request.robot, request.sensor, pipeline.count, simulation.tick, end, request.lowest, request.highest
     )
     simulation.watch(request.id, watch)
+
+
+def spawn_camera(simulator: Simulator, request: wire.SpawnCamera) -> wire.EntityName:
+    check_pose(request.pose, wire.SpawnResult.INVALID_POSE)
+    lens = _lens(request.fov, request.width, request.height)
+    entities = simulator.simulation.entities
+    return wire.EntityName(name=entities.spawn_camera(request.name, lens, body_state(request.pose)))
+
+
+def _lens(fov: float, width: int, height: int) -> Lens:
+    if not MIN_FOV <= fov <= MAX_FOV:
+        low, high = (round(math.degrees(limit)) for limit in (MIN_FOV, MAX_FOV))
+        raise operation_failed(
+            f"invalid field of view {math.degrees(fov):g} degrees; expected {low} to {high} degrees"
+        )
+    if not all(MIN_SIZE <= size <= MAX_SIZE for size in (width, height)):
+        raise operation_failed(f"invalid image size {width} by {height}; expected {MIN_SIZE} to {MAX_SIZE} pixels")
+    return Lens(fov, width, height)
+
+
+def aim_camera(simulator: Simulator, request: wire.AimCamera) -> None:
+    simulator.simulation.entities.cameras.aim(request.name, _point("target", request.target))
+
+
+def follow_entity(simulator: Simulator, request: wire.FollowEntity) -> None:
+    simulator.simulation.entities.follow(request.name, request.entity, _point("offset", request.offset))
+
+
+def _point(what: str, vector: wire.Position3D) -> Vector:
+    values = (vector.x, vector.y, vector.z)
+    if not all(math.isfinite(value) and abs(value) <= FARTHEST for value in values):
+        raise operation_failed(f"invalid {what} {values}; expected up to {FARTHEST:.0f} m")
+    return values
+
+
+def get_cameras(simulator: Simulator, _: Empty) -> wire.CameraNames:
+    return wire.CameraNames(names=simulator.simulation.entities.cameras.names())
+
+
+def get_camera_image(simulator: Simulator, request: wire.EntityName) -> wire.CameraImage:
+    simulation = simulator.simulation
+    given = simulation.entities.cameras.picture(request.name, simulation.tick)
+    is_of_now = given.tick == simulation.tick
+    height, width, _ = given.picture.shape
+    return wire.CameraImage(
+        time=simulation.time if is_of_now else simulation.time_of_tick(given.tick),
+        width=width,
+        height=height,
+        data=png(given.picture),
+    )

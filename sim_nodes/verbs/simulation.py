@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 
 from seoro.bridges import wire
-from seoro.bridges.wire import Result
-from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes.outcomes import operation_failed
 from sim_nodes.simulator import Simulator
 
 
@@ -53,7 +52,7 @@ def cancel_goal(simulator: Simulator, request: wire.CancelGoal) -> None:
 
 
 def cancel_watch(simulator: Simulator, request: wire.CancelWatch) -> None:
-    simulator.simulation.cancel_watch(request.id)
+    simulator.simulation.watches.cancel(request.id)
 
 
 def save_state(simulator: Simulator, _: wire.Empty) -> wire.Snapshot:
@@ -74,11 +73,9 @@ def close_stream(simulator: Simulator, request: wire.StreamName) -> None:
 
 
 def await_events(simulator: Simulator, request: wire.AwaitEvents) -> wire.LoggedEvents:
-    """Return the events so far; the caller defers requests that wait for events (`sim_nodes.long_polling`)."""
+    """Return the events so far; the caller defers requests that wait for events (`LongPolls`)."""
     if not 0.0 <= request.wait <= wire.LONGEST_WAIT:
-        raise RequestRefused(
-            Result.OPERATION_FAILED, f"invalid wait of {request.wait} s; expected 0 to {wire.LONGEST_WAIT:g} s"
-        )
+        raise operation_failed(f"invalid wait of {request.wait} s; expected 0 to {wire.LONGEST_WAIT:g} s")
     return simulator.log.since(request.since)
 
 

@@ -19,10 +19,10 @@ from sim_nodes.physics import BodyState, PlacedRobot, Scene, Wall
 from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
 from sim_nodes.robots.urdf_check import check_urdf, line_of
 from sim_nodes.views import Lens, View, looking_at
-from sim_nodes.worlds.placement import check_placement
-from sim_nodes.worlds.props import Prop, read_prop
+from sim_nodes.worlds.props import Prop, check_placement, read_prop
 from sim_nodes.worlds.schema import CameraFile, NamedPoseFile, PropFile, RobotFile, WallFile, WorldFile
 
+FOLDER = Path(__file__).parent
 SUFFIXES = frozenset({".yaml", ".yml"})  # of world files
 OVERHEAD = 0.5  # [m] above the floor; anything that starts higher is above robots and lidar beams
 
@@ -116,7 +116,7 @@ def load_world(world: str) -> World:
     """
     if world in available_worlds():
         text = resources.files(__package__).joinpath(f"{world}.yaml").read_text(encoding="utf-8")
-        return parse_world(text, f"{world}.yaml", Path(__file__).parent)
+        return parse_world(text, f"{world}.yaml", FOLDER)
     path = Path(world)
     if path.suffix not in SUFFIXES:
         raise _unknown_world(world, path)

@@ -6,9 +6,9 @@ import math
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from sim_nodes.files import NAME
+from sim_nodes.files import NAME, Declared
 from sim_nodes.models.xml_reading import FRICTIONS, MASSES, SIZES
 from sim_nodes.robots.declaration import BatteryDeclaration
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
@@ -33,11 +33,7 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Point = tuple[Coordinate, Coordinate]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class WallFile(_Part):
+class WallFile(Declared):
     """A wall: either along `points`, or a box with `center`, `size` and `yaw`.
 
     Walls belong to the entity `walls` unless they have a name of their own.
@@ -67,7 +63,7 @@ class WallFile(_Part):
         return self
 
 
-class PoseFile(_Part):
+class PoseFile(Declared):
     """Initial pose of a robot [m, rad]; `z` is the height of a fixed one."""
 
     x: Coordinate = 0.0
@@ -76,7 +72,7 @@ class PoseFile(_Part):
     yaw: float = 0.0
 
 
-class BodyPoseFile(_Part):
+class BodyPoseFile(Declared):
     """Pose of a body [m, rad]; without `z` it is on the floor."""
 
     x: Coordinate = 0.0
@@ -87,14 +83,14 @@ class BodyPoseFile(_Part):
     yaw: float = 0.0
 
 
-class CylinderFile(_Part):
+class CylinderFile(Declared):
     """A cylinder along its z axis [m]."""
 
     radius: Edge
     length: Edge
 
 
-class PropFile(_Part):
+class PropFile(Declared):
     """A body of the world: a shape, or a model in a file.
 
     Without `mass`, a shape is static and in the maps of robots.
@@ -128,7 +124,7 @@ class PropFile(_Part):
         return self
 
 
-class FloorPlanFile(_Part):
+class FloorPlanFile(Declared):
     """A floor plan, in the format of the ROS map server.
 
     Pixels darker than `occupied_thresh` (0 white, 1 black) are wall. Other pixels are floor, also the
@@ -150,7 +146,7 @@ class FloorPlanFile(_Part):
         return self
 
 
-class RobotFile(_Part):
+class RobotFile(Declared):
     """A robot: a kind that comes with the node, or the path of a declaration (.yaml)."""
 
     name: Name
@@ -160,7 +156,7 @@ class RobotFile(_Part):
     tags: Tags = ()
 
 
-class CameraFile(_Part):
+class CameraFile(Declared):
     """A free camera: its position, and a point to look at [m] or an orientation [rad]."""
 
     name: Name
@@ -183,7 +179,7 @@ class CameraFile(_Part):
         return self
 
 
-class BoundsFile(_Part):
+class BoundsFile(Declared):
     """A box along the axes of a pose, by two corners [m]."""
 
     lower: tuple[Coordinate, Coordinate, Coordinate]
@@ -196,7 +192,7 @@ class BoundsFile(_Part):
         return self
 
 
-class NamedPoseFile(_Part):
+class NamedPoseFile(Declared):
     """A named pose, on the floor without `z`; `tags` give its purpose, `bounds` the free space around it."""
 
     name: Name
@@ -206,7 +202,7 @@ class NamedPoseFile(_Part):
     tags: Tags = ()
 
 
-class WorldFile(_Part):
+class WorldFile(Declared):
     """A world file."""
 
     name: Name

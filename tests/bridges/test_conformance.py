@@ -22,11 +22,9 @@ from seoro.bridges.conformance import (
     check_arm,
     check_backend,
     check_loss,
-    entities,
     robots,
-    snapshots,
+    worlds,
 )
-from seoro.bridges.conformance import advance as passing
 from seoro.bridges.conformance.bench import Make
 from seoro.bridges.launch import start_simulator
 from seoro.bridges.sim.node import SimulatorNode
@@ -80,7 +78,7 @@ async def test_an_unreported_end_of_a_node_is_detected(monkeypatch: pytest.Monke
 
 
 def test_each_rule_has_a_sentence() -> None:
-    for rule in (*(rule for _, rules in RULES for rule in rules), *ARM_RULES):
+    for rule in (*RULES, *ARM_RULES):
         assert str(rule.__doc__).partition("\n")[0].endswith("."), rule
 
 
@@ -266,29 +264,29 @@ def amnesic(node: SimulatorNode) -> None:
     ("spoil", "rule", "words"),
     [
         pytest.param(deaf, robots.goals_end_once, "reported as nothing", marks=pytest.mark.slow),
-        (deaf, passing.grants_end_at_events, "its fired watch had 0 reports"),
+        (deaf, robots.grants_end_at_events, "its fired watch had 0 reports"),
         (stuttering, robots.drives_have_their_speed_and_duration, "succeeded, succeeded"),
-        (late, passing.grants_end_at_events, "its fired watch had 0 reports"),
-        (hasty, passing.time_passes_in_grants, "a grant from 0.0 s to 0.02 s reached 0.12"),
-        (forgetful, passing.time_never_goes_back, "at 1.0 s, a grant to 0.5 s reached 0.5 s"),
-        (restless, passing.time_stands_still_without_grants, "without a grant"),
-        (prescient, passing.requests_apply_at_the_time_of_the_run, "after small grants"),
-        pytest.param(noisy, passing.equal_runs_are_reproducible, "in a second run", marks=pytest.mark.slow),
+        (late, robots.grants_end_at_events, "its fired watch had 0 reports"),
+        (hasty, robots.time_passes_in_grants, "a grant from 0.0 s to 0.02 s reached 0.12"),
+        (forgetful, robots.time_never_goes_back, "at 1.0 s, a grant to 0.5 s reached 0.5 s"),
+        (restless, robots.time_stands_still_without_grants, "without a grant"),
+        (prescient, robots.requests_apply_at_the_time_of_the_run, "after small grants"),
+        pytest.param(noisy, robots.equal_runs_are_reproducible, "in a second run", marks=pytest.mark.slow),
         pytest.param(
             stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved", marks=pytest.mark.slow
         ),
         (touchy, robots.watches_fire_once, "a request is refused: unknown watch"),
         (persistent, robots.cancelled_watches_are_silent, "reported as succeeded"),
         (credulous, robots.impossible_goals_are_refused, "without an initial pose is not refused"),
-        (curt, entities.invalid_spawns_are_refused, "'no', which is not a sentence"),
-        (hoarding, entities.spawned_entities_are_listed_until_deleted, "still listed"),
-        (accommodating, entities.names_are_unique, "a second entity with the same name is not refused"),
+        (curt, worlds.invalid_spawns_are_refused, "'no', which is not a sentence"),
+        (hoarding, worlds.spawned_entities_are_listed_until_deleted, "still listed"),
+        (accommodating, worlds.names_are_unique, "a second entity with the same name is not refused"),
         pytest.param(
-            sticky, entities.resets_restore_the_world, "after a reset the robot is at", marks=pytest.mark.slow
+            sticky, worlds.resets_restore_the_world, "after a reset the robot is at", marks=pytest.mark.slow
         ),
         (unattended, robots.robots_stand_still_after_a_run, "a robot whose run ended 1 s ago moved"),
-        (discreet, entities.contacts_are_reported, "no contact was reported"),
-        (amnesic, snapshots.restored_runs_repeat_the_original, "a restored robot is at"),
+        (discreet, worlds.contacts_are_reported, "no contact was reported"),
+        (amnesic, worlds.restored_runs_repeat_the_original, "a restored robot is at"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )

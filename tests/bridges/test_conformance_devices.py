@@ -8,7 +8,7 @@ from itertools import count
 
 import pytest
 
-from seoro.bridges.conformance import Make, Rule, cameras, check_rule, faults
+from seoro.bridges.conformance import Make, Rule, check_rule, devices
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.wire import Result
 from seoro.errors import BackendRefused
@@ -153,24 +153,24 @@ def coasting(node: SimulatorNode) -> None:
 @pytest.mark.parametrize(
     ("spoil", "rule", "words"),
     [
-        (small, cameras.pictures_have_the_requested_size, "(96, 64) pixels is reported with (48, 64)"),
-        (raw, cameras.pictures_have_the_requested_size, "an invalid PNG"),
-        (stale, cameras.pictures_have_the_requested_size, "s has the time"),
-        (blind, cameras.pictures_have_the_requested_size, "is refused with code 4: the light is off"),
-        (grainy, cameras.pictures_are_reproducible, "although nothing has changed"),
-        (frozen, cameras.cameras_see_changes, "has the same picture after a spawn in its view as first"),
-        (heavy, cameras.cameras_see_changes, "has the same picture after a move as after a spawn"),
-        (hoarding, cameras.cameras_are_listed_until_deleted, "a deleted camera is still listed"),
-        (doubling, cameras.cameras_are_listed_until_deleted, "a second camera with the same name is not refused"),
-        (imaginative, cameras.unknown_cameras_are_refused, "the aiming of an unknown camera is not refused"),
-        (tough, faults.faults_take_effect_until_they_are_cleared, "has no power, but sends samples"),
-        (wordless, faults.faults_take_effect_until_they_are_cleared, "reported as '', which is not a sentence"),
-        (scarred, faults.faults_take_effect_until_they_are_cleared, "were cleared, but it sends nothing"),
-        (patient, faults.faults_without_effect_are_aborted, "not once as aborted"),
-        (stubborn, faults.cancelled_faults_are_cleared, "a cancelled fault of"),
-        (overzealous, faults.cancelled_faults_are_cleared, "a fault was cleared by a cancellation"),
-        (tough, faults.impossible_faults_are_refused, "a fault of an unknown device is not refused"),
-        (coasting, faults.motors_without_power_do_not_drive, "a robot without power that is driven"),
+        (small, devices.pictures_have_the_requested_size, "(96, 64) pixels is reported with (48, 64)"),
+        (raw, devices.pictures_have_the_requested_size, "an invalid PNG"),
+        (stale, devices.pictures_have_the_requested_size, "s has the time"),
+        (blind, devices.pictures_have_the_requested_size, "is refused with code 4: the light is off"),
+        (grainy, devices.pictures_are_reproducible, "although nothing has changed"),
+        (frozen, devices.cameras_see_changes, "has the same picture after a spawn in its view as first"),
+        (heavy, devices.cameras_see_changes, "has the same picture after a move as after a spawn"),
+        (hoarding, devices.cameras_are_listed_until_deleted, "a deleted camera is still listed"),
+        (doubling, devices.cameras_are_listed_until_deleted, "a second camera with the same name is not refused"),
+        (imaginative, devices.unknown_cameras_are_refused, "the aiming of an unknown camera is not refused"),
+        (tough, devices.faults_take_effect_until_they_are_cleared, "has no power, but sends samples"),
+        (wordless, devices.faults_take_effect_until_they_are_cleared, "reported as '', which is not a sentence"),
+        (scarred, devices.faults_take_effect_until_they_are_cleared, "were cleared, but it sends nothing"),
+        (patient, devices.faults_without_effect_are_aborted, "not once as aborted"),
+        (stubborn, devices.cancelled_faults_are_cleared, "a cancelled fault of"),
+        (overzealous, devices.cancelled_faults_are_cleared, "a fault was cleared by a cancellation"),
+        (tough, devices.impossible_faults_are_refused, "a fault of an unknown device is not refused"),
+        (coasting, devices.motors_without_power_do_not_drive, "a robot without power that is driven"),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
@@ -183,5 +183,5 @@ async def test_a_backend_without_pictures_fulfils_the_rules_of_pictures(make: Ma
         raise BackendRefused("cannot take a picture: missing screen", Result.FEATURE_UNSUPPORTED)
 
     cannot_draw = spoiled(make, lambda node: replace_method(node, take_picture=undrawn))
-    await check_rule(cameras.pictures_have_the_requested_size, cannot_draw)
-    await check_rule(cameras.cameras_see_changes, cannot_draw)
+    await check_rule(devices.pictures_have_the_requested_size, cannot_draw)
+    await check_rule(devices.cameras_see_changes, cannot_draw)

@@ -6,8 +6,8 @@ from typing import Any, cast
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.robot import holding
-from seoro.bridges.robot.holding import HoldingRequests
+from seoro.bridges.robot import node
+from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.session import NoServer, Outages
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.holds import HOLD_DEADLINE
@@ -71,10 +71,12 @@ class EndOfTest(Exception):
     """Ends a loop without an end of its own."""
 
 
-async def held(clock: Times, *gaps: float | None) -> HoldingRequests:
+async def held(clock: Times, *gaps: float | None) -> RobotNode:
     """Return robots whose node replies after given times [s]."""
     address = cast("NodeAddress", cast("Any", Node(clock, list(gaps))))
-    robots = HoldingRequests(address, wire.Holder(holder="me"), 0)
+    robots = RobotNode(
+        address, wire.Holder(holder="me"), wire.RobotFeatures(version="", features=(), robots=(), number=0)
+    )
     with pytest.raises(EndOfTest):
         await robots.send_heartbeats()
     return robots
@@ -88,13 +90,13 @@ async def test_a_short_outage_of_a_held_robot_misses_nothing(clock: Times) -> No
 async def test_a_standstill_affects_waits_that_began_before_it(
     clock: Times, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(holding, "RETRY", 0.0)
+    monkeypatch.setattr(node, "RETRY", 0.0)
     robots = await held(clock, 0.05, None, 1.0, 0.05)
     assert robots.loss_since(100.5) == "robot 'rails' was unreachable meanwhile, and its robots stood still"
     assert robots.loss_since(clock.now) == ""
 
 
 async def test_an_unreachable_node_affects_all_waits(clock: Times, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(holding, "RETRY", 0.0)
+    monkeypatch.setattr(node, "RETRY", 0.0)
     robots = await held(clock, 0.05, None)
     assert robots.loss_since(clock.now) == "robot 'rails' does not answer"

@@ -81,7 +81,7 @@ def test_a_robot_that_dies_with_its_bridge_ends_the_run_as_an_error(
     start_rails: Callable[..., Rails], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
-    monkeypatch.setattr("seoro.bridges.robot.holding.PATIENCE", 0.3)
+    monkeypatch.setattr("seoro.bridges.robot.node.PATIENCE", 0.3)
 
     class Killer:
         def record(self, record: dict[str, object]) -> None:

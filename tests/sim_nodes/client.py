@@ -35,7 +35,7 @@ class Client:
 
     @property
     def truth(self) -> Pose2:
-        return self.simulator.simulation.true_pose(ROBOT)
+        return self.simulator.simulation.frames.true_pose(ROBOT)
 
     @property
     def estimate(self) -> Pose2:

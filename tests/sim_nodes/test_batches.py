@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from sim_nodes.batches import TARGET, Batches
+from sim_nodes.pace import TARGET, Batches
 from sim_nodes.physics import Engine
 
 NOTHING: frozenset[tuple[str, str]] = frozenset()

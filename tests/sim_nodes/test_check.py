@@ -13,15 +13,14 @@ import pytest
 from sim_nodes.check import (
     OPTIONAL,
     RULES,
+    Rule,
     bodies,
     check_physics,
     check_rule,
-    contacts,
-    pictures,
-    rays,
     repeating,
     robots,
     saving,
+    sensing,
 )
 from sim_nodes.check.bench import ROBOT
 from sim_nodes.geometry import Array, Quaternion, Vector
@@ -365,24 +364,24 @@ class Blind(MujocoEngine):
 @pytest.mark.parametrize(
     ("make", "rule", "words"),
     [
-        (Deaf, contacts.contacts_name_both_bodies, "gives the contacts none"),
-        (Deaf, contacts.robots_touch_walls_and_each_other, "at a wall"),
-        (Numb, contacts.contact_points_are_between_the_entities, "those of none"),
-        (Misplaced, contacts.contact_points_are_between_the_entities, "ahead of"),
-        (Reversed, contacts.contact_points_are_between_the_entities, "the normal of"),
-        (Selfish, contacts.contact_points_are_between_the_entities, "the points of"),
-        (Unsorted, contacts.contacts_name_both_bodies, "lower"),
-        (Careless, contacts.overlaps_are_found_for_every_shape, "a box in a robot"),
+        (Deaf, bodies.contacts_name_both_bodies, "gives the contacts none"),
+        (Deaf, bodies.robots_touch_walls_and_each_other, "at a wall"),
+        (Numb, bodies.contact_points_are_between_the_entities, "those of none"),
+        (Misplaced, bodies.contact_points_are_between_the_entities, "ahead of"),
+        (Reversed, bodies.contact_points_are_between_the_entities, "the normal of"),
+        (Selfish, bodies.contact_points_are_between_the_entities, "the points of"),
+        (Unsorted, bodies.contacts_name_both_bodies, "lower"),
+        (Careless, bodies.overlaps_are_found_for_every_shape, "a box in a robot"),
         (Fast, robots.robots_drive_straight, "instead of 3: off by"),
         (Swapped, robots.robots_turn_in_place, "heading"),
         (Shared, robots.robots_ignore_commands_of_others, "without commands"),
         (Tireless, robots.wheels_without_power_roll_freely, "the velocity 5 s after"),
         (Braked, robots.wheels_without_power_roll_freely, "that is pushed"),
         (Forgetful, robots.wheels_without_power_roll_freely, "after a body was added"),
-        (ShortSighted, rays.rays_end_at_walls, "instead of"),
-        (ShortSighted, rays.rays_end_at_every_shape, "the ray to a box"),
-        (Boundless, rays.rays_end_at_walls, "limit of 1 m"),
-        (Vain, rays.robots_do_not_see_themselves, "the nearest at 0.100 m"),
+        (ShortSighted, sensing.rays_end_at_walls, "instead of"),
+        (ShortSighted, sensing.rays_end_at_every_shape, "the ray to a box"),
+        (Boundless, sensing.rays_end_at_walls, "limit of 1 m"),
+        (Vain, sensing.robots_do_not_see_themselves, "the nearest at 0.100 m"),
         (Stubborn, repeating.a_reset_restores_everything, "the position of a robot"),
         (Drifting, repeating.resets_do_not_drift, "after reset 2"),
         (Random, repeating.equal_runs_are_bit_identical, "a second engine"),
@@ -396,11 +395,11 @@ class Blind(MujocoEngine):
         (Even, bodies.bodies_turn_about_their_centre_of_mass, "club that is heavy at its end"),
         (Rolling, robots.a_robot_stays_where_its_state_is_set, ""),
         (Silent, repeating.diverged_states_are_reported, "no step raised"),
-        (Mirrored, pictures.images_show_bodies_at_their_poses, "first and last row and column of a cube"),
-        (Wide, pictures.images_show_bodies_at_their_poses, "first and last row and column of a cube"),
-        (Late, pictures.images_show_the_present, "a cube that was moved"),
-        (Shaken, pictures.rendering_changes_nothing, "rendering has changed the state at"),
-        (Behind, pictures.links_keep_their_mounts, "of the lidar's link"),
+        (Mirrored, sensing.images_show_bodies_at_their_poses, "first and last row and column of a cube"),
+        (Wide, sensing.images_show_bodies_at_their_poses, "first and last row and column of a cube"),
+        (Late, sensing.images_show_the_present, "a cube that was moved"),
+        (Shaken, sensing.rendering_changes_nothing, "rendering has changed the state at"),
+        (Behind, sensing.links_keep_their_mounts, "of the lidar's link"),
         (Cold, saving.restored_engines_continue_identically, "another engine differs in observation"),
         (Littering, saving.restoring_removes_later_bodies, ""),
         (Nosy, saving.saving_changes_nothing, "an engine that was saved"),
@@ -413,18 +412,16 @@ class Blind(MujocoEngine):
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
-def test_a_faulty_engine_breaks_a_rule(
-    make: Callable[[], MujocoEngine], rule: Callable[[object], None], words: str
-) -> None:
-    if rule.__module__ == pictures.__name__:
+def test_a_faulty_engine_breaks_a_rule(make: Callable[[], MujocoEngine], rule: Rule, words: str) -> None:
+    if rule.__module__ == sensing.__name__:
         needs_pictures("mujoco")
     expect_broken(rule, make, words)
 
 
 def test_an_engine_without_rendering_passes_the_rules_for_images() -> None:
-    for rule in (pictures.images_show_bodies_at_their_poses, pictures.images_show_the_present):
+    for rule in (sensing.images_show_bodies_at_their_poses, sensing.images_show_the_present):
         check_rule(rule, Blind)
-    check_rule(pictures.rendering_changes_nothing, Blind)
+    check_rule(sensing.rendering_changes_nothing, Blind)
 
 
 def test_check_physics_raises_the_message_of_the_first_broken_rule() -> None:

@@ -10,8 +10,8 @@ from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.noise import Noise
-from sim_nodes.robots.diff_drive import Velocity, wheel_angular_speeds
-from sim_nodes.sensors.odometry import AT_START, Odometer, Odometry
+from sim_nodes.robots.drive import Velocity, wheel_angular_speeds
+from sim_nodes.sensors.base import AT_START, Odometer, Odometry
 from sim_nodes.ticks import TICK
 from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.engines import make_engine

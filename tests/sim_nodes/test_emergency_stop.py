@@ -12,8 +12,7 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import verbs
-from sim_nodes.emergency_stop import EmergencyStops
-from sim_nodes.leasing import Leasing
+from sim_nodes.leasing import EmergencyStops, Leasing
 from tests.sim_nodes.client import ROBOT, Client
 
 SMOKE = wire.EmergencyStop(by="ana", reason="smoke")

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from seoro.bridges.wire import GET_RELATIVE_POSE, SET_ENTITY_STATE, RelativePose, SetEntityState
 from sim_nodes.geometry import Pose2
-from sim_nodes.navigation.grid import NavigationMap
 from sim_nodes.navigation.localisation import ASTRAY_SHARE, Localisation
-from sim_nodes.navigation.mapping import build_map
+from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
 from sim_nodes.robots.declaration import MobileDeclaration, load_robot

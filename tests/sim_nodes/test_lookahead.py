@@ -8,7 +8,7 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes import lookahead as going_ahead
+from sim_nodes import snapshots as going_ahead
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.codec import pack
 from sim_nodes.physics import SavesState

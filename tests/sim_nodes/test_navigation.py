@@ -8,12 +8,11 @@ import pytest
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.controller import LocalController
-from sim_nodes.navigation.grid import NavigationMap
-from sim_nodes.navigation.mapping import build_map
+from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.navigation.obstacles import HITS, ObstacleLayer
 from sim_nodes.navigation.planner import Plan, plan_to
 from sim_nodes.physics import Wall
-from sim_nodes.robots.diff_drive import Velocity
+from sim_nodes.robots.drive import Velocity
 from sim_nodes.sensors.lidar import Scan
 
 EXTENT = (-3.0, -3.0, 3.0, 3.0)

@@ -40,7 +40,7 @@ def test_a_user_declared_robot_drives_as_far_as_its_wheels_turn(engine: str, tmp
     assert (robot.name, robot.kinds[0]) == ("mine", "differential_drive_robot")
     client.ask(wire.DRIVE, wire.Drive(id="d", robot="mine", linear=0.3, angular=0.0, duration=3.0))
     client.run_until("d")
-    pose = client.simulator.simulation.true_pose("mine")
+    pose = client.simulator.simulation.frames.true_pose("mine")
     # 0.9 m, less what speeding up to 0.3 m/s with 0.8 m/s^2 takes.
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((1.84, 0.0, 0.0), abs=0.02)
 

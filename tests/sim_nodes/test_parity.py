@@ -10,9 +10,9 @@ import pytest
 
 from sim_nodes.check.bench import ORIGIN, ROBOT, TURTLEBOT, built, drive, run
 from sim_nodes.check.bodies import LOPSIDED
-from sim_nodes.check.rays import DIRECTIONS, LIMIT
+from sim_nodes.check.sensing import DIRECTIONS, LIMIT
+from sim_nodes.extents import inertia
 from sim_nodes.geometry import Array, Pose2, quaternion, rotation_matrix
-from sim_nodes.inertia import inertia
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.engines import make_engine
@@ -62,8 +62,8 @@ def test_links_of_robots_have_the_same_mass_and_inertia() -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     from pybullet_utils.bullet_client import BulletClient
 
+    from sim_nodes.pybullet import captured_output
     from sim_nodes.pybullet.model import load_robot
-    from sim_nodes.pybullet.output import captured_output
 
     with captured_output():
         bullet = BulletClient(DIRECT)

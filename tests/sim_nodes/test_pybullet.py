@@ -20,8 +20,7 @@ from tests.sim_nodes.engines import make_engine
 
 pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
 
-from sim_nodes.pybullet import stepping
-from sim_nodes.pybullet.output import captured_output
+from sim_nodes.pybullet import captured_output, stepping
 
 make = partial(make_engine, "pybullet")
 LINKS = ("upper_arm_link", "forearm_link")

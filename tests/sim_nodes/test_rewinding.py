@@ -10,7 +10,7 @@ import pytest
 
 from sim_nodes.check import arms
 from sim_nodes.check.bench import CUBE, EXTENT, ORIGIN, ROBOT, SHAPES, TURTLEBOT, at, body, drive, run, steps
-from sim_nodes.check.rays import DIRECTIONS, LIMIT, ROOM
+from sim_nodes.check.sensing import DIRECTIONS, LIMIT, ROOM
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import (
     BodyModel,

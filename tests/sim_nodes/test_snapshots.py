@@ -14,8 +14,8 @@ from sim_nodes import snapshots
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.codec import pack
 from sim_nodes.robots.mobile import MobileBase
+from sim_nodes.sensors.base import Odometry
 from sim_nodes.sensors.lidar import Lidar
-from sim_nodes.sensors.odometry import Odometry
 from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.graph import differences

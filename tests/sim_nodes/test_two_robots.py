@@ -43,7 +43,7 @@ def test_one_robot_drives_around_the_other(pair: Client) -> None:
     pair.navigate(pose(3.5, 0.0))
     ended, contacts = pair.run_until("goal")
     assert (ended.outcome, contacts) == (Outcome.SUCCEEDED, [])
-    assert pair.simulator.simulation.true_pose(OTHER).distance(2.0, 0.0) < 1e-2
+    assert pair.simulator.simulation.frames.true_pose(OTHER).distance(2.0, 0.0) < 1e-2
 
 
 def test_robots_that_collide_are_reported(pair: Client) -> None:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from seoro.bridges import wire
 from seoro.bridges.wire import ResetScope, Result, StartRecording
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes import video
+from sim_nodes import recording as video
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.video import Encoder
+from sim_nodes.recording import Encoder
 from sim_nodes.views import Picture
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.engines import needs_pictures

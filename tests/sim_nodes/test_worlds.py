@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from sim_nodes.navigation.mapping import build_map
+from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.planner import plan_to
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.loader import WorldError, available_worlds, load_world, parse_world

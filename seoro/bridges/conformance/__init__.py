@@ -13,19 +13,16 @@ whose docstrings begin with the requirement.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import anyio
 
-from seoro.bridges.conformance import advance, arms, cameras, entities, faults, robots, snapshots
+from seoro.bridges.conformance import arms, devices, robots, worlds
 from seoro.bridges.conformance.arms import ArmBench, ArmFacts
-from seoro.bridges.conformance.bench import Make, SimulatedBackend, has, started, started_with
+from seoro.bridges.conformance.bench import RULES, Make, Rule, SimulatedBackend, has, started, started_with
 from seoro.errors import BackendError, BackendLost, BackendRefused
-from seoro.runtime.contracts.robots import Arms, DrivenRobots, MobileRobots
-from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
-from seoro.runtime.contracts.worlds import Simulation, Snapshots
+from seoro.runtime.contracts.robots import Arms
 
 __all__ = [
     "ARM_RULES",
@@ -38,95 +35,17 @@ __all__ = [
     "check_backend",
     "check_loss",
     "check_rule",
+    "devices",
+    "robots",
+    "worlds",
 ]
 
-Rule = Callable[[Any], Awaitable[None]]
-"""Checks a `Bench`, an `ArmBench`, or a `Make` if it is one of `REPEATED`."""
 LOSS_TIME = 10.0  # [s] of the machine's clock
 
-RULES: tuple[tuple[tuple[type, ...], tuple[Rule, ...]], ...] = (
-    ((), (advance.time_passes_in_grants, advance.time_never_goes_back)),
-    (
-        (DrivenRobots, Simulation),
-        (
-            advance.time_stands_still_without_grants,
-            advance.requests_apply_at_the_time_of_the_run,
-            robots.robots_stand_still_after_a_run,
-        ),
-    ),
-    ((DrivenRobots, Simulation), (robots.drives_have_their_speed_and_duration,)),
-    (
-        (MobileRobots, DrivenRobots, Simulation),
-        (
-            advance.grants_end_at_events,
-            robots.watches_fire_once,
-            robots.cancelled_watches_are_silent,
-        ),
-    ),
-    (
-        (MobileRobots, Simulation),
-        (
-            advance.equal_runs_are_reproducible,
-            robots.goals_end_once,
-            robots.cancelled_goals_end_and_robots_stop,
-            entities.resets_restore_the_world,
-        ),
-    ),
-    ((MobileRobots,), (robots.impossible_goals_are_refused, robots.invalid_watches_are_refused)),
-    (
-        (Simulation,),
-        (
-            entities.spawned_entities_are_listed_until_deleted,
-            entities.names_are_unique,
-            entities.invalid_spawns_are_refused,
-            entities.moved_robots_have_their_new_pose,
-        ),
-    ),
-    ((Simulation, DrivenRobots), (entities.contacts_are_reported,)),
-    (
-        (Simulation, DrivenRobots, Snapshots),
-        (snapshots.restored_runs_repeat_the_original, snapshots.unknown_snapshots_are_refused),
-    ),
-    (
-        (Cameras,),
-        (
-            cameras.pictures_have_the_requested_size,
-            cameras.pictures_are_reproducible,
-            cameras.cameras_are_listed_until_deleted,
-            cameras.unknown_cameras_are_refused,
-        ),
-    ),
-    ((Cameras, Simulation), (cameras.cameras_see_changes,)),
-    (
-        (Faults, Sensors),
-        (
-            faults.faults_take_effect_until_they_are_cleared,
-            faults.faults_without_effect_are_aborted,
-            faults.cancelled_faults_are_cleared,
-            faults.impossible_faults_are_refused,
-        ),
-    ),
-    ((Faults, DrivenRobots, Simulation), (faults.motors_without_power_do_not_drive,)),
-)
-"""Rules, after the contracts that they require."""
-
-REPEATED: frozenset[Rule] = frozenset(
-    {
-        advance.requests_apply_at_the_time_of_the_run,
-        advance.equal_runs_are_reproducible,
-        cameras.pictures_are_reproducible,
-    }
-)
-"""Rules that compare several runs."""
-
-ARM_RULES: tuple[Rule, ...] = (
-    arms.arms_reach_their_goals,
-    arms.cancelled_motions_end_and_arms_stop,
-    arms.impossible_motions_are_refused,
-    arms.a_moving_arm_is_busy,
-    arms.plans_move_nothing,
-    arms.grippers_open_and_close,
-    arms.joints_are_watched,
+ARM_RULES: tuple[Rule, ...] = tuple(
+    value
+    for name, value in vars(arms).items()
+    if not name.startswith("_") and "arm" in getattr(value, "__annotations__", ())
 )
 """Rules for arms with grippers."""
 
@@ -149,13 +68,12 @@ async def check_backend(make: Make) -> tuple[str, ...]:
     """
     try:
         async with make() as backend:
-            missing = {contract for needed, _ in RULES for contract in needed if not has(backend, contract)}
+            missing = {contract for needed in RULES.values() for contract in needed if not has(backend, contract)}
     except BackendLost as error:
         raise AssertionError(f"A backend starts at time zero, with its robots at rest. But {error}") from error
-    for needed, rules in RULES:
+    for rule, needed in RULES.items():
         if missing.isdisjoint(needed):
-            for rule in rules:
-                await check_rule(rule, make)
+            await check_rule(rule, make)
     return tuple(sorted(contract.__name__ for contract in missing))
 
 
@@ -189,7 +107,7 @@ async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> N
     """
     demand = str(rule.__doc__).partition("\n")[0]
     try:
-        if rule in REPEATED:
+        if "make" in rule.__annotations__:
             await rule(make)
         elif facts is None:
             async with started(make) as bench:

@@ -17,8 +17,23 @@ BOX = "example_simulation://models/box.sdf"  # a cube of 0.3 m, its origin in th
 DRIVEN = ("differential_drive_robot", "robot", "osc_actor")
 STEP = 0.05  # [s] longest overrun of a grant: the longest physics step
 AT_REST = Velocity6D()
+Rule = Callable[[Any], Awaitable[None]]
+"""Checks its argument: a `Bench`, an `ArmBench`, or a `Make` if it is named so, to compare several runs."""
+RULES: dict[Rule, tuple[type, ...]] = {}
+"""Rules of backends, with the contracts that they require."""
+
 C = TypeVar("C")
 B = TypeVar("B", bound="Bench")
+
+
+def rule(*contracts: type) -> Callable[[Rule], Rule]:
+    """Decorate a rule of backends with the contracts that it requires."""
+
+    def register(function: Rule) -> Rule:
+        RULES[function] = contracts
+        return function
+
+    return register
 
 
 class SimulatedBackend(Backend, TimeServer, Protocol):

@@ -1,11 +1,16 @@
-"""Rules about robots: goals, watches, and refusals."""
+"""Rules about robots and time, which passes in grants only: goals, watches, and refusals."""
 
 from __future__ import annotations
 
 import math
 
+import anyio
+
 from seoro.bridges.conformance.bench import (
+    BOX,
+    STEP,
     Bench,
+    Make,
     Reports,
     distance,
     expect,
@@ -14,17 +19,110 @@ from seoro.bridges.conformance.bench import (
     expect_refused,
     expect_reported,
     place,
+    rule,
+    started,
 )
 from seoro.bridges.wire import Result
 from seoro.robotics.geometry import Position3D
 from seoro.runtime.contracts.backends import GoalStatus
 from seoro.runtime.contracts.robots import DrivenRobots, MobileRobots
+from seoro.runtime.contracts.worlds import Simulation
+
+PAUSE = 0.1  # [s] of the machine's clock
+
+
+@rule()
+async def time_passes_in_grants(bench: Bench) -> None:
+    """Without events, a grant reaches its time, and at most a step beyond."""
+    for until in (0.02, 0.5, 0.503, 3.0):
+        await bench.grant(until)
+        expect_near(f"the reached time of a grant to {until} s [s]", bench.time, until, STEP)
+
+
+@rule()
+async def time_never_goes_back(bench: Bench) -> None:
+    """A grant of a past time changes nothing, and returns the present time."""
+    await bench.grant(1.0)
+    for until in (1.0, 0.5, 0.0, -1.0):
+        found = await bench.backend.advance(until)
+        expect(found == bench.time, f"at {bench.time} s, a grant to {until} s reached {found} s")
+
+
+@rule(DrivenRobots, Simulation)
+async def time_stands_still_without_grants(bench: Bench) -> None:
+    """Between grants nothing moves, even while requests are answered."""
+    await bench.cast(DrivenRobots).drive(bench.robot, 0.2, 0.0, 10.0, Reports())
+    await bench.grant(1.0)
+    before = await bench.truth()
+    await anyio.sleep(PAUSE)
+    after = await bench.truth()
+    expect(before == after, f"the robot moved from {before} to {after} without a grant")
+    found = await bench.backend.advance(bench.time)
+    expect(found == bench.time, f"the time changed from {bench.time} s to {found} s without a grant")
+
+
+@rule(DrivenRobots, Simulation)
+async def requests_apply_at_the_time_of_the_run(make: Make) -> None:
+    """Requests apply at the time of the last grant, for short and long grants."""
+    poses = []
+    for small in (False, True):
+        async with started(make) as bench:
+            driving = bench.cast(DrivenRobots)
+            await driving.drive(bench.robot, 0.2, 0.3, 30.0, Reports())
+            await bench.grant(0.1)
+            for until in (1.0, 1.02, 3.0):
+                while small and bench.time + 0.02 < until:
+                    await bench.grant(bench.time + 0.02)
+                await bench.grant(until)
+                poses.append(await bench.truth())
+    one, other = poses[:3], poses[3:]
+    expect(one == other, f"the robot was at {other} after small grants, and at {one} after large ones")
+
+
+@rule(MobileRobots, DrivenRobots, Simulation)
+async def grants_end_at_events(bench: Bench) -> None:
+    """A grant ends early at the first event, and returns after the event's report."""
+    await bench.cast(DrivenRobots).drive(bench.robot, 0.2, 0.0, 10.0, Reports())
+    reports = Reports()
+    await bench.cast(MobileRobots).watch_distance(bench.robot, 0.3, reports)
+    await bench.grant(30.0)
+    expect(bench.time < 10.0, f"a grant in which a watch fired ended at {bench.time} s")
+    number = len(reports.all)
+    expect(number == 1, f"at the end of a grant, its fired watch had {number} reports")
+
+
+@rule(MobileRobots, Simulation)
+async def equal_runs_are_reproducible(make: Make) -> None:
+    """Two runs with the same world, seed and requests are the same, bit for bit."""
+    first, second = [await _run(make) for _ in range(2)]
+    for index, (one, other) in enumerate(zip(first, second, strict=False)):
+        expect(one == other, f"observation {index} is {other!r} in a second run, and {one!r} in the first")
+    expect(len(first) == len(second), f"a second run has {len(second)} observations, the first {len(first)}")
+
+
+async def _run(make: Make) -> list[object]:
+    """Return the observations of a run."""
+    seen: list[object] = []
+    async with started(make) as bench:
+        reports = Reports()
+        await bench.cast(MobileRobots).set_initial_pose(bench.robot, place(0.0, 0.0))
+        await bench.cast(MobileRobots).navigate(bench.robot, [place(1.0, 0.5)], stop_at_each=False, report=reports)
+        for number in range(10):
+            await bench.grant(bench.time + 0.31)
+            believed = await bench.cast(Simulation).relative_pose("base_link", "map", 0.0)
+            seen += [bench.time, await bench.truth(), repr(believed), reports.statuses, list(bench.happened)]
+            if number == 3:
+                await bench.cast(Simulation).spawn_entity("box", BOX, place(1.8, 0.9))
+        expect(distance(await bench.truth(), (0.0, 0.0)) > 0.1, "a robot with a goal did not move")
+    return seen
+
 
 SUCCEEDED = GoalStatus.SUCCEEDED
 NEAR = 0.3  # [m]
 LONG = 20.0  # [s]
 
 
+@rule(MobileRobots, Simulation)
 async def goals_end_once(bench: Bench) -> None:
     """A goal is reached, and its end is reported once."""
     mobile, reports = bench.cast(MobileRobots), Reports()
@@ -39,6 +137,7 @@ async def goals_end_once(bench: Bench) -> None:
     expect_reported("a goal cancelled after its end", reports, SUCCEEDED)
 
 
+@rule(MobileRobots, Simulation)
 async def cancelled_goals_end_and_robots_stop(bench: Bench) -> None:
     """A robot whose goal is cancelled stands still within a second, and accepts another goal."""
     mobile, reports = bench.cast(MobileRobots), Reports()
@@ -56,6 +155,7 @@ async def cancelled_goals_end_and_robots_stop(bench: Bench) -> None:
     await bench.expect_end("a goal after a cancelled one", again, LONG)
 
 
+@rule(MobileRobots)
 async def impossible_goals_are_refused(bench: Bench) -> None:
     """Goals of unknown or busy robots, without a known pose or with an invalid target are refused at once."""
     mobile = bench.cast(MobileRobots)
@@ -77,6 +177,7 @@ async def impossible_goals_are_refused(bench: Bench) -> None:
     )
 
 
+@rule(MobileRobots, DrivenRobots, Simulation)
 async def watches_fire_once(bench: Bench) -> None:
     """A watch fires once, as soon as its condition holds, also if it holds from the start."""
     mobile, near, far, held = bench.cast(MobileRobots), Reports(), Reports(), Reports()
@@ -97,6 +198,7 @@ async def watches_fire_once(bench: Bench) -> None:
     await mobile.cancel_watch(watch)
 
 
+@rule(MobileRobots, DrivenRobots, Simulation)
 async def cancelled_watches_are_silent(bench: Bench) -> None:
     """A cancelled watch is not reported."""
     mobile, reports = bench.cast(MobileRobots), Reports()
@@ -107,6 +209,7 @@ async def cancelled_watches_are_silent(bench: Bench) -> None:
     expect(not reports.all, f"a cancelled watch was reported as {', '.join(reports.statuses)}")
 
 
+@rule(MobileRobots)
 async def invalid_watches_are_refused(bench: Bench) -> None:
     """Watches of unknown frames and robots, and of invalid distances, are refused."""
     mobile = bench.cast(MobileRobots)
@@ -119,6 +222,7 @@ async def invalid_watches_are_refused(bench: Bench) -> None:
         await expect_refused(f"a watch for a distance of {length} m", watch)
 
 
+@rule(DrivenRobots, Simulation)
 async def drives_have_their_speed_and_duration(bench: Bench) -> None:
     """A robot that is driven at 0.2 m/s for 2 s has moved 0.4 m within 10 %, has stopped, and reports it once."""
     reports = Reports()
@@ -131,6 +235,7 @@ async def drives_have_their_speed_and_duration(bench: Bench) -> None:
     expect_reported("an ended drive", reports, SUCCEEDED)
 
 
+@rule(DrivenRobots, Simulation)
 async def robots_stand_still_after_a_run(bench: Bench) -> None:
     """Robots stop when the run ends, even in motion, and the run may be ended twice."""
     await bench.cast(DrivenRobots).drive(bench.robot, 0.25, 0.3, 30.0, Reports())

@@ -13,7 +13,7 @@ import anyio
 from seoro.bridges import wire
 from seoro.bridges.finding import find_node
 from seoro.bridges.robot.node import RobotNode
-from seoro.bridges.session import AsyncSession, InvalidEndpoint, Security, SessionError, open_session
+from seoro.bridges.session import InvalidEndpoint, Security, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.concurrency.background import background
 from seoro.errors import BackendError, BackendRefused, BackendUnreachable, UsageError
@@ -22,7 +22,7 @@ from seoro.security.network.endpoint_keys import check_reached, node_keys, secur
 from seoro.security.network.peers import node_signer
 
 if TYPE_CHECKING:
-    from seoro.security.keys.folder import Keys
+    pass
 
 RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
@@ -67,11 +67,7 @@ class Claim:
 
 @asynccontextmanager
 async def connect_robots(
-    endpoint: str,
-    purpose: str,
-    name: str | None = None,
-    robots: tuple[str, ...] = (),
-    claim: Claim | None = None,
+    endpoint: str, purpose: str, name: str | None = None, robots: tuple[str, ...] = (), claim: Claim | None = None
 ) -> AsyncIterator[RobotNode]:
     """Hold robots while the block lasts; they are stopped at its end.
 
@@ -92,11 +88,15 @@ async def connect_robots(
     security = security_of(endpoint, keys)
     holder = (claim or Claim()).request(purpose, robots)
     try:
-        async with (
-            open_session(connect=endpoint, security=security) as session,
-            _held(session, endpoint, holder, name, keys) as node,
-        ):
-            yield node
+        async with open_session(connect=endpoint, security=security) as session:
+            found = await find_node(session, endpoint, name, "bridge to robots", START)
+            signer = node_signer(session, found, keys)
+            address = NodeAddress(session, wire.NAMESPACE, found, "bridge", holder.holder, signer)
+            await address.prove()
+            async with held(address, holder) as features, background() as group:
+                node = RobotNode(address, holder, features)
+                group.start_soon(node.send_heartbeats)
+                yield node
     except SessionError as error:
         raise connection_error(endpoint, security, error, START) from error
 
@@ -117,22 +117,6 @@ def connection_error(endpoint: str, security: Security | None, error: SessionErr
         return UsageError(str(error), help=start)
     check_reached(endpoint, security)
     return BackendUnreachable(str(error), help=start)
-
-
-@asynccontextmanager
-async def _held(
-    session: AsyncSession, endpoint: str, holder: wire.Holder, name: str | None, keys: Keys | None
-) -> AsyncIterator[RobotNode]:
-    found = await find_node(session, endpoint, name, "bridge to robots", START)
-    address = NodeAddress(
-        session, wire.NAMESPACE, found, "bridge", holder.holder, node_signer(session, found, keys)
-    )
-    await address.prove()
-    async with held(address, holder) as features:
-        node = RobotNode(address, holder, features)
-        async with background() as group:
-            group.start_soon(node.send_heartbeats)
-            yield node
 
 
 @asynccontextmanager

@@ -1,4 +1,4 @@
-"""Grants of time to a node, and simulation ahead of them.
+"""Grants of time to a node, simulation ahead of them, and videos of a run.
 
 Many grants end at a deadline of the run, without a request to the node. After several such grants, the next one
 also announces a horizon: the time of the expected further grants. The node simulates up to it, and its answer
@@ -8,14 +8,20 @@ times of its reports are the same to the bit.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from seoro.bridges import wire
-from seoro.bridges.sim.recording import RECORDED_GRANT, RecordingRequests
-from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress
+from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress, Requests
 from seoro.bridges.sim.rules import TimeRules
+from seoro.errors import BackendError
 
 GRANT_TIMEOUT = 30.0  # [s]
 QUIET_GRANTS = 4  # grants in a row without other requests, after which the node simulates ahead
 MAX_HORIZON = 60.0  # [s] after the grant
+RECORDED_GRANT = 0.2  # [s] longest grant while recording, since pictures take long
+RECORDING_TIMEOUT = 30.0  # [s] of the machine's clock
+
+Write = Callable[[bytes], object]
 
 
 class Lookahead:
@@ -50,21 +56,69 @@ class Lookahead:
             self.reset()
 
 
+class RecordingRequests(Requests):
+    """Recording by a node, one video at a time."""
+
+    _write: Write | None = None
+    _film_error = ""
+
+    async def start_recording(self, request: wire.StartRecording, write: Write) -> None:
+        """Start a recording.
+
+        Args:
+            request: Camera or robot to record, and the format.
+            write: Called with each part of the video; its `OSError` ends the recording.
+
+        Raises:
+            BackendRefused: The node cannot record; the message has the reason.
+        """
+        await self.ask(wire.START_RECORDING, request, RECORDING_TIMEOUT)
+        self._write, self._film_error = write, ""
+
+    async def stop_recording(self) -> str:
+        """Stop the recording, and write the rest; returns the reason if the video ended earlier."""
+        if self._write is not None:
+            await self._stop(self._write)
+        return self._film_error
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether a recording is active."""
+        return self._write is not None
+
+    async def write_film(self, film: bytes, error: str) -> None:
+        """Write a part of the video; the recording ends with an error, of writing or of the node."""
+        if self._write is None:
+            return
+        failed = _written(self._write, film)
+        self._film_error = failed or error
+        if self._film_error:
+            await self._stop(_nowhere if failed else self._write)
+
+    async def _stop(self, write: Write) -> None:
+        self._write = None
+        try:
+            recorded = await self.ask(wire.STOP_RECORDING, wire.Empty(), RECORDING_TIMEOUT)
+        except BackendError as error:
+            self._film_error = self._film_error or str(error)
+            return
+        failed = _written(write, recorded.film)
+        self._film_error = self._film_error or recorded.error or failed
+
+
 class AdvanceRequests(RecordingRequests):
     """The clock of a node.
 
     Args:
         address: Address of the node.
+
+    Attributes:
+        time: The time of the run [s].
     """
 
     def __init__(self, address: NodeAddress) -> None:
         super().__init__(address)
         self._lookahead = Lookahead()
-
-    @property
-    def time(self) -> float:
-        """The time of the run [s]."""
-        return self._time
 
     def set_clock(self, features: wire.SimulatorFeatures) -> None:
         """Set the time of the run from the features of the node.
@@ -75,7 +129,7 @@ class AdvanceRequests(RecordingRequests):
         self._rules = TimeRules(self.name, features, self._given.__contains__)
         self._steps_per_second = max(1, round(1.0 / features.step))
         self._rewinds = wire.REWIND.name in features.features
-        self._time = features.time
+        self.time = features.time
         self._ahead: wire.Advanced | None = None  # answer ahead of the run, for the next grants
         self._back: float | None = None  # time of the run while the node may be ahead [s]
 
@@ -90,21 +144,21 @@ class AdvanceRequests(RecordingRequests):
         if advanced is None:
             horizon = self._horizon(until)
             advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
-        reached = max(self._time, self._end_of(until))
+        reached = max(self.time, self._end_of(until))
         if may_be_ahead and reached < advanced.time:
             if self._back is not None:  # else another request has rewound the node meanwhile
                 self._ahead, self._back = advanced, reached
-            self._time = reached
+            self.time = reached
             return reached
         self._ahead = self._back = None
-        self._time = advanced.time
+        self.time = advanced.time
         await self._report(advanced)
         return advanced.time
 
     def _horizon(self, until: float) -> float | None:
         """Return the time up to which the node simulates ahead; None for not at all."""
         may_go_ahead = self._rewinds and not self.is_recording
-        return self._lookahead.horizon(self._time, until) if may_go_ahead else None
+        return self._lookahead.horizon(self.time, until) if may_go_ahead else None
 
     def _end_of(self, until: float) -> float:
         """Return the end of a grant without events [s]."""
@@ -112,11 +166,11 @@ class AdvanceRequests(RecordingRequests):
 
     async def _advance(self, until: float, horizon: float | None) -> wire.Advanced:
         if self.is_recording:  # the clock grants the rest afterwards
-            until = min(until, self._time + RECORDED_GRANT)
+            until = min(until, self.time + RECORDED_GRANT)
         self._back = None if horizon is None else self._end_of(until)
         request = wire.Advance(until=until, horizon=horizon)
         advanced = await super().ask(wire.ADVANCE, request, GRANT_TIMEOUT)
-        self._rules.check(self._time, self._end_of(until if horizon is None else horizon), advanced)
+        self._rules.check(self.time, self._end_of(until if horizon is None else horizon), advanced)
         if horizon is not None:
             self._lookahead.ended(advanced.time - until)
         return advanced
@@ -137,3 +191,17 @@ class AdvanceRequests(RecordingRequests):
         for event in (*advanced.contacts, *advanced.departures, *advanced.feedback, *advanced.occurrences):
             self.report_event(event)
         await self.write_film(advanced.film, advanced.film_error)
+
+
+def _written(write: Write, film: bytes) -> str:
+    """Write a part of a video; returns the reason of a failure, or nothing."""
+    try:
+        if film:
+            write(film)
+    except OSError as error:
+        return error.strerror or str(error)
+    return ""
+
+
+def _nowhere(film: bytes) -> None:
+    """Drop the rest of a video after a failed write."""

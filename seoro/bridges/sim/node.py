@@ -2,75 +2,105 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.advance import GRANT_TIMEOUT, AdvanceRequests
-from seoro.bridges.sim.arms import ArmRequests
-from seoro.bridges.sim.cameras import CameraRequests
-from seoro.bridges.sim.capabilities import missing_verbs
-from seoro.bridges.sim.driving import DrivingRequests
-from seoro.bridges.sim.faults import FaultRequests
-from seoro.bridges.sim.localisation import LocalisationRequests
-from seoro.bridges.sim.mobile import MobileRequests
+from seoro.bridges.sim.devices import DeviceRequests
 from seoro.bridges.sim.requests import NodeAddress
-from seoro.bridges.sim.sensors import SensorRequests
-from seoro.bridges.sim.snapshots import SnapshotRequests
 from seoro.bridges.sim.world import WorldRequests
 from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
-from seoro.runtime.contracts.sensors import Faults
+from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots
+from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
+from seoro.runtime.contracts.worlds import Simulation, Snapshots, Worlds
 
 ANY_ACTOR = "osc_actor"
 WORLD_FILES = frozenset({".yaml", ".yml"})
+CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
+    MobileRobots: (
+        wire.SET_INITIAL_POSE,
+        wire.NAVIGATE_THROUGH_POSES,
+        wire.WATCH_PROXIMITY,
+        wire.WATCH_DISTANCE,
+        wire.CANCEL_GOAL,
+        wire.CANCEL_WATCH,
+    ),
+    LocalisedRobots: (
+        wire.REINITIALIZE_GLOBAL_LOCALIZATION,
+        wire.WATCH_LOCALIZATION,
+        wire.GET_LOCALIZATION,
+        wire.CANCEL_WATCH,
+    ),
+    DrivenRobots: (wire.DRIVE, wire.CMD_VEL, wire.CANCEL_GOAL),
+    Arms: (
+        wire.FOLLOW_JOINT_TRAJECTORY,
+        wire.MOVE_TO_POSE,
+        wire.GRIPPER_COMMAND,
+        wire.HOLD_ENTITY,
+        wire.WATCH_JOINT,
+        wire.GET_ARM_STATE,
+        wire.CANCEL_GOAL,
+        wire.CANCEL_WATCH,
+    ),
+    Simulation: (
+        wire.SPAWN_ENTITY,
+        wire.SPAWN_ENTITIES,
+        wire.GET_RELATIVE_POSE,
+        wire.DELETE_ENTITY,
+        wire.GET_ENTITIES,
+        wire.SET_ENTITY_STATE,
+        wire.STEP_SIMULATION,
+        wire.RESET_SIMULATION,
+    ),
+    Worlds: (wire.CHANGE_WORLD,),
+    Cameras: (
+        wire.SPAWN_CAMERA,
+        wire.GET_CAMERAS,
+        wire.AIM_CAMERA,
+        wire.FOLLOW_ENTITY,
+        wire.SET_ENTITY_STATE,
+        wire.DELETE_ENTITY,
+        wire.GET_CAMERA_IMAGE,
+    ),
+    Sensors: (wire.WATCH_SENSOR, wire.WATCH_BUMPER, wire.WATCH_RANGE, wire.CHECK_RATE, wire.CANCEL_WATCH),
+    Faults: (wire.INJECT_FAULT, wire.CLEAR_FAULTS, wire.CANCEL_GOAL),
+    Snapshots: (wire.SAVE_STATE, wire.RESTORE_STATE),
+}
+"""Verbs of each capability, all of which a node must serve to have it."""
 
 
-class SimulatorNode(
-    MobileRequests,
-    LocalisationRequests,
-    DrivingRequests,
-    ArmRequests,
-    CameraRequests,
-    FaultRequests,
-    SensorRequests,
-    WorldRequests,
-    SnapshotRequests,
-    AdvanceRequests,
-):
+class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
     """A simulator node.
 
     Args:
         address: Address of the node.
         models: Folders in which models to spawn are looked up.
-        features: Features of the node.
+        features: Features of the node when its world was loaded.
     """
 
     def __init__(self, address: NodeAddress, models: ModelPath, features: wire.SimulatorFeatures) -> None:
         super().__init__(address, models)
-        self._features = features
+        self.features = features
         self._taken: dict[str, str] = {}  # assigned robots, with the types of their actors
         self.set_clock(features)
 
     @property
-    def features(self) -> wire.SimulatorFeatures:
-        """Features of the node when its world was loaded."""
-        return self._features
-
-    @property
     def robots(self) -> Sequence[wire.RobotInfo]:
         """Robots of its world."""
-        return self._features.robots
+        return self.features.robots
 
     def serves(self, contract: type) -> bool:
         """Whether the node serves all verbs of a contract."""
-        return not missing_verbs(contract, self._features.features)
+        return all(verb.name in self.features.features for verb in CAPABILITIES.get(contract, ()))
 
     def senses_contacts(self, robot: str) -> bool:
         """See `ContactSensing`."""
-        return any(each.senses_contacts for each in self._features.robots if each.name == robot)
+        return any(each.senses_contacts for each in self.features.robots if each.name == robot)
 
     def reserve(self, robot: wire.RobotInfo) -> None:
         """Exclude a robot from `assign_robot`: the user has assigned it."""
@@ -81,7 +111,7 @@ class SimulatorNode(
 
         Actors of the base type `osc_actor` are assigned by name only.
         """
-        free = [robot for robot in self._features.robots if robot.name not in self._taken]
+        free = [robot for robot in self.features.robots if robot.name not in self._taken]
         fitting = [robot for robot in free if types[0] in robot.kinds]
         named = next((robot for robot in fitting if robot.name == actor), None)
         chosen = named or (next(iter(fitting), None) if types[0] != ANY_ACTOR else None)
@@ -92,7 +122,7 @@ class SimulatorNode(
 
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
         """See `Backend`. Warnings of the node are reported, too."""
-        for warning in self._features.warnings:
+        for warning in self.features.warnings:
             on_event(WARNING, {"message": warning})
         await super().start_run(on_event, on_lost)
 
@@ -103,24 +133,24 @@ class SimulatorNode(
 
     async def load_world(self, world: str, seed: int) -> None:
         """Load a world at time zero, without assigned robots."""
-        self._features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
+        self.features = await self.ask(wire.LOAD_WORLD, wire.LoadWorld(world=world, seed=seed), GRANT_TIMEOUT)
         self._taken.clear()
-        self.set_clock(self._features)
+        self.set_clock(self.features)
 
     async def change_world(self, world: str) -> None:
         """See `Worlds`."""
         request = wire.ChangeWorld(world=_portable_path(world, self._models.locate), robots=self._taken)
-        self._features = await self.ask(wire.CHANGE_WORLD, request, GRANT_TIMEOUT)
+        self.features = await self.ask(wire.CHANGE_WORLD, request, GRANT_TIMEOUT)
 
     async def begin_from(self, snapshot: wire.Snapshot, seed: int) -> None:
         """Start from a snapshot at time zero, without assigned robots."""
         await self._restore(wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.BEGIN, seed=seed))
         self._taken.clear()
-        self.set_clock(self._features)
+        self.set_clock(self.features)
 
     async def end_run(self) -> None:
         """See `Backend`."""
-        for robot in self._features.robots:
+        for robot in self.features.robots:
             await self.ask(wire.STOP_ROBOT, wire.StopRobot(robot=robot.name))
 
     async def clear(self) -> None:
@@ -132,7 +162,7 @@ class SimulatorNode(
         for number in tuple(self._reporters):  # also of goals, which have ended with `end_run`
             await self.cancel_watch(number)
         if self.serves(Faults):
-            for robot in self._features.robots:
+            for robot in self.features.robots:
                 await self.clear_faults(robot.name, "")
         await self.ask(wire.RESET_SIMULATION, wire.ResetSimulation(scope=wire.ResetScope.SPAWNED))
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.leasing.event_filter import scoped_id
 from seoro.bridges.session import AsyncSession, NoAnswer, NoServer, NotAuthentic, Refused, SessionError
-from seoro.bridges.sim.messages import contact_arguments, departure_arguments
 from seoro.bridges.wire.authentication import STALE
 from seoro.bridges.wire.refusal import read_refusal
 from seoro.errors import BackendError, BackendLost, BackendRefused, BackendStopped, BackendUnreachable, UsageError
+from seoro.robotics.geometry import Velocity6D
 from seoro.runtime.contracts.backends import (
     CONTACT,
     DEPARTURE,
@@ -126,7 +126,7 @@ class Requests:
         """Name in messages."""
         return f"{self._address.display_name} '{self._address.node}'"
 
-    def new_id(self, kind: str) -> str:
+    def _new_id(self, kind: str) -> str:
         """Return a new id for a goal or a watch, unique at the node."""
         identifier = f"{kind}-{next(self._ids)}"
         if self._address.sender:
@@ -180,8 +180,16 @@ class Requests:
                 raise self._loss.with_traceback(None) from error
             raise
 
-    async def start(self, verb: wire.Verb[R, wire.Empty], request: R, report: Reporter) -> str:
-        """Start a goal or a watch, whose end goes to a reporter; returns its id."""
+    async def start(self, kind: str, verb: wire.Verb[R, wire.Empty], report: Reporter, **fields: object) -> str:
+        """Start a goal, a watch or a fault; returns its id.
+
+        Args:
+            kind: First word of the id.
+            verb: Request.
+            report: Receives the end.
+            fields: Fields of the request besides the id.
+        """
+        request = verb.request.model_validate({"id": self._new_id(kind), **fields})
         self._reporters[request.id] = report
         try:
             await self.ask(verb, request)
@@ -264,3 +272,38 @@ def _ignore(argument: object) -> None:
 
 def _ignore_event(name: str, arguments: Mapping[str, object]) -> None:
     """Do nothing: events before a run are dropped."""
+
+
+# ------------------------------------------------------------ values of the runtime and messages
+
+
+def twist_message(velocity: Velocity6D) -> wire.Twist:
+    """Convert a velocity [m/s, rad/s] to its message."""
+    linear, angular = velocity.translational, velocity.angular
+    return wire.Twist(
+        linear=wire.Vector3(x=linear.x, y=linear.y, z=linear.z),
+        angular=wire.Vector3(x=angular.roll, y=angular.pitch, z=angular.yaw),
+    )
+
+
+def contact_arguments(contact: wire.Contact) -> dict[str, Any]:
+    """Return the arguments of the event of a contact, for `contracts.contacts.Contact.of`."""
+    place, found = contact.position, contact.model_dump(exclude_defaults=True)
+    if contact.strikers is not None:
+        found["strikers"] = list(contact.strikers)
+    if place is not None:
+        found["position"] = [place.x, place.y, place.z]
+    return found
+
+
+def departure_arguments(departure: wire.Departure) -> dict[str, Any]:
+    """Return the arguments of the event of a robot that left its world: `time`, `robot` and `reason`."""
+    place = departure.position
+    left, lower, right, upper = departure.extent
+    where = f"({place.x:.3f}, {place.y:.3f}, {place.z:.3f}) m"
+    reason = (
+        f"{departure.robot} left the world at {where}, {departure.time:.3f} s after the start; expected "
+        f"x from {left:g} to {right:g} m and y from {lower:g} to {upper:g} m "
+        "(`extent` of the world file)"
+    )
+    return {"time": departure.time, "robot": departure.robot, "reason": reason}

@@ -73,7 +73,11 @@ class TimeRules:
                 self._broken(f"the end of a goal or a watch '{occurrence.id:.100}'", "ids of this run")
 
     def _broken(self, found: str, expected: str) -> None:
-        raise ProtocolViolation(f"{self._node} violated the protocol: it sent {found}; expected {expected}")
+        raise _violation(self._node, found, expected)
+
+
+def _violation(node: str, found: str, expected: str) -> ProtocolViolation:
+    return ProtocolViolation(f"{node} violated the protocol: it sent {found}; expected {expected}")
 
 
 def _occurrences(advanced: wire.Advanced) -> Iterable[tuple[str, float]]:
@@ -99,9 +103,7 @@ def check_pose(node: str, what: str, pose: Pose3D) -> None:
     values = (place.x, place.y, place.z, turned.roll, turned.pitch, turned.yaw)
     if not all(map(math.isfinite, values)):
         shown = ", ".join(f"{value:g}" for value in values)
-        raise ProtocolViolation(
-            f"{node} violated the protocol: it sent {what} as ({shown}); expected finite numbers"
-        )
+        raise _violation(node, f"{what} as ({shown})", "finite numbers")
 
 
 def check_deviation(node: str, what: str, deviation: float) -> None:
@@ -116,6 +118,4 @@ def check_deviation(node: str, what: str, deviation: float) -> None:
         ProtocolViolation: The distance is not finite, or negative.
     """
     if not (math.isfinite(deviation) and deviation >= 0.0):
-        raise ProtocolViolation(
-            f"{node} violated the protocol: it sent {what} as {deviation:g} m; expected a finite number from 0 on"
-        )
+        raise _violation(node, f"{what} as {deviation:g} m", "a finite number from 0 on")

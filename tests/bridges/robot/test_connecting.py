@@ -110,7 +110,7 @@ async def test_the_end_of_the_bridge_is_reported(
     start_rails: Callable[..., Rails], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rails = start_rails("--listen", f"unixsock-stream/{tmp_path}/rails")
-    monkeypatch.setattr("seoro.bridges.robot.holding.PATIENCE", 0.3)
+    monkeypatch.setattr("seoro.bridges.robot.node.PATIENCE", 0.3)
     lost: list[BackendError] = []
     async with connect_robots(rails.endpoint, "a test") as node:
         await node.start_run(lambda name, arguments: None, lost.append)

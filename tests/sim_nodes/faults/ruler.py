@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from seoro.bridges.wire import Quantity, SensorFault
-from sim_nodes.faults.check import Observation, SensorCheck
+from sim_nodes.faults.checks import Observation, SensorCheck
 from sim_nodes.faults.devices import sensor_check
 from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
-from sim_nodes.sensors.sensor import Values
-from sim_nodes.sensors.sensor_pipeline import SensorPipeline
+from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline, Values
 
 BEAMS = 90
 
@@ -24,7 +23,7 @@ class Reading:
     angle: Array
 
 
-class Ruler:
+class Ruler(Sensor[Reading]):
     """Measures lengths from 1 to 3 m, of which every tenth is out of range, with noise."""
 
     period = 2

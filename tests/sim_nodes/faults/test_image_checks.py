@@ -20,12 +20,12 @@ from seoro.bridges.wire import (
     PowerLoss,
     Quantity,
 )
-from sim_nodes.faults.check import Check
+from sim_nodes.faults.checks import Check
 from sim_nodes.faults.image_checks import camera_check
 from sim_nodes.faults.statistics import Levels
 from sim_nodes.noise import Noise
 from sim_nodes.sensors.camera_pipeline import CameraPipeline, Missing
-from sim_nodes.sensors.pixels import with_errors
+from sim_nodes.sensors.sensor_pipeline import with_errors
 from sim_nodes.views import Lens, Picture
 
 LENS = Lens(width=48, height=32)

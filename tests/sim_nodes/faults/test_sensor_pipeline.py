@@ -18,7 +18,7 @@ from seoro.bridges.wire import (
     Quantity,
     SensorFault,
 )
-from sim_nodes.sensors.beams import dead_beams, lost_beams
+from sim_nodes.sensors.sensor_pipeline import dead_beams, lost_beams
 from tests.sim_nodes.faults.ruler import BEAMS, Reading, Ruler, pipeline
 
 TICKS = 40

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sim_nodes.geometry import Array
-from sim_nodes.manipulation.trajectory import SHORTEST, Path, Trajectory
+from sim_nodes.manipulation.motion import SHORTEST, Path, Trajectory
 from tests.sim_nodes.manipulation.bench import HOME
 
 SPEED = np.array([2.0, 2.0, 3.0, 3.0, 3.0, 3.0])

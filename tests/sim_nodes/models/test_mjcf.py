@@ -6,8 +6,8 @@ import pytest
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.extents import inertia
 from sim_nodes.geometry import rotation_matrix
-from sim_nodes.inertia import inertia
 from sim_nodes.models import parse_model
 from sim_nodes.physics import Box, Cylinder, Sphere
 from tests.sim_nodes.client import Client, pose

@@ -9,7 +9,7 @@ from sim_nodes.geometry import Vector, quaternion
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState
 from sim_nodes.robots.declaration import ImuDeclaration
-from sim_nodes.sensors.imu import Imu, Inertial
+from sim_nodes.sensors.base import Imu, Inertial
 
 EXACT = ImuDeclaration(
     rate=50.0, accelerometer_noise=0.0, accelerometer_bias=0.0, gyroscope_noise=0.0, gyroscope_bias=0.0

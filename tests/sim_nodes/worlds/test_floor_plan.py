@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.navigation.mapping import build_map
+from sim_nodes.navigation.maps import build_map
 from sim_nodes.physics import BodyModel, BodyState, Part, Sphere
 from sim_nodes.worlds.floor_plan import merged
 from sim_nodes.worlds.loader import WorldError, parse_world

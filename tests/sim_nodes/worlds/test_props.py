@@ -9,7 +9,7 @@ from seoro.bridges import wire
 from seoro.bridges.wire import Result, WorldResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.navigation.mapping import build_map
+from sim_nodes.navigation.maps import build_map
 from sim_nodes.physics import Box, Cylinder, Sphere
 from sim_nodes.worlds.loader import WorldError, parse_world
 from tests.sim_nodes.client import BOX, Client, pose

@@ -1,6 +1,7 @@
-"""Arms in PyBullet: motors that hold positions within their torque, and contacts of links.
+"""Joints in PyBullet: motors of wheels and arms, and contacts of the links of arms.
 
-Links do not collide with each other, which is Bullet's default: paths are checked for that before the arm moves.
+Links of an arm do not collide with each other, which is Bullet's default: paths are checked for that before the
+arm moves.
 """
 
 from __future__ import annotations
@@ -10,15 +11,67 @@ from dataclasses import dataclass
 from typing import Any, assert_never
 
 import numpy as np
+import pybullet
 
 from sim_nodes.geometry import Array, multiply, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, JointStates, Overlap, Shape, Sphere
-from sim_nodes.pybullet.model import BASE, XYZW, Links, xyzw
-from sim_nodes.pybullet.output import captured_output
-from sim_nodes.robots.declaration import ArmDeclaration
+from sim_nodes.pybullet.model import BASE, XYZW, Links, wheels, xyzw
+from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
 
-with captured_output():  # pybullet prints its build time on import
-    import pybullet
+BEARINGS = 0.002  # [N m] friction of wheels without power; frictionless wheels may creep forever
+
+
+@dataclass(frozen=True)
+class DriveCommand:
+    """The last motor command: speeds of the left and right wheel [rad/s], and whether the motors have power."""
+
+    speeds: tuple[float, float] = (0.0, 0.0)
+    has_power: bool = True
+
+
+class PybulletDrive:
+    """The wheels and the lidar of a robot.
+
+    Args:
+        bullet: The Bullet client.
+        body: Number of the robot's body.
+        links: Its links and joints.
+        mobile: Declaration of its base.
+        group: Collision group of the robot alone.
+
+    Attributes:
+        body: Number of the robot's body.
+        group: Collision group of the robot alone.
+        lidar: Link of the lidar.
+        wheels: Joint numbers of the left and right wheel.
+        command: The last command.
+    """
+
+    def __init__(self, bullet: Any, body: int, links: Links, mobile: MobileDeclaration, group: int) -> None:
+        self._bullet, self.body, self.group = bullet, body, group
+        self.lidar = links.links[mobile.lidar.link]
+        self.wheels = wheels(links, mobile.drive)
+        self._torque = mobile.drive.motor_torque
+        self.apply_command(DriveCommand())
+
+    def apply_command(self, command: DriveCommand) -> None:
+        """Set the motor targets from a command."""
+        self.command = command
+        speeds, torque = (command.speeds, self._torque) if command.has_power else ((0.0, 0.0), BEARINGS)
+        self._bullet.setJointMotorControlArray(
+            self.body, self.wheels, pybullet.VELOCITY_CONTROL, targetVelocities=speeds, forces=[torque, torque]
+        )
+
+    def angles(self) -> tuple[float, float]:
+        """See `Engine.wheel_angles`."""
+        left, right = pybullet.getJointStates(self.body, self.wheels, self._bullet._client)
+        return left[0], right[0]
+
+    def stop(self) -> None:
+        """Stop the wheels at once."""
+        for wheel, angle in zip(self.wheels, self.angles(), strict=True):
+            self._bullet.resetJointState(self.body, wheel, angle, 0.0)
+
 
 # Fields of the results of getContactPoints and getClosestPoints.
 BODY_A, BODY_B, LINK_A, LINK_B, DISTANCE, FORCE = 1, 2, 3, 4, 8, 9
@@ -49,7 +102,7 @@ class ArmCommand:
 
 
 @dataclass(frozen=True)
-class Ghost:
+class PlacedShape:
     """A collision shape of a body at a hypothetical pose."""
 
     name: str
@@ -77,7 +130,7 @@ class PybulletArm:
         self._torques = [bullet.getJointInfo(body, joint)[MAX_FORCE] for joint in self._joints]
         home = np.array([joint.home for joint in arm.joints])
         finger = arm.gripper.stroke / 2.0
-        self.put(home)
+        self.set_positions(home)
         for joint in self._fingers:
             bullet.resetJointState(body, joint, finger)
         for name in arm.gripper.links:
@@ -101,7 +154,7 @@ class PybulletArm:
         )
         self._bullet.changeConstraint(gear, gearRatio=-1, maxForce=COUPLING_FORCE, erp=COUPLING_ERROR_REDUCTION)
 
-    def put(self, positions: Array) -> None:
+    def set_positions(self, positions: Array) -> None:
         """Set the positions of the arm's joints; the fingers keep theirs."""
         for joint, position in zip(self._joints, positions.tolist(), strict=True):
             self._bullet.resetJointState(self._body, joint, position)
@@ -185,7 +238,7 @@ class PybulletArm:
         positions: Array,
         owners: Mapping[int, str],
         own: Sequence[tuple[str, str]],
-        carried: Sequence[Ghost],
+        carried: Sequence[PlacedShape],
     ) -> list[Overlap]:
         """Return the overlaps of the links at hypothetical joint positions.
 
@@ -196,10 +249,10 @@ class PybulletArm:
             carried: Shapes of the carried body.
         """
         states = self._bullet.getJointStates(self._body, self._joints)
-        self.put(positions)
+        self.set_positions(positions)
         found = [overlap for number, name in owners.items() for overlap in self._in_body(number, name)]
         found += [overlap for pair in own for overlap in self._in_itself(*pair)]
-        found += [overlap for ghost in carried for overlap in self._of_ghost(ghost, owners)]
+        found += [overlap for placed in carried for overlap in self._of_placed(placed, owners)]
         # Saving and restoring the whole state would be as exact, but several times slower.
         for joint, (position, velocity, *_) in zip(self._joints, states, strict=True):
             self._bullet.resetJointState(self._body, joint, position, velocity)
@@ -223,25 +276,25 @@ class PybulletArm:
         )
         return [Overlap(first, second, -point[DISTANCE]) for point in points if point[DISTANCE] < 0.0]
 
-    def _of_ghost(self, ghost: Ghost, owners: Mapping[int, str]) -> list[Overlap]:
+    def _of_placed(self, placed: PlacedShape, owners: Mapping[int, str]) -> list[Overlap]:
         found = []
         for number in (*owners, self._body):
             points = self._bullet.getClosestPoints(
                 bodyA=-1,
                 bodyB=number,
                 distance=0.0,
-                collisionShapeA=ghost.shape,
-                collisionShapePositionA=ghost.position,
-                collisionShapeOrientationA=ghost.orientation,
+                collisionShapeA=placed.shape,
+                collisionShapePositionA=placed.position,
+                collisionShapeOrientationA=placed.orientation,
             )
             for point in points:
                 if point[DISTANCE] < 0.0:
                     other = owners[number] if number in owners else self._links[point[LINK_B]]
-                    found.append(Overlap(ghost.name, other, -point[DISTANCE]))
+                    found.append(Overlap(placed.name, other, -point[DISTANCE]))
         return found
 
 
-class Ghosts:
+class PlacedShapes:
     """Collision shapes of bodies at hypothetical poses; each is made once.
 
     Moving the body itself and back would change the last bits of its pose.
@@ -251,11 +304,11 @@ class Ghosts:
         self._bullet = bullet
         self._shapes: dict[Shape, int] = {}
 
-    def of(self, name: str, model: BodyModel, state: BodyState) -> list[Ghost]:
+    def of(self, name: str, model: BodyModel, state: BodyState) -> list[PlacedShape]:
         """Place the shapes of a body in a state."""
         turn = rotation_matrix(state.orientation)
         return [
-            Ghost(
+            PlacedShape(
                 name,
                 self._shape(part.shape),
                 (np.array(state.position) + turn @ part.position).tolist(),

@@ -1,4 +1,4 @@
-"""Rules about entities: spawns, moves, deletions, contacts, resets."""
+"""Rules about entities and snapshots. A backend that cannot save snapshots has to report that."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ from seoro.bridges.conformance.bench import (
     expect_near,
     expect_refused,
     place,
+    rule,
 )
 from seoro.bridges.wire import Result, SpawnResult
+from seoro.errors import BackendRefused
 from seoro.runtime.contracts.contacts import Contact, ContactSensing
 from seoro.runtime.contracts.robots import DrivenRobots, MobileRobots
-from seoro.runtime.contracts.worlds import Simulation
+from seoro.runtime.contracts.worlds import Simulation, Snapshots
 
 
+@rule(Simulation)
 async def spawned_entities_are_listed_until_deleted(bench: Bench) -> None:
     """A spawned entity is listed by its name until it is deleted; then the name is free again."""
     world = bench.cast(Simulation)
@@ -35,6 +38,7 @@ async def spawned_entities_are_listed_until_deleted(bench: Bench) -> None:
         expect("box" not in await world.entities(), "a deleted entity is still listed")
 
 
+@rule(Simulation)
 async def names_are_unique(bench: Bench) -> None:
     """A duplicate name is refused, or replaced by another one if renaming is allowed."""
     world = bench.cast(Simulation)
@@ -46,6 +50,7 @@ async def names_are_unique(bench: Bench) -> None:
     expect({"box", other} <= set(await world.entities()), f"'box' and {other!r} are not both listed")
 
 
+@rule(Simulation)
 async def invalid_spawns_are_refused(bench: Bench) -> None:
     """Spawns without a model, a position, a name or free space are refused, and change nothing."""
     world = bench.cast(Simulation)
@@ -61,6 +66,7 @@ async def invalid_spawns_are_refused(bench: Bench) -> None:
     expect(after == before, f"after refused requests there are {', '.join(after)} instead of {', '.join(before)}")
 
 
+@rule(Simulation)
 async def moved_robots_have_their_new_pose(bench: Bench) -> None:
     """A robot is at its new pose at once, and so are frames relative to it."""
     world = bench.cast(Simulation)
@@ -76,6 +82,7 @@ async def moved_robots_have_their_new_pose(bench: Bench) -> None:
     await expect_refused("the pose of an unknown frame", frame, Result.NOT_FOUND)
 
 
+@rule(Simulation, DrivenRobots)
 async def contacts_are_reported(bench: Bench) -> None:
     """A collision of a robot is reported as `contact` with both names, within the grant."""
     await bench.cast(Simulation).spawn_entity("box", BOX, place(0.8, 0.0))
@@ -96,6 +103,7 @@ async def contacts_are_reported(bench: Bench) -> None:
         expect(contact.position is not None, "a contact of a robot has no position")
 
 
+@rule(MobileRobots, Simulation)
 async def resets_restore_the_world(bench: Bench) -> None:
     """A reset restores the initial poses, deletes spawned entities, and keeps the clock running."""
     world, mobile = bench.cast(Simulation), bench.cast(MobileRobots)
@@ -112,3 +120,53 @@ async def resets_restore_the_world(bench: Bench) -> None:
     await bench.pass_time(1.0)
     expect_near("the time 1 s after a reset at 2 s", bench.time, 3.0, 2 * 0.05)
     await bench.expect_still("a robot whose world was reset")
+
+
+@rule(Simulation, DrivenRobots, Snapshots)
+async def restored_runs_repeat_the_original(bench: Bench) -> None:
+    """A run restored from a snapshot repeats the original, while its time continues."""
+    world, snapshots = bench.cast(Simulation), bench.cast(Snapshots)
+    await bench.cast(DrivenRobots).drive(bench.robot, 0.2, 0.3, 30.0, Reports())
+    await bench.pass_time(1.0)
+    if not await _saves(bench):
+        return
+    place_then, names = await bench.truth(), await world.entities()
+    first = await _follow(bench)
+    await world.spawn_entity("box", BOX, place(2.0, 2.0))
+    now = bench.time
+    await snapshots.restore_snapshot("here", None)
+    found, after = await bench.truth(), await world.entities()
+    expect(found == place_then, f"a restored robot is at {found} instead of {place_then}")
+    expect(after == names, f"a restored world has {', '.join(after)} instead of {', '.join(names)}")
+    expect(
+        await bench.backend.advance(now) == now, "the restoration of a snapshot has changed the time of the run"
+    )
+    second = await _follow(bench)
+    expect(first == second, f"after a restoration follows {second} instead of {first}")
+
+
+@rule(Simulation, DrivenRobots, Snapshots)
+async def unknown_snapshots_are_refused(bench: Bench) -> None:
+    """The restoration of an unknown snapshot is refused."""
+    if await _saves(bench):
+        restored = bench.cast(Snapshots).restore_snapshot("never saved", None)
+        await expect_refused("the restoration of an unknown snapshot", restored)
+
+
+async def _saves(bench: Bench) -> bool:
+    """Save a snapshot; False for a backend that does not support it."""
+    try:
+        await bench.cast(Snapshots).save_snapshot("here")
+    except BackendRefused as refused:
+        if refused.code == Result.FEATURE_UNSUPPORTED and " " in str(refused):
+            return False
+        raise AssertionError(f"a snapshot is refused with code {refused.code}: {refused}") from refused
+    return True
+
+
+async def _follow(bench: Bench) -> list[tuple[float, float, float]]:
+    seen = []
+    for _ in range(4):
+        await bench.pass_time(0.25)
+        seen.append(await bench.truth())
+    return seen

@@ -1,10 +1,11 @@
-"""Refusals of requests with the common result codes."""
+"""Outcomes of requests: refusals with the common result codes, and results of goals, each of which ends once."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
-from seoro.bridges.wire import Result
+from seoro.bridges.wire import Outcome, Result
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 
 
@@ -26,3 +27,16 @@ def feature_unsupported(message: str) -> RequestRefused:
 def unknown(what: str, listed: str, known: Iterable[str]) -> RequestRefused:
     """Return a refusal because of an unknown name; `listed` is the plural for the list of the known ones."""
     return RequestRefused(Result.NOT_FOUND, f"unknown {what}; {listed}: {name_list(known)}")
+
+
+NO_CLIENT = ""  # id of a goal whose client is gone; clients cannot use it
+
+
+@dataclass(frozen=True)
+class GoalResult:
+    """Result of a goal, with the id given by its client; `interrupted` as in `Occurrence`."""
+
+    id: str
+    outcome: Outcome
+    message: str = ""
+    interrupted: bool = False

@@ -1,0 +1,138 @@
+"""Robots that drive and arms with grippers; see `MobileRobots`, `LocalisedRobots`, `DrivenRobots` and `Arms`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from seoro.bridges import wire
+from seoro.bridges.sim.requests import Requests, twist_message
+from seoro.bridges.sim.rules import check_deviation
+from seoro.errors import BackendRefused
+from seoro.robotics.geometry import Pose3D, Position3D, Velocity6D
+from seoro.runtime.contracts.backends import Reporter
+from seoro.runtime.contracts.robots import ArmState, MotionOptions
+
+CMD_VEL = "cmd_vel"
+FEEDBACK_PERIOD = 1.0  # [s] between two reports of progress
+
+
+class RobotRequests(Requests):
+    """The capabilities `MobileRobots`, `LocalisedRobots`, `DrivenRobots` and `Arms` of a node."""
+
+    async def cancel_goal(self, goal: str) -> None:
+        """See `MobileRobots`."""
+        await self.cancel_report(wire.CANCEL_GOAL, wire.CancelGoal(id=goal), goal)
+
+    async def cancel_watch(self, watch: str) -> None:
+        """See `MobileRobots`."""
+        await self.cancel_report(wire.CANCEL_WATCH, wire.CancelWatch(id=watch), watch)
+
+    # ------------------------------------------------------------ robots that drive
+
+    async def set_initial_pose(self, robot: str, pose: Pose3D) -> None:
+        """See `MobileRobots`."""
+        await self.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=robot, pose=pose))
+
+    async def navigate(self, robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
+        """See `MobileRobots`."""
+        goal = {"robot": robot, "poses": tuple(poses), "stop_at_each": stop_at_each}
+        verb = wire.NAVIGATE_THROUGH_POSES
+        return await self.start("goal", verb, report, **goal, feedback_period=FEEDBACK_PERIOD)
+
+    async def watch_proximity(
+        self, robot: str, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
+    ) -> str:
+        """See `MobileRobots`."""
+        frames = {"robot": robot, "frame": frame, "parent_frame": parent_frame}
+        return await self.start("watch", wire.WATCH_PROXIMITY, report, **frames, point=point, threshold=threshold)
+
+    async def watch_distance(self, robot: str, distance: float, report: Reporter) -> str:
+        """See `MobileRobots`."""
+        return await self.start("watch", wire.WATCH_DISTANCE, report, robot=robot, distance=distance)
+
+    async def reinitialize_global_localization(self, robot: str) -> None:
+        """See `LocalisedRobots`."""
+        await self.ask(wire.REINITIALIZE_GLOBAL_LOCALIZATION, wire.RobotName(robot=robot))
+
+    async def watch_localization(self, robot: str, report: Reporter) -> str:
+        """See `LocalisedRobots`."""
+        return await self.start("watch", wire.WATCH_LOCALIZATION, report, robot=robot)
+
+    async def localization_error(self, robot: str) -> float | None:
+        """See `LocalisedRobots`."""
+        error = (await self.ask(wire.GET_LOCALIZATION, wire.RobotName(robot=robot))).error
+        if error is not None:
+            check_deviation(self.name, f"the error of the localisation of '{robot:.100}'", error)
+        return error
+
+    async def drive(self, robot: str, linear: float, angular: float, duration: float, report: Reporter) -> str:
+        """See `DrivenRobots`."""
+        velocity = {"linear": linear, "angular": angular}
+        return await self.start("goal", wire.DRIVE, report, robot=robot, **velocity, duration=duration)
+
+    async def command_velocity(self, topic: str, velocity: Velocity6D) -> None:
+        """See `DrivenRobots`. A topic without the name of a robot belongs to the first driven robot."""
+        robot, _, name = topic.strip("/").rpartition("/")
+        if name != CMD_VEL:
+            raise BackendRefused(
+                f"unknown topic '{topic}' of {self.name}; expected /{CMD_VEL} for its first driven robot, or "
+                f"/ROBOT/{CMD_VEL}",
+                wire.Result.NOT_FOUND,
+            )
+        await self.ask(wire.CMD_VEL, wire.CmdVel(robot=robot, twist=twist_message(velocity)))
+
+    # ------------------------------------------------------------ arms
+
+    async def move_joints(
+        self,
+        robot: str,
+        positions: Sequence[float],
+        names: Sequence[str],
+        options: MotionOptions,
+        report: Reporter,
+    ) -> str:
+        """See `Arms`."""
+        goal = {"robot": robot, "points": (tuple(positions),), "joint_names": tuple(names)}
+        return await self.start("goal", wire.FOLLOW_JOINT_TRAJECTORY, report, **goal, **_motion(options))
+
+    async def move_tool(
+        self, robot: str, pose: Pose3D, frame: str, options: MotionOptions, report: Reporter, *, straight: bool
+    ) -> str:
+        """See `Arms`."""
+        goal = {"robot": robot, "pose": pose, "frame": frame, "straight": straight}
+        return await self.start("goal", wire.MOVE_TO_POSE, report, **goal, **_motion(options))
+
+    async def move_gripper(
+        self, robot: str, opening: float, force: float | None, options: MotionOptions, report: Reporter
+    ) -> str:
+        """See `Arms`."""
+        goal = {"robot": robot, "opening": opening, "force": force}
+        limits = {"max_velocity_scaling_factor": options.scaling, "tolerance": options.tolerance}
+        return await self.start("goal", wire.GRIPPER_COMMAND, report, **goal, **limits)
+
+    async def hold_entity(self, robot: str, entity: str, duration: float, report: Reporter) -> str:
+        """See `Arms`."""
+        return await self.start("goal", wire.HOLD_ENTITY, report, robot=robot, entity=entity, duration=duration)
+
+    async def watch_joint(
+        self, robot: str, joint: str, position: float, tolerance: float, report: Reporter
+    ) -> str:
+        """See `Arms`."""
+        place = {"joint": joint, "position": position, "tolerance": tolerance}
+        return await self.start("watch", wire.WATCH_JOINT, report, robot=robot, **place)
+
+    async def arm_state(self, robot: str) -> ArmState:
+        """See `Arms`."""
+        state = await self.ask(wire.GET_ARM_STATE, wire.RobotName(robot=robot))
+        return ArmState(state.tool, state.opening, state.held)
+
+
+def _motion(options: MotionOptions) -> dict[str, Any]:
+    return {
+        "max_velocity_scaling_factor": options.scaling,
+        "tolerance": options.tolerance,
+        "may_touch": options.may_touch,
+        "plan_only": options.plan_only,
+        "replan": options.replan,
+    }

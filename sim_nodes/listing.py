@@ -1,0 +1,78 @@
+"""Lists of available worlds, and of models that can be spawned, in files and in folders that requests name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+from seoro.bridges import wire
+from seoro.bridges.models import ModelNotFound, ModelPath
+from seoro.bridges.wire import SpawnResult
+from seoro.bridges.wire.refusal import RequestRefused, name_list
+from seoro.files.inputs import Kind, read_input_text
+from seoro.files.yaml_lines import FileError, read_text
+from sim_nodes.extents import bounding_box
+from sim_nodes.files import FILE, list_files
+from sim_nodes.messages import bounds_of
+from sim_nodes.models import parse_model
+from sim_nodes.physics import BodyModel
+from sim_nodes.worlds.loader import FOLDER, World, WorldError, available_worlds, read_world_file
+
+SUFFIXES = frozenset({".sdf", ".urdf", ".xml", ".mjcf"})
+PROP = "prop://"
+
+
+def find_worlds(sources: Sequence[str]) -> tuple[list[wire.WorldInfo], str]:
+    """List all worlds, and describe problems, one sentence each.
+
+    Only world files are read; the files that they name are checked when a world is loaded.
+    """
+    own = ((name, FOLDER / f"{name}.yaml") for name in available_worlds())
+    files, problems = list_files(own, sources, {".yaml"})
+    found = []
+    for source, path in files:
+        with suppress(FileError, WorldError):  # such as the declaration of a robot
+            file, _ = read_world_file(read_text(path), source)
+            found.append(wire.WorldInfo(source=source, description=file.description, tags=file.tags))
+    return found, problems
+
+
+def model_of(uri: str, models: ModelPath, world: World) -> BodyModel:
+    """Return the model of a URI: a prop of the world, or a file.
+
+    Raises:
+        RequestRefused: The model is unknown, or cannot be simulated.
+    """
+    if uri.startswith(PROP):
+        props = {prop.name: prop.model for prop in world.props}
+        name = uri.removeprefix(PROP)
+        if name not in props:
+            raise RequestRefused(
+                SpawnResult.NO_RESOURCE, f"unknown prop {name!r} of the world; props: {name_list(props)}"
+            )
+        return props[name]
+    try:
+        text = models.read(uri)
+    except ModelNotFound as error:
+        raise RequestRefused(SpawnResult.NO_RESOURCE, str(error)) from error
+    return parse_model(text)
+
+
+def find_spawnables(models: ModelPath, world: World, sources: Sequence[str]) -> tuple[list[wire.Spawnable], str]:
+    """List all models that can be simulated, and describe problems, one sentence each."""
+    files, problems = list_files(models.files(SUFFIXES), sources, SUFFIXES, FILE)
+    found = [
+        _spawnable(f"{PROP}{prop.name}", f"prop {prop.name} of the world", prop.model) for prop in world.props
+    ]
+    for uri, path in files:
+        with suppress(RequestRefused, OSError, UnicodeDecodeError):  # it cannot be spawned
+            found.append(_spawnable(uri, path.name, parse_model(read_input_text(path, Kind.MODEL))))
+    return found, problems
+
+
+def _spawnable(uri: str, what: str, model: BodyModel) -> wire.Spawnable:
+    box = bounding_box(model.parts)
+    assert box is not None, "models have parts"
+    description = f"{what}, {'fixed' if model.static else f'{model.mass:g} kg'}"
+    bounds = bounds_of(box.lower.tolist(), box.upper.tolist())
+    return wire.Spawnable(uri=uri, description=description, bounds=bounds)
