@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from seoro.cli.arguments import Container, add_command, add_option
+from seoro.cli.arguments import Container, add_command, add_keys_argument, add_option
 from seoro.cli.exit_status import Exit
-from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.lab_table import lab_table, plain
 from seoro.errors import UsageError
 from seoro.runtime.trace.jsonl import to_json
@@ -103,11 +102,9 @@ def duration(text: str) -> float:
     return float(parts["number"]) * _UNITS[parts["unit"]]
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    return anyio.run(
-        {"status": _status, "lease": _lease, "release": _release, "stop": _stop}[options.what], options
-    )
+    return await {"status": _status, "lease": _lease, "release": _release, "stop": _stop}[options.what](options)
 
 
 def lab_of(options: argparse.Namespace) -> Lab | None:

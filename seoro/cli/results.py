@@ -33,14 +33,11 @@ _COVERAGE = "coverage.json"
 def add_result_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options for the output of a run."""
     add_option(
-        parser,
-        "-o --output-dir DIR",
-        "write the trace, test.xml, coverage.json and other results to this folder",
-        type=Path,
+        parser, "-o --output-dir DIR", "write the trace, test.xml, coverage.json and other results to this folder"
     )
-    add_option(parser, "--trace FILE", "write the trace (JSON Lines) to this file; - for stdout")
+    add_option(parser, "--trace FILE", "write the trace (JSON Lines) to this file; - for stdout", type=str)
     add_option(parser, "-t --live-tree", "show a live tree of running behaviors")
-    add_option(parser, "--junit FILE", "write the result as JUnit XML to this file", type=Path)
+    add_option(parser, "--junit FILE", "write the result as JUnit XML to this file")
     add_option(parser, "--json", "print the result (or the values of a dry run) as one JSON object on stdout")
 
 

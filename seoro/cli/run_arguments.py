@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Unpack
 
 from seoro.bridges.addresses import ROS_ROUTER
-from seoro.cli.arguments import add_option, domain, positive, rate, seed
+from seoro.cli.arguments import add_option, domain, rate, seed
 from seoro.embed.file_settings import (
     CLOCK,
     ENDPOINT,
@@ -41,7 +41,6 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "--params FILE",
         "YAML file with parameters: a mapping under the name of the scenario, numbers in SI base units",
-        type=Path,
     )
     add_option(parser, "--seed N", "random seed (default: random)", type=seed)
     add_option(
@@ -52,12 +51,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_simulator_arguments(parser)
     _add_ros_arguments(parser)
-    add_option(
-        parser,
-        "--timeout SECONDS",
-        "end the run with an error after this wall time (default: 3600)",
-        type=positive,
-    )
+    add_option(parser, "--timeout SECONDS", "end the run with an error after this wall time (default: 3600)")
 
 
 def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,16 +62,15 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
         "start this simulator for the run: mujoco or pybullet; ros uses the running simulator of the ROS 2 "
         "system (`--ros`)",
     )
-    add_option(place, "--lab FILE", "lab file that assigns robots or simulators to actors", type=Path)
+    add_option(place, "--lab FILE", "lab file that assigns robots or simulators to actors")
     add_option(place, "--connect ENDPOINT", "use the simulator node at this Zenoh endpoint")
     add_option(parser, "--world WORLD", "name or file of the world (default: that of the simulator)")
-    add_option(parser, "--from-snapshot FILE", "start from a saved state, with its world and simulator", type=Path)
+    add_option(parser, "--from-snapshot FILE", "start from a saved state, with its world and simulator")
     add_option(parser, "--rate R", "simulated seconds per second, or max (default: 1)", type=rate)
     add_option(
         parser,
         "--model-path DIR",
         "folder to search first for models `name://path`, as DIR/name/path",
-        type=Path,
         repeatable=True,
     )
 
@@ -95,7 +88,6 @@ def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "--ros-interfaces DIR",
         "folder of packages with more definitions of messages, services and actions",
-        type=Path,
         repeatable=True,
     )
 
@@ -251,9 +243,7 @@ def add_lease_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("shared robots")
     waiting = group.add_mutually_exclusive_group()
     add_option(waiting, "--when-free", "wait for busy robots, and for nodes that are not up yet")
-    add_option(
-        waiting, "--wait SECONDS", "wait for busy robots at most this long (default: do not wait)", type=positive
-    )
+    add_option(waiting, "--wait SECONDS", "wait for busy robots at most this long (default: do not wait)")
     add_option(group, "--lease ID", "use the robots of this lease (`seoro lab lease`)")
 
 

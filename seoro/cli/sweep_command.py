@@ -16,7 +16,7 @@ from pathlib import Path
 
 import anyio
 
-from seoro.cli.arguments import add_option, whole
+from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.output import is_terminal
@@ -62,16 +62,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "-o --output-dir DIR",
         f"folder for {TABLE}, test.xml and the results of runs (default: sweep)",
-        type=Path,
         default=Path("sweep"),
     )
     add_option(parser, "--overwrite", "replace the results of an earlier sweep")
-    add_option(parser, "-j --jobs N", "number of simultaneous runs (default: number of processors)", type=whole)
+    add_option(parser, "-j --jobs N", "number of simultaneous runs (default: number of processors)")
     add_option(
         parser,
         "--repeat N",
         "run each combination N times, with the seeds SEED, SEED + 1, ... (default: 1)",
-        type=whole,
         default=1,
     )
     parser.add_argument(
@@ -83,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_view_arguments(parser)
     what = parser.add_mutually_exclusive_group()
     add_option(what, "--list", "list the combinations without running them")
-    add_option(what, "--emit DIR", "write each combination as a scenario file, without running it", type=Path)
+    add_option(what, "--emit DIR", "write each combination as a scenario file, without running it")
 
 
 def run(options: argparse.Namespace) -> int:
