@@ -13,8 +13,7 @@ from typing import Final
 from seoro import __version__
 from seoro.cli.arguments import Parser, add_option, using_keys
 from seoro.cli.exit_status import Exit
-from seoro.cli.output import print_error
-from seoro.cli.terminal_size import terminal_columns
+from seoro.cli.output import print_error, terminal_columns
 from seoro.errors import InvalidScenario, SeoroError, UsageError, cause_of
 from seoro.lang.diagnostics import near
 

@@ -9,7 +9,6 @@ from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Any, TextIO
 
 from seoro.cli.results import silence
-from seoro.cli.terminal_size import terminal_columns
 from seoro.errors import BackendUnreachable, InvalidScenario, UsageError
 from seoro.lang.frozen import replaced
 from seoro.runtime.trace.writer import Writer, unbuffered
@@ -19,6 +18,7 @@ from seoro.text.printable import printable
 if TYPE_CHECKING:
     from seoro.lang.diagnostic import Diagnostic
 
+_FALLBACK = 80  # columns
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # only actions are printed
 
 _MAX_ITEMS = 20  # of coverage and of clean-ups, on the terminal
@@ -45,6 +45,19 @@ def use_colour(file: IO[str]) -> bool:
 def is_terminal(file: IO[str]) -> bool:
     """Return whether a file is a terminal with control sequences."""
     return file.isatty() and os.environ.get("TERM") != "dumb"
+
+
+def terminal_columns() -> int:
+    """Return the columns of the terminal, without the slow import of `shutil.get_terminal_size`."""
+    chosen = os.environ.get("COLUMNS", "")
+    if chosen.isdecimal() and int(chosen) > 0:
+        return int(chosen)
+    if sys.__stdout__ is None:
+        return _FALLBACK
+    try:
+        return os.get_terminal_size(sys.__stdout__.fileno()).columns or _FALLBACK
+    except (OSError, ValueError):  # closed, or not a terminal
+        return _FALLBACK
 
 
 def paint(style: str, text: str, *, on: bool) -> str:

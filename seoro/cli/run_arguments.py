@@ -12,23 +12,19 @@ from typing import Unpack
 
 from seoro.bridges.addresses import ROS_ROUTER
 from seoro.cli.arguments import add_option, domain, rate, seed
-from seoro.embed.file_settings import (
-    CLOCK,
-    ENDPOINT,
-    LAB,
-    ROS,
-    SNAPSHOT,
-    FileSettings,
-    GivenOptions,
-    settings_of_file,
-    target_of,
-)
+from seoro.embed.file_settings import FileSettings, settings_of_file
 from seoro.embed.options import ROS_SIMULATOR, Lab, Leasing, OptionFields, Options, Ros, Simulator, options_from
 from seoro.embed.runnable import Runnable
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
+_OPTION_NAMES = {
+    "snapshot": "--from-snapshot",
+    "lab": "--lab",
+    "ros": "--ros",
+    "timeout": "--timeout SECONDS",
+}
 
 
 def add_run_arguments(parser: argparse.ArgumentParser) -> None:
@@ -103,23 +99,25 @@ def use_file_settings(options: argparse.Namespace, scenario: Runnable, *, repeat
     Raises:
         InvalidScenario, UsageError: As `settings_of_file`.
     """
-    places = {
-        SNAPSHOT: (options.from_snapshot, "--from-snapshot"),
-        ENDPOINT: (options.connect, "--connect"),
-        LAB: (options.lab, "--lab"),
-        ROS: (options.ros, "--ros"),
-        CLOCK: (options.clock, f"--clock {options.clock}"),
-    }
-    given = GivenOptions(
-        simulator=options.sim,
-        target=target_of(places, has_simulator=options.sim is not None),
-        world=options.world,
+    simulator = Simulator(options.sim, options.connect, options.world, snapshot=options.from_snapshot)
+    given = Options(
+        name=options.scenario,
         seed=options.seed,
+        overrides=overrides_of(options.set),
+        parameters=options.params,
+        clock=options.clock,
+        simulator=simulator if _has_simulator(options) else None,
+        ros=options.ros and Ros(options.ros),
+        lab=options.lab and Lab(options.lab),
         timeout=options.timeout,
-        timeout_option="--timeout SECONDS",
-        parameters=None if options.params is not None else overrides_of(options.set),
     )
-    found = settings_of_file(scenario, options.scenario, given, repeats=repeats)
+    found = settings_of_file(
+        scenario,
+        given,
+        _OPTION_NAMES | {"clock": f"--clock {options.clock}"},
+        world=options.world,
+        repeats=repeats,
+    )
     options.sim, options.world, options.seed = found.simulator, found.world, found.seed
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
@@ -194,7 +192,7 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
     """Return the simulator of the options, if any."""
     if options.lab is not None:
         return None
-    if options.sim is None and options.connect is None and options.from_snapshot is None:
+    if not _has_simulator(options):
         of_simulator = {
             "--world": options.world,
             "--rate": options.rate,
@@ -212,6 +210,10 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
         model_path=options.model_path,
         snapshot=options.from_snapshot,
     )
+
+
+def _has_simulator(options: argparse.Namespace) -> bool:
+    return any(each is not None for each in (options.sim, options.connect, options.from_snapshot))
 
 
 def _world(world: str | None, simulator: str | None) -> str | None:

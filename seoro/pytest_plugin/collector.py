@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -28,25 +28,6 @@ from seoro.pytest_plugin.runner import Case, run_case
 
 MAX_VALUE = 40  # characters of a value in a test name
 CHECK = "check"  # name of the test of an invalid file
-
-
-@dataclass(frozen=True)
-class Variant:
-    """Combination of the varied values of a scenario.
-
-    Args:
-        name: Suffix of the test name, in brackets; empty if nothing is varied.
-        overrides: Values of parameters.
-        parameters: Parameter file.
-        seed: Seed; None for that of the command line.
-        simulator: Name of the simulator; None for that of the command line or the fixture.
-    """
-
-    name: str = ""
-    overrides: dict[str, str] = field(default_factory=dict)
-    parameters: Path | None = None
-    seed: int | None = None
-    simulator: str | None = None
 
 
 class OscFile(pytest.Module):
@@ -80,9 +61,10 @@ class OscFile(pytest.Module):
             directives = found.scenarios.get(symbol.span.line, found.common)
             varied = directives if given is None else replace(directives, simulators=())
             bare = symbol.plan_name.replace("::", ".")  # pytest has another meaning for the colons
-            for variant in _variants(varied):
-                name = f"{bare}[{variant.name}]" if variant.name else bare
-                yield name, symbol.span.line, _case(scenario, symbol, directives, variant)
+            for variant, simulator, options in _variants(varied):
+                name = f"{bare}[{variant}]" if variant else bare
+                options["name"] = symbol.plan_name
+                yield name, symbol.span.line, Case(scenario, directives, options, simulator)
 
     def _check(
         self,
@@ -138,15 +120,11 @@ def _chosen(scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirect
         return symbols
 
 
-def _case(scenario: Scenario, symbol: TypeSymbol, directives: Directives, variant: Variant) -> Case:
-    options = OptionFields(name=symbol.plan_name, overrides=variant.overrides, parameters=variant.parameters)
-    if variant.seed is not None:
-        options["seed"] = variant.seed
-    return Case(scenario, directives, options, variant.simulator)
+def _variants(directives: Directives) -> Iterator[tuple[str, str | None, OptionFields]]:
+    """Yield all combinations of varied values: a unique name that `-k` can select, the simulator, and options.
 
-
-def _variants(directives: Directives) -> Iterator[Variant]:
-    """Yield all combinations, with unique names that `-k` can select."""
+    The name is empty if nothing is varied. Without a simulator or a seed, those of the fixture are used.
+    """
     choices = [[(axis.name, value) for value in axis.values] for axis in directives.axes]
     seen: Counter[str] = Counter()
     for simulator, file, seed, values in product(
@@ -161,7 +139,10 @@ def _variants(directives: Directives) -> Iterator[Variant]:
         name = "-".join(parts)
         again = f"-{seen[name]}" if seen[name] else ""
         seen[name] += 1
-        yield Variant(name + again, dict(values), file, seed, simulator)
+        options = OptionFields(overrides=dict(values), parameters=file)
+        if seed is not None:
+            options["seed"] = seed
+        yield name + again, simulator, options
 
 
 def _function(case: Case, marks: Sequence[pytest.MarkDecorator]) -> Callable[..., None]:

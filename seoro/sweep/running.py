@@ -18,8 +18,7 @@ from anyio.abc import ByteReceiveStream
 
 from seoro.lang.frozen import Value
 from seoro.runtime.verdict import RunStatus
-from seoro.sweep.keeping import kept
-from seoro.sweep.simulators import simulator_for
+from seoro.sweep.processes import kept, simulator_for
 
 MAX_OUTPUT = 10_000_000  # [bytes] of the output of a run
 _STATUSES = {status.value: status for status in RunStatus}
