@@ -7,15 +7,15 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Self
 
 from seoro.cli.arguments import add_option
-from seoro.cli.files import write_errors
-from seoro.errors import BackendError, SeoroError, UsageError
+from seoro.cli.files import shown_name, write_errors
+from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
 from seoro.runtime.execution.outputs import RESULT_NAMES
 from seoro.runtime.trace.writer import unbuffered
@@ -179,16 +179,21 @@ class ResultFiles:
             written += self._write_junit(junit([case_of(verdict, parameters, reason)]))
         return written
 
-    def write_unrun(self, file: str, error: SeoroError, text: str) -> None:
-        """Write the result of a file that could not be run, and print it for `--json`.
+    @contextmanager
+    def writing_refusals(self) -> Iterator[None]:
+        """Write the result of a file that the block cannot run, and print it for `--json`.
 
-        Write errors are ignored.
-
-        Args:
-            file: The file.
-            error: Error in the file, in the options, or of the simulator.
-            text: Full text of the error, for people.
+        Write errors are ignored; the error of the file, the options or the simulator propagates.
         """
+        try:
+            yield
+        except (InvalidScenario, UsageError, BackendError) as error:
+            self._write_unrun(shown_name(self._options.file), error)
+            raise
+
+    def _write_unrun(self, file: str, error: SeoroError) -> None:
+        from seoro.cli.output import error_text  # noqa: PLC0415 - imports this module
+
         found = unrun(file, error)
         self._remove_empty_traces()
         if self._options.json and self._options.trace != STDOUT:
@@ -198,7 +203,7 @@ class ResultFiles:
 
             with suppress(UsageError):
                 self._claim()
-                self._write_junit(junit([unrun_case(file, found["status"], found["reason"], text)]))
+                self._write_junit(junit([unrun_case(file, found["status"], found["reason"], error_text(error))]))
 
     def _remove_empty_traces(self) -> None:
         """Remove empty traces of a run that did not start."""
