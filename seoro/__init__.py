@@ -10,76 +10,49 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seoro.client import Client
-    from seoro.embed import Scenario, load, replay, run, start
-    from seoro.embed.options import Lab, Leasing, Ros, Simulator
-    from seoro.embed.runs import Run
-    from seoro.embed.subscriptions import EventSubscription
-    from seoro.errors import (
-        ActionFailed,
-        BackendError,
-        InvalidScenario,
-        SeoroError,
-        SubscriptionOverflow,
-        UsageError,
-    )
-    from seoro.lang.plan.types import EnumValue
-    from seoro.robotics.geometry import Orientation3D, Pose3D, Position3D
-    from seoro.runtime.actions.context import ActionContext
-    from seoro.runtime.actions.threads import ThreadContext
-    from seoro.runtime.contracts.modifiers import Child, ModifierContext
-    from seoro.runtime.events.occurrence import Occurrence
-    from seoro.runtime.functions.actions import action
-    from seoro.runtime.functions.modifiers import modifier
-    from seoro.runtime.trace.reader import TraceReader
-    from seoro.runtime.values.method_context import MethodContext
-    from seoro.runtime.values.values import Actor, Range, Struct, Variable
-    from seoro.runtime.verdict import Outcome, RunStatus, Status, Verdict
+    from seoro.client import Client as Client
+    from seoro.embed import Scenario as Scenario
+    from seoro.embed import load as load
+    from seoro.embed import replay as replay
+    from seoro.embed import run as run
+    from seoro.embed import start as start
+    from seoro.embed.options import Lab as Lab
+    from seoro.embed.options import Leasing as Leasing
+    from seoro.embed.options import Ros as Ros
+    from seoro.embed.options import Simulator as Simulator
+    from seoro.embed.runs import Run as Run
+    from seoro.embed.subscriptions import EventSubscription as EventSubscription
+    from seoro.errors import ActionFailed as ActionFailed
+    from seoro.errors import BackendError as BackendError
+    from seoro.errors import InvalidScenario as InvalidScenario
+    from seoro.errors import SeoroError as SeoroError
+    from seoro.errors import SubscriptionOverflow as SubscriptionOverflow
+    from seoro.errors import UsageError as UsageError
+    from seoro.lang.plan.types import EnumValue as EnumValue
+    from seoro.robotics.geometry import Orientation3D as Orientation3D
+    from seoro.robotics.geometry import Pose3D as Pose3D
+    from seoro.robotics.geometry import Position3D as Position3D
+    from seoro.runtime.actions.context import ActionContext as ActionContext
+    from seoro.runtime.actions.threads import ThreadContext as ThreadContext
+    from seoro.runtime.contracts.modifiers import Child as Child
+    from seoro.runtime.contracts.modifiers import ModifierContext as ModifierContext
+    from seoro.runtime.events.occurrence import Occurrence as Occurrence
+    from seoro.runtime.functions.actions import action as action
+    from seoro.runtime.functions.modifiers import modifier as modifier
+    from seoro.runtime.trace.reader import TraceReader as TraceReader
+    from seoro.runtime.values.method_context import MethodContext as MethodContext
+    from seoro.runtime.values.values import Actor as Actor
+    from seoro.runtime.values.values import Range as Range
+    from seoro.runtime.values.values import Struct as Struct
+    from seoro.runtime.values.values import Variable as Variable
+    from seoro.runtime.verdict import Outcome as Outcome
+    from seoro.runtime.verdict import RunStatus as RunStatus
+    from seoro.runtime.verdict import Status as Status
+    from seoro.runtime.verdict import Verdict as Verdict
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "ActionContext",
-    "ActionFailed",
-    "Actor",
-    "BackendError",
-    "Child",
-    "Client",
-    "EnumValue",
-    "EventSubscription",
-    "InvalidScenario",
-    "Lab",
-    "Leasing",
-    "MethodContext",
-    "ModifierContext",
-    "Occurrence",
-    "Orientation3D",
-    "Outcome",
-    "Pose3D",
-    "Position3D",
-    "Range",
-    "Ros",
-    "Run",
-    "RunStatus",
-    "Scenario",
-    "SeoroError",
-    "Simulator",
-    "Status",
-    "Struct",
-    "SubscriptionOverflow",
-    "ThreadContext",
-    "TraceReader",
-    "UsageError",
-    "Variable",
-    "Verdict",
-    "action",
-    "load",
-    "modifier",
-    "replay",
-    "run",
-    "start",
-]
-
+# Modules of the public names.
 _MODULES = {
     "seoro.client": ("Client",),
     "seoro.embed": ("Scenario", "load", "replay", "run", "start"),
@@ -107,6 +80,8 @@ _MODULES = {
     "seoro.runtime.values.values": ("Actor", "Range", "Struct", "Variable"),
     "seoro.runtime.verdict": ("Outcome", "RunStatus", "Status", "Verdict"),
 }
+
+__all__ = sorted(name for names in _MODULES.values() for name in names)  # noqa: PLE0605
 
 
 def __dir__() -> list[str]:

@@ -118,7 +118,7 @@ def lab_of(options: argparse.Namespace) -> Lab | None:
 def endpoints_of(options: argparse.Namespace, *more: str) -> tuple[str, ...]:
     """Return the endpoints of the lab; by default, those of this machine."""
     lab = lab_of(options)
-    named = () if lab is None else lab.endpoints
+    named = lab.endpoints if lab is not None else ()
     return tuple(dict.fromkeys((*named, *options.connect, *more, *default_endpoints(options))))
 
 
@@ -196,10 +196,12 @@ async def emergency_stop(options: argparse.Namespace, *more: str) -> int:
         more: Endpoints in addition to those of the lab.
     """
     control = _control(options, *more)
-    if options.robots:
-        stopped = await control.estop(*options.robots, reason=options.reason)
-        return _print_outcomes(stopped, quiet=default_endpoints(options))
-    return _print_outcomes(await control.stop_all(options.reason), quiet=default_endpoints(options))
+    stopped = (
+        await control.estop(*options.robots, reason=options.reason)
+        if options.robots
+        else await control.stop_all(options.reason)
+    )
+    return _print_outcomes(stopped, quiet=default_endpoints(options))
 
 
 def _confirm(robots: Sequence[str]) -> None:

@@ -19,28 +19,25 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seoro.embed.api import accept, replay, run, start
-    from seoro.embed.preparation import SEED_BITS, announcement, prepare
-    from seoro.embed.scenarios import Scenario, check_file, load
+    from seoro.embed.api import accept as accept
+    from seoro.embed.api import replay as replay
+    from seoro.embed.api import run as run
+    from seoro.embed.api import start as start
+    from seoro.embed.preparation import SEED_BITS as SEED_BITS
+    from seoro.embed.preparation import announcement as announcement
+    from seoro.embed.preparation import prepare as prepare
+    from seoro.embed.scenarios import Scenario as Scenario
+    from seoro.embed.scenarios import check_file as check_file
+    from seoro.embed.scenarios import load as load
 
-__all__ = [
-    "SEED_BITS",
-    "Scenario",
-    "accept",
-    "announcement",
-    "check_file",
-    "load",
-    "prepare",
-    "replay",
-    "run",
-    "start",
-]
-
+# Modules of the public names.
 _MODULES = {
     "seoro.embed.preparation": ("SEED_BITS", "announcement", "prepare"),
     "seoro.embed.scenarios": ("Scenario", "check_file", "load"),
     "seoro.embed.api": ("accept", "replay", "run", "start"),
 }
+
+__all__ = sorted(name for names in _MODULES.values() for name in names)  # noqa: PLE0605
 
 
 def __getattr__(name: str) -> Any:
