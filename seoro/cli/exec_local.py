@@ -42,7 +42,7 @@ def run_local(options: argparse.Namespace) -> int:
                 limit = use_file_settings(options, scenario).limit
                 files.check_inputs(inputs_of(options, scenario))
             # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
-            with files, asyncio.Runner(loop_factory=_loop_factory(options)) as runner:
+            with files.open(), asyncio.Runner(loop_factory=_loop_factory(options)) as runner:
                 return runner.run(_Exec(options, scenario, files, limit).main())
     except _Terminated:
         return Exit.CANCELLED

@@ -39,7 +39,7 @@ def run_remote(options: argparse.Namespace) -> int:
         if video is not None:
             check_writable(video[1])
         # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
-        with files:
+        with files.open():
             return anyio.run(_submit, options, bundle, files, video and video[1])
 
 

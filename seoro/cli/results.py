@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from io import FileIO
 from pathlib import Path
-from types import TracebackType
-from typing import IO, TYPE_CHECKING, Any, Self
+from typing import IO, TYPE_CHECKING, Any
 
 from seoro.cli.arguments import add_option
 from seoro.cli.files import shown_name, write_errors
@@ -42,7 +41,7 @@ def add_result_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 class ResultFiles:
-    """Output files that the options ask for; traces are open while the block lasts.
+    """Output files that the options ask for.
 
     Args:
         options: Options with `trace`, `junit` and `output_dir`.
@@ -58,35 +57,32 @@ class ResultFiles:
         trace = None if options.trace in (None, STDOUT) else Path(options.trace)
         self._trace_paths = self._with_folder(trace, "trace.jsonl")
         self._junit_paths = self._with_folder(options.junit, "test.xml")
-        self._open = ExitStack()
         self._is_claimed = False
         self._are_inputs = False
         self.traces: list[JsonLines] = []  # observers
 
-    def __enter__(self) -> Self:
-        """Open the traces; a dry run writes nothing.
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """Open the traces while the block lasts; a dry run writes nothing.
 
         Raises:
             UsageError: A file cannot be written.
         """
-        options = self._options
-        if options.dry_run:
-            return self
+        if self._options.dry_run:
+            yield
+            return
         self._check()
         self._claim()
-        with ExitStack() as opened:
+        opened = ExitStack()
+        try:
             self.traces += self._traces(opened)
-            self._open = opened.pop_all()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        with suppress(OSError):  # reported by `finish`
-            self._open.close()
-        if self._folder is not None and self._is_claimed:
-            with suppress(OSError):  # a folder that was removed during the run
-                self._folder.close()
+            yield
+        finally:
+            with suppress(OSError):  # reported by `finish`
+                opened.close()
+            if self._folder is not None:
+                with suppress(OSError):  # a folder that was removed during the run
+                    self._folder.close()
 
     def _claim(self) -> None:
         """Remove the results of an earlier run from the output folder."""

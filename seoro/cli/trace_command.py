@@ -17,9 +17,8 @@ from seoro.cli.output import paint, use_colour
 from seoro.cli.results import silence
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
-from seoro.traces.filter import Filter, select
 from seoro.traces.perfetto import write_perfetto
-from seoro.traces.reader import InvalidRecord, Record, read_trace, valid_records
+from seoro.traces.reader import Filter, InvalidRecord, Record, read_trace, select, valid_records
 from seoro.traces.summary import summarise
 from seoro.traces.summary_text import summary_lines
 from seoro.traces.timeline import timeline
@@ -56,8 +55,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Run the command."""
-    if options.perfetto is not None and options.json:
-        raise UsageError("`--json` contradicts `--perfetto`", help="leave out one of them")
     try:
         with open_trace(options.file) as file:
             _TraceView(options, file).show()
@@ -86,14 +83,14 @@ class _TraceView:
             UsageError: The trace is invalid.
         """
         options = self._options
+        if options.perfetto is not None and options.json:
+            raise UsageError("`--json` contradicts `--perfetto`", help="leave out one of them")
         if options.perfetto is not None:
             self._convert(options.perfetto)
         elif options.summary:
             summary = summarise(self._chosen(), self._problems)
-            is_json = options.json
-            print(
-                json.dumps(summary.plain(), ensure_ascii=False) if is_json else "\n".join(summary_lines(summary))
-            )
+            plain = json.dumps(summary.plain(), ensure_ascii=False) if options.json else None
+            print(plain or "\n".join(summary_lines(summary)))
         elif options.json:
             for record in self._chosen():
                 print(json.dumps(record, ensure_ascii=False))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import field
 from functools import partial
 from pathlib import Path
@@ -117,8 +117,9 @@ def _purpose(plan: Plan) -> str:
     return f"the scenario {plan.entry} of {whoami()}"
 
 
-@asynccontextmanager
-async def _open(simulator: Simulator, seed: int, settings: Options, purpose: str) -> AsyncIterator[SimulatorNode]:
+def _open(
+    simulator: Simulator, seed: int, settings: Options, purpose: str
+) -> AbstractAsyncContextManager[SimulatorNode]:
     # Zenoh and the message models are loaded only for runs with a simulator.
     from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
     from seoro.bridges.models import ModelPath  # noqa: PLC0415
@@ -130,20 +131,15 @@ async def _open(simulator: Simulator, seed: int, settings: Options, purpose: str
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         opening = partial(connect_simulator, simulator.endpoint, options, None, purpose)
-        async with retry_until_free(settings.leasing, opening) as node:
-            yield node
-        return
+        return retry_until_free(settings.leasing, opening)
     name = simulator.name or (snapshot.engine if snapshot is not None else None)
     assert name is not None, "checked before"
     if name == ROS_SIMULATOR:
         system = _ros_options(settings.ros or Ros(ROS_ROUTER))
         from seoro.bridges.ros2.simulators.opening import open_simulator  # noqa: PLC0415 - an extra
 
-        async with open_simulator(system, options) as node:
-            yield node
-        return
-    async with start_simulator(name, options) as node:
-        yield node
+        return open_simulator(system, options)
+    return start_simulator(name, options)
 
 
 @asynccontextmanager

@@ -18,7 +18,7 @@ import pytest
 
 from seoro.cli.output import error_text
 from seoro.embed import Scenario, check_file
-from seoro.embed.directives import INVALID, Directives, FileDirectives, directives_of_file, top_scenarios
+from seoro.embed.directives import INVALID, Directives, FileDirectives, read_directives, top_scenarios
 from seoro.embed.options import OptionFields
 from seoro.errors import InvalidScenario, UsageError
 from seoro.lang.lower.entry import find_entry
@@ -40,7 +40,7 @@ class OscFile(pytest.Module):
         scenario = check_file(_shown(self.path))
         symbols = top_scenarios(scenario.checked)
         try:
-            found = directives_of_file(scenario.checked)
+            found = read_directives(scenario.file, scenario.scenario_lines)
             marks = {each: read_marks(each.marks) for each in (found.common, *found.scenarios.values())}
             tests = [] if scenario.checked.errors else list(self._tests(scenario, symbols, found))
         except (InvalidScenario, UsageError) as error:
