@@ -7,7 +7,7 @@ import asyncio
 import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,7 @@ from seoro.errors import BackendError
 from seoro.runtime.trace.records import write_error_text
 
 if TYPE_CHECKING:
-    from seoro.embed.video import Recording
+    pass
 
 _FLUSH_TIME = 2.0  # [s] for pending output when the run is dropped
 
@@ -169,7 +169,8 @@ class _Exec:
             self._run = run
             progress.set_clock(lambda: run.now)
             self._files.on_failure(lambda error: loop.call_soon_threadsafe(run.abort, write_error_text(error)))
-            async with self._recording(run) as recording, run.running(self._limit):
+            recorded = nullcontext() if self._video is None else run.recording(*self._video)
+            async with recorded as recording, run.running(self._limit):
                 verdict = await run.result()
             artifacts = await run.artifacts() if options.output_dir else ()
         files = [(file.path, file.description) for file in run.files]
@@ -179,10 +180,6 @@ class _Exec:
             verdict = recording.checked(verdict)
             files.append((self._video[1], DESCRIPTION))
         return await self._report.conclude(verdict, run.parameters, files, _fault_texts(run.fault), artifacts)
-
-    def _recording(self, run: Run) -> AbstractAsyncContextManager[Recording | None]:
-        """Record the requested video while the block runs."""
-        return nullcontext() if self._video is None else run.recording(*self._video)
 
 
 def _fault_texts(fault: Exception | None) -> tuple[str, str]:

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import anyio
 
-from seoro.bridges.executor.messages import RunInfo, State
+from seoro.bridges.executor.messages import State
 from seoro.bridges.wire.outputs import Artifact
 from seoro.cli.exit_status import Exit
 from seoro.cli.report import RunReport
@@ -67,8 +67,6 @@ class Follower:
         self._files = files
         self._stops = stops
         self._video = video
-        self._is_announced = False
-        self._waits = ""
         self._now = 0.0
         self._report = RunReport(options, files)
         self._progress = self._report.progress
@@ -102,11 +100,15 @@ class Follower:
 
     async def _show(self, run: RemoteRun) -> None:
         printed = LineBuffer()
+        waits = announcement = ""
         async with background() as waiting:
             waiting.start_soon(self._note_queued, run)
             async for info, records in run.parts(printed.add):
-                self._note_waiting(info)
-                self._announce(info)
+                if info.waits and info.waits != waits:
+                    self._note(f"run {info.run[:8]} waits: {info.waits}")
+                if info.announcement and not announcement:
+                    self._progress.print_line(f"{info.file}: {info.announcement}\n")
+                waits, announcement = info.waits, announcement or info.announcement
                 for line in printed.pop_lines():
                     self._progress.print_output(line)
                 for record in records:
@@ -120,16 +122,6 @@ class Follower:
         for trace in self._files.traces:
             with suppress(OSError):  # reported by `finish`
                 trace.record(record)
-
-    def _note_waiting(self, info: RunInfo) -> None:
-        if info.waits and info.waits != self._waits:
-            self._note(f"run {info.run[:8]} waits: {info.waits}")
-        self._waits = info.waits
-
-    def _announce(self, info: RunInfo) -> None:
-        if info.announcement and not self._is_announced:
-            self._is_announced = True
-            self._progress.print_line(f"{info.file}: {info.announcement}\n")
 
     async def _note_queued(self, run: RemoteRun) -> None:
         await anyio.sleep(QUIET)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Any, TextIO
 
@@ -118,6 +118,19 @@ def _contact_text(arguments: Mapping[str, Any]) -> str:
     return f"{striker} {'pushes' if arguments.get('pushes') else 'moves into'} {other}"
 
 
+def _clean_up_text(cancelled: Cancelled) -> str:
+    """Format the clean-up of an action."""
+    name = cancelled.path.rpartition("/")[2]
+    too_long = ", longer than allowed" if cancelled.overran else ""
+    return f"clean-up of {name} ({cancelled.span}) took {cancelled.clean_up:.2f} s{too_long}"
+
+
+def _coverage_text(item: ItemCoverage) -> str:
+    """Format the grade of a coverage item."""
+    reached = f"{item.reached} of {item.total} buckets ({item.grade:.0%})"
+    return f"{item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else "")
+
+
 class Progress:
     """Trace observer that prints the progress of a run without blocking it.
 
@@ -214,26 +227,17 @@ class Progress:
         status = self._paint(_STATUS_STYLES[verdict.status], verdict.status.value)
         times = f"{verdict.duration:.2f} s of its clock, {verdict.wall_duration:.2f} s real"
         self.print_line(f"\n{status}  {verdict.scenario} in {times}")
-        self._clean_ups(
-            [each for each in verdict.cancelled if each.type == "action" and each.clean_up >= _NOTICED]
-        )
+        slow = [each for each in verdict.cancelled if each.type == "action" and each.clean_up >= _NOTICED]
+        self._print_first(map(_clean_up_text, slow), "clean-ups")
         if verdict.unobserved:
             self.print_line(f"  contacts not observed: {', '.join(verdict.unobserved)}")
-        self._coverage([item for item in verdict.coverage if item.grade is not None])
+        graded = [item for item in verdict.coverage if item.grade is not None]
+        self._print_first(map(_coverage_text, graded), "items")
 
-    def _clean_ups(self, cancelled: Sequence[Cancelled]) -> None:
-        """Print slow clean-ups of actions."""
-        for each in cancelled[:_MAX_ITEMS]:
-            name = each.path.rpartition("/")[2]
-            too_long = ", longer than allowed" if each.overran else ""
-            self.print_line(f"  clean-up of {name} ({each.span}) took {each.clean_up:.2f} s{too_long}")
-        if len(cancelled) > _MAX_ITEMS:
-            self.print_line(f"  and {len(cancelled) - _MAX_ITEMS} more clean-ups (`--json` lists all)")
-
-    def _coverage(self, items: Sequence[ItemCoverage]) -> None:
-        """Print the grades of coverage items."""
-        for item in items[:_MAX_ITEMS]:
-            reached = f"{item.reached} of {item.total} buckets ({item.grade:.0%})"
-            self.print_line(f"  {item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else ""))
-        if len(items) > _MAX_ITEMS:
-            self.print_line(f"  and {len(items) - _MAX_ITEMS} more items (`--json` lists all)")
+    def _print_first(self, texts: Iterable[str], what: str) -> None:
+        """Print texts, and the number of those beyond the limit."""
+        lines = list(texts)
+        for line in lines[:_MAX_ITEMS]:
+            self.print_line(f"  {line}")
+        if len(lines) > _MAX_ITEMS:
+            self.print_line(f"  and {len(lines) - _MAX_ITEMS} more {what} (`--json` lists all)")

@@ -8,16 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 from seoro.bridges.addresses import ROS_ROUTER
-from seoro.cli.arguments import (
-    Commands,
-    add_command,
-    add_dialect,
-    add_option,
-    domain,
-    pattern,
-    positive,
-    seconds,
-)
+from seoro.cli.arguments import Commands, add_command, add_dialect, add_option, domain, pattern, positive, seconds
 from seoro.cli.exit_status import Exit
 from seoro.cli.packages import ROS2, require
 from seoro.cli.signals import Terminated, cancel_on_signals, status_of

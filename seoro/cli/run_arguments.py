@@ -19,12 +19,7 @@ from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
-_OPTION_NAMES = {
-    "snapshot": "--from-snapshot",
-    "lab": "--lab",
-    "ros": "--ros",
-    "timeout": "--timeout SECONDS",
-}
+_OPTION_NAMES = {"snapshot": "--from-snapshot", "lab": "--lab", "ros": "--ros", "timeout": "--timeout SECONDS"}
 
 
 def add_run_arguments(parser: argparse.ArgumentParser) -> None:
