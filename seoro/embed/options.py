@@ -280,7 +280,7 @@ def _instance(kind: type, example: str) -> Callable[[str, object], Any]:
     return instance_of(kind, f"a seoro.{kind.__name__}", f"for example {example}")
 
 
-# None is also valid for options whose default is None.
+# `None` is valid where it is the default.
 _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "name": to_text,
     "seed": to_whole,
