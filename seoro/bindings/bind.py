@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import ModuleType
 
 from seoro.bindings.bound_functions import BoundFunctions
 from seoro.bindings.externals import bind_externals
-from seoro.bindings.implementations import bind_implementations, find_implementations, traits_of
+from seoro.bindings.implementations import bind_implementations, field_types, find_implementations, traits_of
 from seoro.lang.check.body_cache import BodyMessages
 from seoro.lang.check.checker import Checked, in_order
-from seoro.lang.check.plan_types import plan_type
 from seoro.lang.diagnostic import Bag
 from seoro.lang.frontend import check
 from seoro.lang.frozen import replaced
@@ -48,26 +47,14 @@ def bind_sources(
     checked = check(sources, traits_of(found), strict, recorder, known)
     functions = BoundFunctions()
     if not sources.diagnostics:  # otherwise declarations are missing
-        fitting = Fitting(_Shapes(checked.program).of)
+        fitting = Fitting(_shapes(checked.program))
         functions = bind_implementations(checked, found, fitting, bag)
         bind_externals(checked, fitting, is_own_only, bag)
     diagnostics = in_order(sources, (*checked.diagnostics, *bag.diagnostics))
     return replaced(checked, diagnostics=diagnostics), functions
 
 
-class _Shapes:
-    """Fields of the structs of a program.
-
-    Args:
-        program: The program.
-    """
-
-    def __init__(self, program: Program) -> None:
-        self._program = program
-        structs = (symbol for symbol in program.types.values() if isinstance(symbol, TypeSymbol))
-        self._symbols = {symbol.plan_name: symbol for symbol in structs}
-
-    def of(self, name: str) -> Mapping[str, ValueType]:
-        """Return the types of the fields of a struct, by its name in the plan."""
-        fields = self._symbols[name].inventory.fields.values()
-        return {field.name: plan_type(field.type, self._program) for field in fields}
+def _shapes(program: Program) -> Callable[[str], Mapping[str, ValueType]]:
+    """Make a function that returns the types of the fields of a struct, by its name in the plan."""
+    structs = {symbol.plan_name: symbol for symbol in program.types.values() if isinstance(symbol, TypeSymbol)}
+    return lambda name: field_types(structs[name], program)

@@ -20,6 +20,8 @@ from seoro.lang.diagnostics import listing
 from seoro.lang.frozen import Value
 from seoro.lang.libraries import Library, Origin
 from seoro.lang.loader import Sources
+from seoro.lang.plan import ValueType
+from seoro.lang.program import Program
 from seoro.lang.symbols import Kind, TypeSymbol
 from seoro.lang.traits import ParameterTrait
 from seoro.runtime.functions.actions import ACTION_MARK, Mark, bind
@@ -115,17 +117,12 @@ def _marked(module: ModuleType, library: Library | None) -> Iterator[Implementat
 
 def traits_of(found: Implementations) -> Traits:
     """Return the traits of parameters, which control checks and passing of arguments."""
-    return {key: {**traits(made.function), **_file_traits(made.mark)} for key, made in found.items()}
-
-
-def _file_traits(mark: Mark | ModifierMark) -> dict[str, ParameterTrait]:
-    """Return the traits of parameters that are file names."""
-    if isinstance(mark, ModifierMark):
-        return {}
-    return {
-        **dict.fromkeys(mark.files, ParameterTrait.FILE),
-        **dict.fromkeys(mark.uris, ParameterTrait.URI),
-    }
+    all_traits = {key: traits(made.function) for key, made in found.items()}
+    for key, made in found.items():
+        if isinstance(made.mark, Mark):
+            all_traits[key] |= dict.fromkeys(made.mark.files, ParameterTrait.FILE)
+            all_traits[key] |= dict.fromkeys(made.mark.uris, ParameterTrait.URI)
+    return all_traits
 
 
 # ---------------------------------------------------------------- match
@@ -140,7 +137,9 @@ def bind_implementations(checked: Checked, found: Implementations, fitting: Fitt
         fitting: Conversion of types.
         bag: Bag for diagnostics.
     """
-    symbols = _symbols(checked)
+    program = checked.program
+    declared = (*program.behaviors.values(), *program.modifiers.values())
+    symbols = {(symbol.kind, symbol.plan_name): symbol for symbol in declared}
     wrong = {message.primary.span.file for message in checked.errors}  # types may be unknown there
     bound = BoundFunctions()
     for key, made in found.items():
@@ -160,13 +159,6 @@ def bind_implementations(checked: Checked, found: Implementations, fitting: Fitt
     return bound
 
 
-def _symbols(checked: Checked) -> dict[tuple[Kind, str], TypeSymbol]:
-    """Return the declarations of actions and modifiers by kind and name."""
-    program = checked.program
-    declared = (*program.behaviors.values(), *program.modifiers.values())
-    return {(symbol.kind, symbol.plan_name): symbol for symbol in declared}
-
-
 def _report_undeclared(made: Implementation, symbols: Mapping[tuple[Kind, str], TypeSymbol], bag: Bag) -> None:
     if made.library is None:
         return  # the module may serve other scenarios, too
@@ -179,14 +171,17 @@ def _report_undeclared(made: Implementation, symbols: Mapping[tuple[Kind, str], 
     bag.add(messages.undeclared, made.library.span, made.library.name, function, kind.value, name, declared)
 
 
+def field_types(symbol: TypeSymbol, program: Program) -> dict[str, ValueType]:
+    """Return the types of the fields of a declaration, by name."""
+    return {field.name: plan_type(field.type, program) for field in symbol.inventory.fields.values()}
+
+
 def _match(
     symbol: TypeSymbol, made: Implementation, checked: Checked, fitting: Fitting, bound: BoundFunctions
 ) -> None:
     if symbol.do is not None:
         raise SignatureMismatch("the declaration has a `do`, and so needs no function")
-    fields = symbol.inventory.fields.values()
-    parameters = {field.name: plan_type(field.type, checked.program) for field in fields}
-    declaration = Declaration(symbol.actor is not None, parameters)
+    declaration = Declaration(symbol.actor is not None, field_types(symbol, checked.program))
     if isinstance(made.mark, Mark):
         bound.actions[made.mark.name] = bind(declaration, made.mark, made.function, fitting)
     else:

@@ -68,11 +68,11 @@ def _show(acceptance: Acceptance, records: list[Record]) -> None:
 
 def _violation(violation: Violation, records: list[Record], *, colour: bool) -> str:
     """Format a violation with the scenario's text and the records that prove it."""
-    message = f"{violation.message} ({_title(violation.rule.title, violation.rule.section)})"
+    message = f"{violation.message} ({violation.rule.title}, {violation.rule.section})"
     shown = ", ".join(_record(record) for record in records if record.get("seq") in violation.records)
-    if violation.span is None:
-        return f"error[{_CODE}]: {message}" + (f"\n  = help: see {shown}" if shown else "")
     hint = f"see {shown}" if shown else ""
+    if violation.span is None:
+        return f"error[{_CODE}]: {message}" + (f"\n  = help: {hint}" if hint else "")
     found = Diagnostic(Severity.ERROR, _CODE, message, Label(violation.span, ""), help=hint)
     return render_text(found, colour=colour)
 
@@ -84,10 +84,5 @@ def _record(record: Record) -> str:
 def _unchecked(unchecked: Unchecked) -> str:
     where = f"{unchecked.span}: " if unchecked.span is not None else ""
     times = f" ({unchecked.count} times)" if unchecked.count > 1 else ""
-    return (
-        f"not checked: {where}{unchecked.reason}{times} ({_title(unchecked.rule.title, unchecked.rule.section)})"
-    )
-
-
-def _title(title: str, section: str) -> str:
-    return f"{title}, {section}"
+    rule = f"{unchecked.rule.title}, {unchecked.rule.section}"
+    return f"not checked: {where}{unchecked.reason}{times} ({rule})"

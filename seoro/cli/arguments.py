@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
 import sys
-from collections.abc import Callable, Sequence
-from typing import Any, NoReturn, TypeAlias
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, NoReturn, TypeAlias
 
 from seoro.bridges.addresses import LARGEST_DOMAIN
 from seoro.cli.exit_status import Exit
 from seoro.lang.diagnostics import near
+from seoro.security.keys import VARIABLE
 
 Container: TypeAlias = "argparse._ActionsContainer"
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -137,6 +141,16 @@ def pattern(text: str) -> re.Pattern[str]:
         raise argparse.ArgumentTypeError(f"invalid regular expression {text!r}: {error}") from None
 
 
+# Types of options by the placeholder of their value.
+_TYPES: Final[Mapping[str, Callable[[str], Any]]] = {
+    "DIR": Path,
+    "FILE": Path,
+    "HZ": positive,
+    "N": whole,
+    "SECONDS": positive,
+}
+
+
 def add_option(parser: Container, spec: str, help_text: str, *, repeatable: bool = False, **more: Any) -> None:
     """Declare an option.
 
@@ -146,7 +160,8 @@ def add_option(parser: Container, spec: str, help_text: str, *, repeatable: bool
             choices, the option is a flag.
         help_text: Description.
         repeatable: Whether the option may occur several times; its value is a list.
-        more: Other arguments of `add_argument`.
+        more: Other arguments of `add_argument`. The default `type` is that of the placeholder, such as a path for
+            `DIR` and `FILE`.
     """
     *names, last = spec.split()
     if last.startswith("-"):
@@ -154,7 +169,7 @@ def add_option(parser: Container, spec: str, help_text: str, *, repeatable: bool
         if "choices" not in more:
             more["action"] = "store_true"
     else:
-        more["metavar"] = last
+        more = {"metavar": last, "type": _TYPES.get(last), **more}
     if repeatable:
         more |= {"action": "append", "default": []}
         help_text += " (repeatable)"
@@ -178,3 +193,33 @@ def add_dialect(parser: Container, when: str = "") -> None:
         choices=("auto", "rmw_zenoh", "ros2dds"),
         default="auto",
     )
+
+
+def add_keys_argument(parser: Container) -> None:
+    """Declare the option for the folder of keys."""
+    add_option(
+        parser,
+        "--keys DIR",
+        "folder of keys, for endpoints on other machines (default: SEORO_KEYS, else ~/.config/seoro/keys)",
+    )
+
+
+@contextmanager
+def using_keys(options: argparse.Namespace) -> Iterator[None]:
+    """Use the keys of the options in this process and its child processes.
+
+    The block restores the environment at its end, for programs that call `main`.
+    """
+    folder: Path | None = getattr(options, "keys", None)
+    if folder is None:
+        yield
+        return
+    before = os.environ.get(VARIABLE)
+    os.environ[VARIABLE] = str(folder.absolute())
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(VARIABLE, None)
+        else:
+            os.environ[VARIABLE] = before

@@ -26,7 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    with ResultFiles(options) as files:
+    files = ResultFiles(options)
+    with files.open():
         return anyio.run(_attach, options, files)
 
 

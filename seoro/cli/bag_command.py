@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import Exit
 from seoro.cli.packages import ROS2, require
 from seoro.cli.tables import table
 
@@ -33,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--json", "print JSON")
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run the command."""
     require("`seoro bag`", "ros2", *ROS2)
     from seoro.bridges.ros2.recording import open_bag, repair_bag  # noqa: PLC0415 - slow to load, and optional
@@ -43,7 +42,6 @@ def run(options: argparse.Namespace) -> int:
         print(json.dumps(_summary(bag), indent=2, ensure_ascii=False))
     else:
         show_bag(bag)
-    return Exit.PASSED
 
 
 def show_bag(bag: Bag) -> None:

@@ -5,16 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-import anyio
-
 from seoro.bridges.addresses import ROS_ROUTER
-from seoro.cli.arguments import add_dialect, add_option, domain
+from seoro.cli.arguments import add_dialect, add_keys_argument, add_option, domain
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import node_file
-from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.packages import ROS2, require
 from seoro.cli.serving import check_name, endpoint_errors, place_of, wait_for_signal
 from seoro.cli.signals import Terminated, cancel_on_signals, status_of
@@ -62,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> int:
     """Run the command."""
     require("`seoro bridge`", "ros2", *ROS2)
     from seoro.bridges.ros2.expose.running import ExposeSettings, expose  # noqa: PLC0415 - Zenoh
@@ -76,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     if options.robot:
         if options.ros_listen:
             raise UsageError("`--ros-listen` needs `--expose`", help="use `--ros` for the robots' router")
-        _run_robots(options, options.ros or ROS_ROUTER)
+        await _run_robots(options, options.ros or ROS_ROUTER)
         return Exit.PASSED
     if options.dialect != "auto":
         raise UsageError("`--dialect` needs `--robot`", help="simulators are always exposed as rmw_zenoh")
@@ -99,12 +95,9 @@ def run(options: argparse.Namespace) -> int:
             flush=True,
         )
 
-    async def serve() -> None:
+    try:
         with cancel_on_signals():
             await expose(settings, announce)
-
-    try:
-        anyio.run(serve)
     except Terminated as terminated:
         return status_of(terminated.number)
     return Exit.PASSED
@@ -134,15 +127,11 @@ def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_dialect(parser, "with --robot: ")
     add_option(
-        parser,
-        "--ros-interfaces DIR",
-        "with --robot: folder with more message definitions",
-        type=Path,
-        repeatable=True,
+        parser, "--ros-interfaces DIR", "with --robot: folder with more message definitions", repeatable=True
     )
 
 
-def _run_robots(options: argparse.Namespace, ros: str) -> None:
+async def _run_robots(options: argparse.Namespace, ros: str) -> None:
     """Run a bridge to robots until a signal ends it.
 
     Args:
@@ -170,7 +159,7 @@ def _run_robots(options: argparse.Namespace, ros: str) -> None:
         None if options.dialect == "auto" else options.dialect,
     )
 
-    async def serve() -> None:
+    with endpoint_errors():
         async with bridging(settings):
             names = ", ".join(robot.name for robot in robots)
             where = place_of(listen, options.connect)
@@ -179,9 +168,6 @@ def _run_robots(options: argparse.Namespace, ros: str) -> None:
                 flush=True,
             )
             await wait_for_signal()
-
-    with endpoint_errors():
-        anyio.run(serve)
 
 
 def _robots(texts: Sequence[str]) -> list[BridgedRobot]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Callable
 
 import anyio
 
 from seoro.bridges.addresses import EXECUTOR
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
+from seoro.cli.files import count
 from seoro.cli.lab_command import LOCAL, add_lab_arguments, default_endpoints, endpoints_of, lab_of
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.doctor.findings import Finding, Health
@@ -55,7 +57,9 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(to_json([_plain(each) for each in found]))
     else:
-        print(_summary(found))
+        health = Counter(each.health for each in found)
+        warnings = count(health[Health.WARNING], "warning")
+        print(f"{health[Health.FAILED]} failed, {warnings}, {health[Health.OK]} ok")
     return Exit.FAILED if any(each.health is Health.FAILED for each in found) else Exit.PASSED
 
 
@@ -97,9 +101,3 @@ def _plain(finding: Finding) -> dict[str, str]:
         "message": finding.text,
         "help": finding.help,
     }
-
-
-def _summary(found: Iterable[Finding]) -> str:
-    health = [each.health for each in found]
-    wrong, doubtful = health.count(Health.FAILED), health.count(Health.WARNING)
-    return f"{wrong} failed, {doubtful} warning{'s' if doubtful != 1 else ''}, {health.count(Health.OK)} ok"

@@ -5,10 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-import anyio
-
-from seoro.cli.arguments import add_option
-from seoro.cli.keys_arguments import add_keys_argument
+from seoro.cli.arguments import add_keys_argument, add_option
 from seoro.cli.lab_command import add_lab_arguments, emergency_stop
 
 EXAMPLES = """examples:
@@ -44,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_keys_argument(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> int:
     """Run the command."""
     executor = options.executor or os.environ.get("SEORO_EXECUTOR")
-    return anyio.run(emergency_stop, options, *([executor] if executor else []))
+    return await emergency_stop(options, *([executor] if executor else []))

@@ -6,15 +6,14 @@ import argparse
 import asyncio
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seoro.cli.exit_status import OF_STATUS, Exit
+from seoro.cli.exit_status import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
-from seoro.cli.output import error_text
-from seoro.cli.report import RunReport, make_progress, report_dry_run, report_run
+from seoro.cli.report import RunReport
 from seoro.cli.results import ResultFiles
 from seoro.cli.run_arguments import inputs_of, leasing_of, settings_of, use_file_settings
 from seoro.cli.signals import termination_signals
@@ -24,13 +23,11 @@ from seoro.embed.preparation import announcement, prepare
 from seoro.embed.runnable import Runnable
 from seoro.embed.runs import Run
 from seoro.embed.time_limit import WallLimit
-from seoro.errors import BackendError, InvalidScenario, UsageError
+from seoro.errors import BackendError
 from seoro.runtime.trace.records import write_error_text
-from seoro.runtime.verdict import Verdict
 
 if TYPE_CHECKING:
-    from seoro.bridges.wire import Artifact
-    from seoro.embed.video import Recording
+    pass
 
 _FLUSH_TIME = 2.0  # [s] for pending output when the run is dropped
 
@@ -39,16 +36,14 @@ def run_local(options: argparse.Namespace) -> int:
     """Run the command."""
     files = ResultFiles(options)
     try:
-        with _terminable():
-            scenario = _load(options)
-            limit = use_file_settings(options, scenario).limit
-            files.check_inputs(inputs_of(options, scenario))
-        # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
-        with files, asyncio.Runner(loop_factory=_loop_factory(options)) as runner:
-            return runner.run(_Exec(options, scenario, files, limit).main())
-    except (InvalidScenario, UsageError, BackendError) as error:
-        files.write_unrun(shown_name(options.file), error, error_text(error))
-        raise
+        with files.writing_refusals():
+            with _terminable():
+                scenario = _load(options)
+                limit = use_file_settings(options, scenario).limit
+                files.check_inputs(inputs_of(options, scenario))
+            # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
+            with files.open(), asyncio.Runner(loop_factory=_loop_factory(options)) as runner:
+                return runner.run(_Exec(options, scenario, files, limit).main())
     except _Terminated:
         return Exit.CANCELLED
 
@@ -108,10 +103,9 @@ class _Exec:
         self._scenario = scenario
         self._files = files
         self._video = video_of(options)
-        self._interrupted: Exit | None = None  # the exit status, when a signal ends the run
         self._run: Run | None = None
         self._clearing: asyncio.Task[None] | None = None
-        self._progress = make_progress(options)
+        self._report = RunReport(options, files)
 
     async def main(self) -> int:
         """Run the scenario, with signal handlers from start to end."""
@@ -122,22 +116,21 @@ class _Exec:
         try:
             return await work
         except asyncio.CancelledError:
-            return self._interrupted or Exit.INTERRUPTED
+            return self._report.interrupted or Exit.INTERRUPTED
         finally:
             if self._clearing is not None:
                 await self._clearing
             with suppress(TimeoutError):
                 async with asyncio.timeout(_FLUSH_TIME):
-                    await self._files.finish()
-                    await self._progress.finish()
+                    await self._report.finish()
 
     def _end(self, number: signal.Signals, work: asyncio.Task[Exit]) -> None:
         """Stop the run at the first signal; drop it at the second, or at a signal before the run exists."""
-        name = "Ctrl-C" if number == signal.SIGINT else number.name
-        again = self._interrupted is not None
-        self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
-        if self._run is not None and not again:
-            self._progress.print_line(f"{name}: stopping robots and cleaning up; press again to stop at once")
+        name, is_again = self._report.interrupt(number)
+        if self._run is not None and not is_again:
+            self._report.progress.print_line(
+                f"{name}: stopping robots and cleaning up; press again to stop at once"
+            )
             self._run.stop(f"interrupted by {name}")
             return
         if self._run is not None:
@@ -146,9 +139,9 @@ class _Exec:
 
             kill_programs()
         work.cancel()
-        if again:  # a clean-up is not cancelled with its task and may hang
+        if is_again:  # a clean-up is not cancelled with its task and may hang
             loop = asyncio.get_running_loop()
-            loop.call_later(_FLUSH_TIME, os._exit, self._interrupted)
+            loop.call_later(_FLUSH_TIME, os._exit, self._report.interrupted or Exit.INTERRUPTED)
             self._clearing = loop.create_task(self._clear_simulator())
 
     async def _clear_simulator(self) -> None:
@@ -158,11 +151,11 @@ class _Exec:
                 await self._run.simulator.clear()
 
     async def _prepare_and_run(self) -> Exit:
-        options = self._options
+        options, progress = self._options, self._report.progress
         settings = settings_of(
             options,
-            leasing=leasing_of(options, lambda reason: self._progress.print_line(f"waiting: {reason}")),
-            observers=(self._progress, *self._files.traces),
+            leasing=leasing_of(options, lambda reason: progress.print_line(f"waiting: {reason}")),
+            observers=(progress, *self._files.traces),
             output_directory=options.output_dir,
             external=options.external,
             replay=options.recorded,
@@ -170,46 +163,31 @@ class _Exec:
         loop = asyncio.get_running_loop()
         async with prepare(self._scenario, settings) as run:
             if options.dry_run:
-                report_dry_run(options, self._progress, run.seed, run.parameters, run.parameter_texts)
+                self._report.dry_run(run.seed, run.parameters, run.parameter_texts)
                 return Exit.PASSED
-            self._progress.print_line(f"{shown_name(self._options.file)}: {announcement(run, settings)}\n")
+            progress.print_line(f"{shown_name(options.file)}: {announcement(run, settings)}\n")
             self._run = run
-            self._progress.set_clock(lambda: run.now)
+            progress.set_clock(lambda: run.now)
             self._files.on_failure(lambda error: loop.call_soon_threadsafe(run.abort, write_error_text(error)))
-            async with self._recording(run) as recording, run.running(self._limit):
+            recorded = nullcontext() if self._video is None else run.recording(*self._video)
+            async with recorded as recording, run.running(self._limit):
                 verdict = await run.result()
             artifacts = await run.artifacts() if options.output_dir else ()
-        if recording is not None:
-            verdict = recording.checked(verdict)
-        return await self._conclude(verdict, run, artifacts)
-
-    def _recording(self, run: Run) -> AbstractAsyncContextManager[Recording | None]:
-        """Record the requested video while the block runs."""
-        return nullcontext() if self._video is None else run.recording(*self._video)
-
-    async def _conclude(self, verdict: Verdict, run: Run, artifacts: Sequence[Artifact]) -> Exit:
         files = [(file.path, file.description) for file in run.files]
-        if self._video is not None:
+        if self._video is not None and recording is not None:
             from seoro.embed.video import DESCRIPTION  # noqa: PLC0415 - for runs with a video
 
+            verdict = recording.checked(verdict)
             files.append((self._video[1], DESCRIPTION))
-        found = RunReport(
-            verdict,
-            run.parameters,
-            files,
-            **_fault_texts(run.fault),
-            artifacts=artifacts,
-        )
-        verdict = await report_run(found, self._options, self._files, self._progress)
-        return self._interrupted or OF_STATUS[verdict.status]
+        return await self._report.conclude(verdict, run.parameters, files, _fault_texts(run.fault), artifacts)
 
 
-def _fault_texts(fault: Exception | None) -> dict[str, str]:
+def _fault_texts(fault: Exception | None) -> tuple[str, str]:
     """Format the exception of an action in one line and as a traceback; empty without an exception."""
     if fault is None:
-        return {}
+        return "", ""
     from traceback import format_exception  # noqa: PLC0415 - for faults only
 
     from seoro.runtime.explain.reasons import fault_text  # noqa: PLC0415 - the same
 
-    return {"fault": fault_text(fault), "traceback": "".join(format_exception(fault))}
+    return fault_text(fault), "".join(format_exception(fault))

@@ -11,42 +11,36 @@ import anyio
 
 from seoro.bundle.pack import Bundle, pack
 from seoro.cli.exit_status import Exit
-from seoro.cli.files import STDIN, STDIN_NAME, count, read_stdin, shown_name
+from seoro.cli.files import STDIN, STDIN_NAME, count, read_stdin
 from seoro.cli.follower import Follower
-from seoro.cli.output import error_text
-from seoro.cli.report import make_progress, report_dry_run
+from seoro.cli.report import RunReport
 from seoro.cli.results import ResultFiles, check_writable
 from seoro.cli.run_arguments import inputs_of, leasing_of, settings_of, use_file_settings
 from seoro.cli.video_arguments import video_of
 from seoro.client import Client
 from seoro.embed.option_checks import check_options
 from seoro.embed.scenarios import Scenario, check_file
-from seoro.errors import BackendError, InvalidScenario, UsageError
 from seoro.lang.loader import read_file
 
 
 def run_remote(options: argparse.Namespace) -> int:
     """Run the command."""
     files = ResultFiles(options)
-    try:
-        with TemporaryDirectory() as folder:
-            scenario, contents = _read(options, Path(folder))
-            limit = use_file_settings(options, scenario).limit
-            files.check_inputs(inputs_of(options, scenario))
-            video = video_of(options)
-            settings = settings_of(options, leasing=leasing_of(options))
-            check_options(settings)
-            bundle = pack(scenario, settings, limit, contents, video and video[0])
-            if options.dry_run:
-                return anyio.run(_dry_run, options, bundle)
-            if video is not None:
-                check_writable(video[1])
-            # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
-            with files:
-                return anyio.run(_submit, options, bundle, files, video and video[1])
-    except (InvalidScenario, UsageError, BackendError) as error:
-        files.write_unrun(shown_name(options.file), error, error_text(error))
-        raise
+    with files.writing_refusals(), TemporaryDirectory() as folder:
+        scenario, contents = _read(options, Path(folder))
+        limit = use_file_settings(options, scenario).limit
+        files.check_inputs(inputs_of(options, scenario))
+        video = video_of(options)
+        settings = settings_of(options, leasing=leasing_of(options))
+        check_options(settings)
+        bundle = pack(scenario, settings, limit, contents, video and video[0])
+        if options.dry_run:
+            return anyio.run(_dry_run, options, bundle, files)
+        if video is not None:
+            check_writable(video[1])
+        # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
+        with files.open():
+            return anyio.run(_submit, options, bundle, files, video and video[1])
 
 
 def _read(options: argparse.Namespace, folder: Path) -> tuple[Scenario, Path | None]:
@@ -66,13 +60,13 @@ def _read(options: argparse.Namespace, folder: Path) -> tuple[Scenario, Path | N
     return scenario.without_errors(), contents
 
 
-async def _dry_run(options: argparse.Namespace, bundle: Bundle) -> int:
+async def _dry_run(options: argparse.Namespace, bundle: Bundle, files: ResultFiles) -> int:
     async with Client(options.executor) as client:
         found = await client.dry_run_bundle(options.on, bundle)
-    progress = make_progress(options)
+    report = RunReport(options, files)
     sent = {"files": found.files, "bytes": found.size, "known": found.known}
-    report_dry_run(options, progress, found.seed, found.parameters, found.texts, bundle=sent)
-    await progress.finish()
+    report.dry_run(found.seed, found.parameters, found.texts, bundle=sent)
+    await report.finish()
     cached = f"; {options.on} already has {found.known} of them" if found.known else ""
     print(f"note: would send {count(found.files)} with {found.size} bytes{cached}", file=sys.stderr)
     return Exit.PASSED

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import Exit
 from seoro.cli.output import use_colour
 from seoro.errors import UsageError
 from seoro.lang.explain import Explanation, explanation, explanations, near_codes
@@ -26,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--format", "output format (default: text)", choices=("text", "json"), default="text")
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run the command."""
     found: Sequence[Explanation] = [_find(code) for code in options.codes] or explanations()
     if options.format == "json":
@@ -35,7 +34,6 @@ def run(options: argparse.Namespace) -> int:
         _show(found)
     else:
         _list(found)
-    return Exit.PASSED
 
 
 def _find(code: str) -> Explanation:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable
 from enum import Enum, auto
 from pathlib import Path
 
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
-from seoro.cli.output import print_error, use_colour
+from seoro.cli.output import paint, print_error, use_colour
 from seoro.errors import InvalidScenario, UsageError
 from seoro.files.inputs import Kind, read_input, resolved
 from seoro.lang.format.fault import LayoutFault
@@ -41,6 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--diff", "write nothing; print a diff")
 
 
+_STYLES = {"-": "31", "+": "32", "@": "36"}  # of the lines of a diff
+
+
 class _Outcome(Enum):
     """Result of formatting a file."""
 
@@ -54,20 +58,30 @@ def run(options: argparse.Namespace) -> int:
     if STDIN in options.files:
         if len(options.files) > 1:
             raise UsageError("`-` cannot be combined with other files")
-        outcomes = [_format_stdin(options)]
+        outcomes = [_outcome(options, None)]
     else:
-        outcomes = [_format_file(Path(file), options) for file in find_files(options.files)]
+        outcomes = [_outcome(options, Path(file)) for file in find_files(options.files)]
         _summarise(outcomes, writes=not (options.check or options.diff))
     if _Outcome.REFUSED in outcomes:
         return Exit.INVALID
     return Exit.FAILED if options.check and _Outcome.CHANGED in outcomes else Exit.PASSED
 
 
-def _format_stdin(options: argparse.Namespace) -> _Outcome:
-    file = SourceFile(STDIN_NAME, read_stdin())
-    text = _format(file)
-    if text is None:
+def _outcome(options: argparse.Namespace, path: Path | None) -> _Outcome:
+    """Format a file, or stdin for None; print an error if that fails."""
+    from seoro.lang.format.formatter import format_text  # noqa: PLC0415 - for this command only
+
+    try:
+        return _format_stdin(options, format_text) if path is None else _format_file(path, options, format_text)
+    except (InvalidScenario, LayoutFault) as error:
+        print_error(error)
+        print(file=sys.stderr)
         return _Outcome.REFUSED
+
+
+def _format_stdin(options: argparse.Namespace, format_text: Callable[[SourceFile], str]) -> _Outcome:
+    file = SourceFile(STDIN_NAME, read_stdin())
+    text = format_text(file)
     if options.diff:
         _print_diff(file, text)
     elif not options.check:
@@ -75,16 +89,9 @@ def _format_stdin(options: argparse.Namespace) -> _Outcome:
     return _Outcome.SAME if text == file.text else _Outcome.CHANGED
 
 
-def _format_file(path: Path, options: argparse.Namespace) -> _Outcome:
-    try:
-        file = read_source(path)
-    except InvalidScenario as error:
-        print_error(error)
-        print(file=sys.stderr)
-        return _Outcome.REFUSED
-    text = _format(file)
-    if text is None:
-        return _Outcome.REFUSED
+def _format_file(path: Path, options: argparse.Namespace, format_text: Callable[[SourceFile], str]) -> _Outcome:
+    file = read_source(path)
+    text = format_text(file)
     if text.encode() == read_input(path, Kind.SCENARIO):  # the bytes may begin with a byte order mark
         return _Outcome.SAME
     if options.diff:
@@ -95,18 +102,6 @@ def _format_file(path: Path, options: argparse.Namespace) -> _Outcome:
         _replace(path, text)
         print(f"changed {path}")
     return _Outcome.CHANGED
-
-
-def _format(file: SourceFile) -> str | None:
-    """Format a file; print an error and return None if that fails."""
-    from seoro.lang.format.formatter import format_text  # noqa: PLC0415 - for this command only
-
-    try:
-        return format_text(file)
-    except (InvalidScenario, LayoutFault) as error:
-        print_error(error)
-        print(file=sys.stderr)
-        return None
 
 
 def _replace(path: Path, text: str) -> None:
@@ -126,28 +121,22 @@ def _replace(path: Path, text: str) -> None:
 
 
 def _print_diff(file: SourceFile, text: str) -> None:
-    for line in _diff(file, text):
-        print(line)
-
-
-def _diff(file: SourceFile, text: str) -> Iterator[str]:
-    """Yield the lines of a unified diff, coloured on terminals."""
+    """Print a unified diff, coloured on terminals."""
     from difflib import unified_diff  # noqa: PLC0415 - slow to load, and seldom needed
 
-    colours = {"-": "\x1b[31m", "+": "\x1b[32m", "@": "\x1b[36m"} if use_colour(sys.stdout) else {}
+    on = use_colour(sys.stdout)
     before = [file.line(number) for number in range(1, file.line_count + 1)]
-    after = text.split("\n")
-    for line in unified_diff(before, after, file.name, file.name, lineterm=""):
-        colour = colours.get(line[:1], "")
-        yield f"{colour}{line}\x1b[0m" if colour else line
+    for line in unified_diff(before, text.split("\n"), file.name, file.name, lineterm=""):
+        print(paint(_STYLES.get(line[:1], ""), line, on=on))
 
 
 def _summarise(outcomes: list[_Outcome], *, writes: bool) -> None:
     """Print the number of files per outcome on stderr."""
-    changed, same, refused = (outcomes.count(which) for which in _Outcome)
-    parts = [
-        f"{count(changed)} {'changed' if writes else 'would change'}" if changed else "",
-        f"{count(same)} unchanged" if same else "",
-        f"{count(refused)} could not be formatted" if refused else "",
-    ]
-    print(", ".join(part for part in parts if part), file=sys.stderr)
+    texts = {
+        _Outcome.CHANGED: "changed" if writes else "would change",
+        _Outcome.SAME: "unchanged",
+        _Outcome.REFUSED: "could not be formatted",
+    }
+    found = Counter(outcomes)
+    parts = [f"{count(found[which])} {text}" for which, text in texts.items() if found[which]]
+    print(", ".join(parts), file=sys.stderr)

@@ -12,10 +12,10 @@ from typing import Any, cast
 
 import anyio
 
-from seoro.bridges.executor.messages import RunInfo, State
+from seoro.bridges.executor.messages import State
 from seoro.bridges.wire.outputs import Artifact
-from seoro.cli.exit_status import OF_STATUS, Exit
-from seoro.cli.report import RunReport, make_progress, report_run
+from seoro.cli.exit_status import Exit
+from seoro.cli.report import RunReport
 from seoro.cli.results import ResultFiles
 from seoro.client.runs import RemoteRun
 from seoro.concurrency.background import background
@@ -67,11 +67,9 @@ class Follower:
         self._files = files
         self._stops = stops
         self._video = video
-        self._interrupted: Exit | None = None
-        self._is_announced = False
-        self._waits = ""
         self._now = 0.0
-        self._progress = make_progress(options)
+        self._report = RunReport(options, files)
+        self._progress = self._report.progress
         self._progress.set_clock(lambda: self._now)
 
     async def follow(self, run: RemoteRun) -> Exit:
@@ -92,22 +90,25 @@ class Follower:
                     if run.state is not State.CANCELLED:
                         raise
                     print(f"cancelled: {one_line(run.info.reason)}", file=sys.stderr)  # before it started
-                    return self._interrupted or Exit.CANCELLED
+                    return self._report.interrupted or Exit.CANCELLED
                 return await self._conclude(run, end)
             finally:
                 with anyio.move_on_after(_FLUSH_TIME, shield=True):
-                    await self._files.finish()
-                    await self._progress.finish()
+                    await self._report.finish()
         self._note(f"the run continues; `seoro attach {run.id[:8]}` follows it")
-        return self._interrupted or Exit.INTERRUPTED  # a signal cancelled the group
+        return self._report.interrupted or Exit.INTERRUPTED  # a signal cancelled the group
 
     async def _show(self, run: RemoteRun) -> None:
         printed = LineBuffer()
+        waits = announcement = ""
         async with background() as waiting:
             waiting.start_soon(self._note_queued, run)
             async for info, records in run.parts(printed.add):
-                self._note_waiting(info)
-                self._announce(info)
+                if info.waits and info.waits != waits:
+                    self._note(f"run {info.run[:8]} waits: {info.waits}")
+                if info.announcement and not announcement:
+                    self._progress.print_line(f"{info.file}: {info.announcement}\n")
+                waits, announcement = info.waits, announcement or info.announcement
                 for line in printed.pop_lines():
                     self._progress.print_output(line)
                 for record in records:
@@ -121,16 +122,6 @@ class Follower:
         for trace in self._files.traces:
             with suppress(OSError):  # reported by `finish`
                 trace.record(record)
-
-    def _note_waiting(self, info: RunInfo) -> None:
-        if info.waits and info.waits != self._waits:
-            self._note(f"run {info.run[:8]} waits: {info.waits}")
-        self._waits = info.waits
-
-    def _announce(self, info: RunInfo) -> None:
-        if info.announcement and not self._is_announced:
-            self._is_announced = True
-            self._progress.print_line(f"{info.file}: {info.announcement}\n")
 
     async def _note_queued(self, run: RemoteRun) -> None:
         await anyio.sleep(QUIET)
@@ -147,10 +138,8 @@ class Follower:
         with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
             async with anyio.create_task_group() as stopping:
                 async for number in signals:
-                    name = "Ctrl-C" if number == signal.SIGINT else number.name
-                    second = self._interrupted is not None
-                    self._interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
-                    if second or not self._stops:
+                    name, is_again = self._report.interrupt(number)
+                    if is_again or not self._stops:
                         scope.cancel()
                         return
                     self._progress.print_line(
@@ -166,16 +155,9 @@ class Follower:
             artifacts = [_artifact(path, each) for path, each in left if each.is_artifact]
         except UsageError as refused:
             verdict, left, artifacts = with_write_error(verdict, str(refused)), [], []
-        found = RunReport(
-            verdict,
-            cast("dict[str, object]", end.parameters),
-            [(path, each.description) for path, each in left if not each.is_artifact],
-            end.fault,
-            end.traceback,
-            artifacts,
-        )
-        verdict = await report_run(found, self._options, self._files, self._progress)
-        return self._interrupted or OF_STATUS[verdict.status]
+        parameters = cast("dict[str, object]", end.parameters)
+        files = [(path, each.description) for path, each in left if not each.is_artifact]
+        return await self._report.conclude(verdict, parameters, files, (end.fault, end.traceback), artifacts)
 
     def _local_path(self, left: ResultFile) -> Path | None:
         """Return the local path of an output file; None if it is not downloaded."""

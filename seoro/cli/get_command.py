@@ -8,7 +8,6 @@ from pathlib import Path
 import anyio
 
 from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import Exit
 from seoro.cli.files import write_errors
 from seoro.cli.output_folder import OutputFolder
 from seoro.cli.remote_arguments import add_run_argument, named_run
@@ -26,14 +25,13 @@ coverage.json."""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_run_argument(parser)
-    add_option(parser, "-o --output-dir DIR", "output folder (default: the id of the run)", type=Path)
+    add_option(parser, "-o --output-dir DIR", "output folder (default: the id of the run)")
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> None:
     """Run the command."""
-    for path in anyio.run(_get, options):
+    for path in await _get(options):
         print(one_line(str(path)))
-    return Exit.PASSED
 
 
 async def _get(options: argparse.Namespace) -> list[Path]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seoro.cli.arguments import add_command, add_option, number
-from seoro.cli.exit_status import Exit
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.cli.tables import table
 from seoro.security.keys import VARIABLE
@@ -52,9 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     audit = add_command(what, "audit", "verify that the audit log of an executor or a node was not altered")
     audit.add_argument("file", type=Path, metavar="FILE", help="audit.jsonl in the folder of the executor")
     publish = add_command(what, "publish", "send the revocation list to executors (admins only)")
-    add_option(
-        publish, "--revoked FILE", "revocation list (default: revoked.crl in the folder of keys)", type=Path
-    )
+    add_option(publish, "--revoked FILE", "revocation list (default: revoked.crl in the folder of keys)")
     add_executor_argument(publish)
     for command in (init, add, renew, revoke, listing, audit):
         add_option(
@@ -62,46 +59,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "--keys DIR",
             f"folder with the key of the lab (default: {VARIABLE}, else {_shown(default_folder())})",
             dest="authority",
-            type=Path,
         )
 
 
 def _add_issuing(parser: argparse.ArgumentParser) -> None:
-    add_option(parser, "-o --output DIR", "output folder (default: NAME.keys)", type=Path)
+    add_option(parser, "-o --output DIR", "output folder (default: NAME.keys)")
     add_option(
         parser, "--host HOST", f"host name or address of the {' or '.join(sorted(LISTENING))}", repeatable=True
     )
     add_option(parser, "--days DAYS", f"validity in days (default: {_YEAR:g})", type=_days, default=_YEAR)
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run the command."""
     from seoro.security.keys.authority import init_authority, open_authority  # noqa: PLC0415 - on demand
 
-    if options.what == "publish":
-        return _publish(options)
-    folder = options.authority or chosen_folder() or default_folder()
-    if options.what == "audit":
-        return _audit(options.file, folder)
-    if options.what == "init":
-        lab = init_authority(folder, options.lab).lab
-        print(
-            f"created the key of lab '{lab}' in {folder}; keep it secret (it can issue any identity) and backed up"
-        )
-        return Exit.PASSED
-    authority = open_authority(folder)
+    folder = getattr(options, "authority", None) or chosen_folder() or default_folder()
     match options.what:
+        case "publish":
+            _publish(options.executor, options.revoked or KeyFolder(folder).revoked)
+        case "audit":
+            _audit(options.file, folder)
+        case "init":
+            lab = init_authority(folder, options.lab).lab
+            advice = "keep it secret (it can issue any identity) and backed up"
+            print(f"created the key of lab '{lab}' in {folder}; {advice}")
         case "add" | "renew":
-            _issue(authority, options)
+            _issue(open_authority(folder), options)
         case "revoke":
-            authority.revoke(options.name)
+            open_authority(folder).revoke(options.name)
             print(f"'{options.name}' is revoked")
             print(f"copy {folder / 'revoked.crl'} to the keys of all routers, executors, simulators and bridges")
             print("(for executors, `seoro keys publish` does so)")
             print("to revoke an executor or a node, copy it to the keys of clients, too")
         case "list":
-            _list(authority)
-    return Exit.PASSED
+            _list(open_authority(folder))
 
 
 def _issue(authority: Authority, options: argparse.Namespace) -> None:
@@ -115,30 +107,26 @@ def _issue(authority: Authority, options: argparse.Namespace) -> None:
         print(f"move this folder to its user or machine, and name it there with `--keys` or {VARIABLE}")
 
 
-def _audit(file: Path, folder: Path) -> int:
+def _audit(file: Path, folder: Path) -> None:
     from seoro.security.keys.files import read_certificate  # noqa: PLC0415 - the same
     from seoro.security.signing.audit_log import check_log  # noqa: PLC0415 - on demand
 
     checked = check_log(file, read_certificate(KeyFolder(folder).authority))
     print(f"{file} is intact: {checked.count} lines, signed by {', '.join(checked.writers) or 'nobody'}")
     print(f"hash of the last line: {checked.last}")
-    return Exit.PASSED
 
 
-def _publish(options: argparse.Namespace) -> int:
+def _publish(executor: str | None, revoked: Path) -> None:
     import anyio  # noqa: PLC0415 - for this subcommand only
 
     from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this subcommand only
     from seoro.security.keys.files import read_file  # noqa: PLC0415 - on demand
 
-    revoked = options.revoked or KeyFolder(chosen_folder() or default_folder()).revoked
-
     async def publish() -> list[str]:
-        async with Client(options.executor) as client:
+        async with Client(executor) as client:
             return await client.revoke(read_file(revoked))
 
     print(f"sent the revocation list to {', '.join(anyio.run(publish))}")
-    return Exit.PASSED
 
 
 def _list(authority: Authority) -> None:

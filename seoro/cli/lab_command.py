@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from seoro.cli.arguments import Container, add_command, add_option
+from seoro.cli.arguments import Container, add_command, add_keys_argument, add_option
 from seoro.cli.exit_status import Exit
-from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.lab_table import lab_table, plain
 from seoro.errors import UsageError
 from seoro.runtime.trace.jsonl import to_json
@@ -103,11 +102,9 @@ def duration(text: str) -> float:
     return float(parts["number"]) * _UNITS[parts["unit"]]
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    return anyio.run(
-        {"status": _status, "lease": _lease, "release": _release, "stop": _stop}[options.what], options
-    )
+    return await {"status": _status, "lease": _lease, "release": _release, "stop": _stop}[options.what](options)
 
 
 def lab_of(options: argparse.Namespace) -> Lab | None:
@@ -121,7 +118,7 @@ def lab_of(options: argparse.Namespace) -> Lab | None:
 def endpoints_of(options: argparse.Namespace, *more: str) -> tuple[str, ...]:
     """Return the endpoints of the lab; by default, those of this machine."""
     lab = lab_of(options)
-    named = () if lab is None else lab.endpoints
+    named = lab.endpoints if lab is not None else ()
     return tuple(dict.fromkeys((*named, *options.connect, *more, *default_endpoints(options))))
 
 
@@ -199,10 +196,12 @@ async def emergency_stop(options: argparse.Namespace, *more: str) -> int:
         more: Endpoints in addition to those of the lab.
     """
     control = _control(options, *more)
-    if options.robots:
-        stopped = await control.estop(*options.robots, reason=options.reason)
-        return _print_outcomes(stopped, quiet=default_endpoints(options))
-    return _print_outcomes(await control.stop_all(options.reason), quiet=default_endpoints(options))
+    stopped = (
+        await control.estop(*options.robots, reason=options.reason)
+        if options.robots
+        else await control.stop_all(options.reason)
+    )
+    return _print_outcomes(stopped, quiet=default_endpoints(options))
 
 
 def _confirm(robots: Sequence[str]) -> None:

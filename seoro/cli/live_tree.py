@@ -106,7 +106,8 @@ class LiveTree:
     # -------------------------------------------------------- the thread that draws
 
     def _draw(self) -> None:
-        with suppress(OSError, ValueError), self._live() as live:  # the terminal is closed
+        display = Live(console=self._console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
+        with suppress(OSError, ValueError), display as live:  # the terminal is closed
             while not self._over.is_set():
                 live.update(self._frame(), refresh=True)
                 self._over.wait(1 / RATE)
@@ -114,9 +115,6 @@ class LiveTree:
                     self._changed.wait()
                     self._changed.clear()
             live.update(self._frame(), refresh=True)
-
-    def _live(self) -> Live:
-        return Live(console=self._console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
 
     def _frame(self) -> Group:
         height = self._console.size.height - 1

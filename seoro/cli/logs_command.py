@@ -5,9 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 
-import anyio
-
-from seoro.cli.exit_status import Exit
 from seoro.cli.output import Progress
 from seoro.cli.remote_arguments import add_run_argument, named_run
 
@@ -22,13 +19,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_run_argument(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> None:
     """Run the command."""
-    anyio.run(_print, options)
-    return Exit.PASSED
-
-
-async def _print(options: argparse.Namespace) -> None:
     progress = Progress(sys.stdout)
     async with named_run(options) as found:
         progress.print_line(f"{found.info.file}: {found.info.announcement or 'not started'}\n")

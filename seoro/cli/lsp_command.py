@@ -11,7 +11,6 @@ import sys
 from typing import TYPE_CHECKING, BinaryIO, cast
 
 from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import Exit
 from seoro.cli.packages import require
 from seoro.errors import UsageError
 from seoro.lsp.frames import Frames
@@ -36,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--strict", "also report extensions to the standard")
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run the command."""
     require("`seoro lsp`", "lsp", "pygls")
     address = _address(options.tcp) if options.tcp is not None else None
@@ -50,7 +49,6 @@ def run(options: argparse.Namespace) -> int:
         server.start_tcp(*address)
     else:
         _serve_stdio(server)
-    return Exit.PASSED
 
 
 def _tune_garbage_collector() -> None:

@@ -5,17 +5,15 @@ from __future__ import annotations
 import argparse
 import gc
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Coroutine, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from typing import Final
 
 from seoro import __version__
-from seoro.cli.arguments import Parser, add_option
+from seoro.cli.arguments import Parser, add_option, using_keys
 from seoro.cli.exit_status import Exit
-from seoro.cli.keys_arguments import using_keys
-from seoro.cli.output import print_error
-from seoro.cli.terminal_size import terminal_columns
+from seoro.cli.output import print_error, terminal_columns
 from seoro.errors import InvalidScenario, SeoroError, UsageError, cause_of
 from seoro.lang.diagnostics import near
 
@@ -64,7 +62,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.parser.refuse_unknown(unknown)
     try:
         with using_keys(options):
-            return int(options.run(options))
+            status = options.run(options)
+            if isinstance(status, Coroutine):
+                import asyncio  # noqa: PLC0415 - for commands with an event loop only
+
+                status = asyncio.run(status)
+            return int(status or Exit.PASSED)
     except KeyboardInterrupt:
         return Exit.INTERRUPTED
     except Exception as error:

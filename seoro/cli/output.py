@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Any, TextIO
 
 from seoro.cli.results import silence
-from seoro.cli.terminal_size import terminal_columns
 from seoro.errors import BackendUnreachable, InvalidScenario, UsageError
 from seoro.lang.frozen import replaced
 from seoro.runtime.trace.writer import Writer, unbuffered
@@ -19,6 +18,7 @@ from seoro.text.printable import printable
 if TYPE_CHECKING:
     from seoro.lang.diagnostic import Diagnostic
 
+_FALLBACK = 80  # columns
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # only actions are printed
 
 _MAX_ITEMS = 20  # of coverage and of clean-ups, on the terminal
@@ -45,6 +45,19 @@ def use_colour(file: IO[str]) -> bool:
 def is_terminal(file: IO[str]) -> bool:
     """Return whether a file is a terminal with control sequences."""
     return file.isatty() and os.environ.get("TERM") != "dumb"
+
+
+def terminal_columns() -> int:
+    """Return the columns of the terminal, without the slow import of `shutil.get_terminal_size`."""
+    chosen = os.environ.get("COLUMNS", "")
+    if chosen.isdecimal() and int(chosen) > 0:
+        return int(chosen)
+    if sys.__stdout__ is None:
+        return _FALLBACK
+    try:
+        return os.get_terminal_size(sys.__stdout__.fileno()).columns or _FALLBACK
+    except (OSError, ValueError):  # closed, or not a terminal
+        return _FALLBACK
 
 
 def paint(style: str, text: str, *, on: bool) -> str:
@@ -103,6 +116,19 @@ def _contact_text(arguments: Mapping[str, Any]) -> str:
         return f"{first} touches {second}, moved by {striker}"
     other = second if striker == first else first
     return f"{striker} {'pushes' if arguments.get('pushes') else 'moves into'} {other}"
+
+
+def _clean_up_text(cancelled: Cancelled) -> str:
+    """Format the clean-up of an action."""
+    name = cancelled.path.rpartition("/")[2]
+    too_long = ", longer than allowed" if cancelled.overran else ""
+    return f"clean-up of {name} ({cancelled.span}) took {cancelled.clean_up:.2f} s{too_long}"
+
+
+def _coverage_text(item: ItemCoverage) -> str:
+    """Format the grade of a coverage item."""
+    reached = f"{item.reached} of {item.total} buckets ({item.grade:.0%})"
+    return f"{item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else "")
 
 
 class Progress:
@@ -201,26 +227,17 @@ class Progress:
         status = self._paint(_STATUS_STYLES[verdict.status], verdict.status.value)
         times = f"{verdict.duration:.2f} s of its clock, {verdict.wall_duration:.2f} s real"
         self.print_line(f"\n{status}  {verdict.scenario} in {times}")
-        self._clean_ups(
-            [each for each in verdict.cancelled if each.type == "action" and each.clean_up >= _NOTICED]
-        )
+        slow = [each for each in verdict.cancelled if each.type == "action" and each.clean_up >= _NOTICED]
+        self._print_first(map(_clean_up_text, slow), "clean-ups")
         if verdict.unobserved:
             self.print_line(f"  contacts not observed: {', '.join(verdict.unobserved)}")
-        self._coverage([item for item in verdict.coverage if item.grade is not None])
+        graded = [item for item in verdict.coverage if item.grade is not None]
+        self._print_first(map(_coverage_text, graded), "items")
 
-    def _clean_ups(self, cancelled: Sequence[Cancelled]) -> None:
-        """Print slow clean-ups of actions."""
-        for each in cancelled[:_MAX_ITEMS]:
-            name = each.path.rpartition("/")[2]
-            too_long = ", longer than allowed" if each.overran else ""
-            self.print_line(f"  clean-up of {name} ({each.span}) took {each.clean_up:.2f} s{too_long}")
-        if len(cancelled) > _MAX_ITEMS:
-            self.print_line(f"  and {len(cancelled) - _MAX_ITEMS} more clean-ups (`--json` lists all)")
-
-    def _coverage(self, items: Sequence[ItemCoverage]) -> None:
-        """Print the grades of coverage items."""
-        for item in items[:_MAX_ITEMS]:
-            reached = f"{item.reached} of {item.total} buckets ({item.grade:.0%})"
-            self.print_line(f"  {item.item}: {reached}" + (f", {item.illegal} illegal" if item.illegal else ""))
-        if len(items) > _MAX_ITEMS:
-            self.print_line(f"  and {len(items) - _MAX_ITEMS} more items (`--json` lists all)")
+    def _print_first(self, texts: Iterable[str], what: str) -> None:
+        """Print texts, and the number of those beyond the limit."""
+        lines = list(texts)
+        for line in lines[:_MAX_ITEMS]:
+            self.print_line(f"  {line}")
+        if len(lines) > _MAX_ITEMS:
+            self.print_line(f"  and {len(lines) - _MAX_ITEMS} more {what} (`--json` lists all)")

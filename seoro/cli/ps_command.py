@@ -7,9 +7,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-import anyio
-
-from seoro.cli.arguments import add_option, whole
+from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.cli.tables import table
@@ -39,14 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_option(parser, "--on EXECUTOR", "list only the runs of this executor (default: all)")
     add_executor_argument(parser)
-    add_option(parser, "--limit N", "list the N latest runs (default: %(default)s)", type=whole, default=20)
+    add_option(parser, "--limit N", "list the N latest runs (default: %(default)s)", default=20)
     add_option(parser, "--verbose", "also list the executors with their load and clocks")
     add_option(parser, "--json", "print a JSON list with all details of each run")
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    executors, found, silent = anyio.run(_query, options)
+    executors, found, silent = await _query(options)
     for reason in silent:
         print(f"note: {one_line(reason)}; its runs are not listed", file=sys.stderr)
     status = Exit.ERROR if silent else Exit.PASSED

@@ -8,8 +8,7 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
 from seoro.bridges.addresses import EXECUTOR
-from seoro.cli.arguments import Container, add_option, integer, positive
-from seoro.cli.keys_arguments import add_keys_argument
+from seoro.cli.arguments import Container, add_keys_argument, add_option, integer
 from seoro.errors import UsageError
 
 if TYPE_CHECKING:
@@ -25,7 +24,6 @@ def add_on_arguments(parser: argparse.ArgumentParser) -> None:
         group,
         "--stop-if-lost SECONDS",
         "stop the run after losing this client for SECONDS (default: keep running)",
-        type=positive,
     )
     add_option(
         parser,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from seoro.cli.arguments import add_keys_argument
 from seoro.cli.exec_command import add_local_arguments
-from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.trace_input import read_records
 from seoro.embed.api import recorded_options
 

@@ -1,18 +1,19 @@
-"""Report of a finished run: write its files and print its verdict, for local and remote runs."""
+"""Output of a run on the terminal and in files, for local and remote runs."""
 
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seoro.cli.exit_status import OF_STATUS, Exit
 from seoro.cli.files import shown_name
 from seoro.cli.output import Progress, is_terminal, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, print_json, result
 from seoro.errors import UsageError
-from seoro.lang.frozen import Value
 from seoro.runtime.trace.records import write_error_text
 from seoro.runtime.verdict import Verdict, with_write_error
 
@@ -21,40 +22,89 @@ if TYPE_CHECKING:
     from seoro.cli.live_tree import LiveTree
 
 
-class RunReport(Value):
-    """Result of a finished run.
+class RunReport:
+    """Progress and result of a run.
 
     Args:
-        verdict: The verdict.
-        parameters: The chosen value of every parameter.
-        files: Files in the output folder, with descriptions.
-        fault: Location of an exception in an action's code that ended the run, in one line; may be empty.
-        traceback: Traceback of that exception.
-        artifacts: Files of the simulator, still to be written.
+        options: Options of the command line.
+        files: Output files of the run.
     """
 
-    verdict: Verdict
-    parameters: Mapping[str, object]
-    files: Sequence[tuple[Path, str]]
-    fault: str = ""
-    traceback: str = ""
-    artifacts: Sequence[Artifact] = ()
+    def __init__(self, options: argparse.Namespace, files: ResultFiles) -> None:
+        self.progress = _make_progress(options)
+        self.interrupted: Exit | None = None  # the exit status, when a signal ends the run
+        self._options = options
+        self._files = files
 
+    def interrupt(self, number: int) -> tuple[str, bool]:
+        """Note that a signal ends the run; return the name of the signal, and whether it is a later one."""
+        is_again = self.interrupted is not None
+        self.interrupted = Exit.INTERRUPTED if number == signal.SIGINT else Exit.CANCELLED
+        return "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name, is_again
 
-async def report_run(
-    found: RunReport, options: argparse.Namespace, results: ResultFiles, progress: Progress | LiveTree
-) -> Verdict:
-    """Write and print the result of a run; return its verdict, which is an error if a file was not written."""
-    verdict = found.verdict
-    if (error := await results.finish()) is not None:
-        verdict = with_write_error(verdict, write_error_text(error))
-    written = list(found.files)
-    try:
-        written += results.write(verdict, found.parameters, _why(verdict, found.traceback), found.artifacts)
-    except UsageError as refused:
-        verdict = with_write_error(verdict, str(refused))
-    await _print(found, verdict, written, options, progress)
-    return verdict
+    def dry_run(
+        self, seed: int, parameters: Mapping[str, object], texts: Mapping[str, str], **more: object
+    ) -> None:
+        """Print the values that a run would have.
+
+        Args:
+            seed: Seed of the run.
+            parameters: Chosen values, for `--json`.
+            texts: Chosen values in the notation of the language, for people.
+            more: More fields for `--json`.
+        """
+        if self._options.json:
+            print_json({"seed": seed, "parameters": parameters, **more})
+            return
+        self.progress.print_line(f"{shown_name(self._options.file)} is ready to run: seed {seed}")
+        for name, text in texts.items():
+            self.progress.print_line(f"  {name} = {text}")
+
+    async def finish(self) -> None:
+        """Wait until all output is written."""
+        await self._files.finish()
+        await self.progress.finish()
+
+    async def conclude(
+        self,
+        verdict: Verdict,
+        parameters: Mapping[str, object],
+        files: Sequence[tuple[Path, str]],
+        fault: tuple[str, str],
+        artifacts: Sequence[Artifact],
+    ) -> Exit:
+        """Write and print the result of a finished run.
+
+        Args:
+            verdict: The verdict; it becomes an error if a file cannot be written.
+            parameters: The chosen value of every parameter.
+            files: Files in the output folder, with descriptions.
+            fault: Location and traceback of an exception in an action's code that ended the run; may be empty.
+            artifacts: Files of the simulator, still to be written.
+
+        Returns:
+            The exit status.
+        """
+        location, traceback = fault
+        if (error := await self._files.finish()) is not None:
+            verdict = with_write_error(verdict, write_error_text(error))
+        written = list(files)
+        try:
+            written += self._files.write(verdict, parameters, _why(verdict, traceback), artifacts)
+        except UsageError as refused:
+            verdict = with_write_error(verdict, str(refused))
+        await self.progress.end_of_run()
+        self.progress.print_verdict(verdict)
+        width = max((len(str(path)) for path, _ in written), default=0)
+        for path, what in written:
+            self.progress.print_line(f"  {path!s:{width}}  {what}")
+        await self.progress.finish()
+        print_reason(verdict)
+        if location:
+            print(traceback.rstrip() if self._options.debug else location, file=sys.stderr)
+        if self._options.json:
+            print_json(result(verdict, parameters, written))
+        return self.interrupted or OF_STATUS[verdict.status]
 
 
 def _why(verdict: Verdict, traceback: str) -> str:
@@ -66,53 +116,7 @@ def _why(verdict: Verdict, traceback: str) -> str:
     return "\n\n".join(filter(None, (reason_text(verdict), traceback)))
 
 
-async def _print(
-    found: RunReport,
-    verdict: Verdict,
-    files: Sequence[tuple[Path, str]],
-    options: argparse.Namespace,
-    progress: Progress | LiveTree,
-) -> None:
-    await progress.end_of_run()
-    progress.print_verdict(verdict)
-    width = max((len(str(path)) for path, _ in files), default=0)
-    for path, what in files:
-        progress.print_line(f"  {path!s:{width}}  {what}")
-    await progress.finish()
-    print_reason(verdict)
-    if found.fault:
-        print(found.traceback.rstrip() if options.debug else found.fault, file=sys.stderr)
-    if options.json:
-        print_json(result(verdict, found.parameters, files))
-
-
-def report_dry_run(
-    options: argparse.Namespace,
-    progress: Progress | LiveTree,
-    seed: int,
-    parameters: Mapping[str, object],
-    texts: Mapping[str, str],
-    **more: object,
-) -> None:
-    """Print the values that a run would have.
-
-    Args:
-        options: Options of the command line.
-        progress: Printer of the result.
-        seed: Seed of the run.
-        parameters: Chosen values, for `--json`.
-        texts: Chosen values in the notation of the language, for people.
-        more: More fields for `--json`.
-    """
-    if options.json:
-        print_json({"seed": seed, "parameters": parameters, **more})
-        return
-    progress.print_line(f"{shown_name(options.file)} is ready to run: seed {seed}")
-    for name, text in texts.items():
-        progress.print_line(f"  {name} = {text}")
-
-
-def make_progress(options: argparse.Namespace) -> Progress | LiveTree:
+def _make_progress(options: argparse.Namespace) -> Progress | LiveTree:
     """Make the display of a run: a live tree, or lines; on stderr if stdout has data for a program."""
     file = sys.stderr if options.json or options.trace == STDOUT else sys.stdout
     if not options.live_tree:

@@ -7,15 +7,14 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from io import FileIO
 from pathlib import Path
-from types import TracebackType
-from typing import IO, TYPE_CHECKING, Any, Self
+from typing import IO, TYPE_CHECKING, Any
 
 from seoro.cli.arguments import add_option
-from seoro.cli.files import write_errors
-from seoro.errors import BackendError, SeoroError, UsageError
+from seoro.cli.files import shown_name, write_errors
+from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
 from seoro.runtime.execution.outputs import RESULT_NAMES
 from seoro.runtime.trace.writer import unbuffered
@@ -33,19 +32,16 @@ _COVERAGE = "coverage.json"
 def add_result_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options for the output of a run."""
     add_option(
-        parser,
-        "-o --output-dir DIR",
-        "write the trace, test.xml, coverage.json and other results to this folder",
-        type=Path,
+        parser, "-o --output-dir DIR", "write the trace, test.xml, coverage.json and other results to this folder"
     )
-    add_option(parser, "--trace FILE", "write the trace (JSON Lines) to this file; - for stdout")
+    add_option(parser, "--trace FILE", "write the trace (JSON Lines) to this file; - for stdout", type=str)
     add_option(parser, "-t --live-tree", "show a live tree of running behaviors")
-    add_option(parser, "--junit FILE", "write the result as JUnit XML to this file", type=Path)
+    add_option(parser, "--junit FILE", "write the result as JUnit XML to this file")
     add_option(parser, "--json", "print the result (or the values of a dry run) as one JSON object on stdout")
 
 
 class ResultFiles:
-    """Output files that the options ask for; traces are open while the block lasts.
+    """Output files that the options ask for.
 
     Args:
         options: Options with `trace`, `junit` and `output_dir`.
@@ -61,35 +57,32 @@ class ResultFiles:
         trace = None if options.trace in (None, STDOUT) else Path(options.trace)
         self._trace_paths = self._with_folder(trace, "trace.jsonl")
         self._junit_paths = self._with_folder(options.junit, "test.xml")
-        self._open = ExitStack()
         self._is_claimed = False
         self._are_inputs = False
         self.traces: list[JsonLines] = []  # observers
 
-    def __enter__(self) -> Self:
-        """Open the traces; a dry run writes nothing.
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """Open the traces while the block lasts; a dry run writes nothing.
 
         Raises:
             UsageError: A file cannot be written.
         """
-        options = self._options
-        if options.dry_run:
-            return self
+        if self._options.dry_run:
+            yield
+            return
         self._check()
         self._claim()
-        with ExitStack() as opened:
+        opened = ExitStack()
+        try:
             self.traces += self._traces(opened)
-            self._open = opened.pop_all()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        with suppress(OSError):  # reported by `finish`
-            self._open.close()
-        if self._folder is not None and self._is_claimed:
-            with suppress(OSError):  # a folder that was removed during the run
-                self._folder.close()
+            yield
+        finally:
+            with suppress(OSError):  # reported by `finish`
+                opened.close()
+            if self._folder is not None:
+                with suppress(OSError):  # a folder that was removed during the run
+                    self._folder.close()
 
     def _claim(self) -> None:
         """Remove the results of an earlier run from the output folder."""
@@ -182,16 +175,21 @@ class ResultFiles:
             written += self._write_junit(junit([case_of(verdict, parameters, reason)]))
         return written
 
-    def write_unrun(self, file: str, error: SeoroError, text: str) -> None:
-        """Write the result of a file that could not be run, and print it for `--json`.
+    @contextmanager
+    def writing_refusals(self) -> Iterator[None]:
+        """Write the result of a file that the block cannot run, and print it for `--json`.
 
-        Write errors are ignored.
-
-        Args:
-            file: The file.
-            error: Error in the file, in the options, or of the simulator.
-            text: Full text of the error, for people.
+        Write errors are ignored; the error of the file, the options or the simulator propagates.
         """
+        try:
+            yield
+        except (InvalidScenario, UsageError, BackendError) as error:
+            self._write_unrun(shown_name(self._options.file), error)
+            raise
+
+    def _write_unrun(self, file: str, error: SeoroError) -> None:
+        from seoro.cli.output import error_text  # noqa: PLC0415 - imports this module
+
         found = unrun(file, error)
         self._remove_empty_traces()
         if self._options.json and self._options.trace != STDOUT:
@@ -201,7 +199,7 @@ class ResultFiles:
 
             with suppress(UsageError):
                 self._claim()
-                self._write_junit(junit([unrun_case(file, found["status"], found["reason"], text)]))
+                self._write_junit(junit([unrun_case(file, found["status"], found["reason"], error_text(error))]))
 
     def _remove_empty_traces(self) -> None:
         """Remove empty traces of a run that did not start."""

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-import anyio
-
-from seoro.cli.exit_status import Exit
 from seoro.cli.remote_arguments import add_run_argument, named_run
 
 EXAMPLES = """examples:
@@ -20,13 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_run_argument(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> None:
     """Run the command."""
-    anyio.run(_remove, options)
-    return Exit.PASSED
-
-
-async def _remove(options: argparse.Namespace) -> None:
     async with named_run(options) as found:
         await found.remove()
         print(f"deleted run {found.id[:8]}")

@@ -3,24 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import os
-from collections.abc import Awaitable, Callable
 from importlib import import_module
 from pathlib import Path
 
 from seoro.bridges.addresses import ROS_ROUTER
-from seoro.cli.arguments import (
-    Commands,
-    add_command,
-    add_dialect,
-    add_option,
-    domain,
-    pattern,
-    positive,
-    seconds,
-    whole,
-)
+from seoro.cli.arguments import Commands, add_command, add_dialect, add_option, domain, pattern, positive, seconds
 from seoro.cli.exit_status import Exit
 from seoro.cli.packages import ROS2, require
 from seoro.cli.signals import Terminated, cancel_on_signals, status_of
@@ -97,7 +85,6 @@ def _leaf(kinds: Commands, name: str, what: str, act: str, place: str = "") -> a
         system,
         "--interfaces DIR",
         "folder with more interface definitions: PACKAGE/msg/X.msg, PACKAGE/srv/X.srv, ...",
-        type=Path,
         repeatable=True,
     )
     add_option(
@@ -128,22 +115,16 @@ def _add_topics(topics: Commands) -> None:
     for parser in (echo, rate):
         _add_type(parser)
         _add_qos(parser, "that of the publishers")
-        add_option(parser, "-n --count N", "end after N messages", type=whole, default=0)
-    add_option(rate, "--window N", "use only the last N messages", type=whole, default=0)
+        add_option(parser, "-n --count N", "end after N messages", default=0)
+    add_option(rate, "--window N", "use only the last N messages", default=0)
     add_option(echo, "--member PATH", "print this member only: `pose.position.x`, `ranges.0`")
     _add_form(echo)
     publishing = _leaf(topics, "pub", "publish a message", "topics.publish", "TOPIC")
     publishing.add_argument("value", metavar="VALUE", help="message as YAML; omitted members have their defaults")
     _add_type(publishing)
     _add_qos(publishing, "reliable, volatile, depth 10")
-    add_option(publishing, "-r --rate HZ", "publish repeatedly at this rate", type=positive)
-    add_option(
-        publishing,
-        "-n --count N",
-        "number of messages (default: 1; with --rate: unlimited)",
-        type=whole,
-        default=0,
-    )
+    add_option(publishing, "-r --rate HZ", "publish repeatedly at this rate")
+    add_option(publishing, "-n --count N", "number of messages (default: 1; with --rate: unlimited)", default=0)
     add_option(
         publishing,
         "--wait SECONDS",
@@ -160,13 +141,7 @@ def _add_services(services: Commands) -> None:
     calling = _leaf(services, "call", "call a service", "services.call", "SERVICE")
     calling.add_argument("value", metavar="VALUE", nargs="?", default="", help="request as YAML")
     _add_type(calling)
-    add_option(
-        calling,
-        "--timeout SECONDS",
-        "wait for the response at most this long (default: 10)",
-        type=positive,
-        default=10.0,
-    )
+    add_option(calling, "--timeout SECONDS", "wait for the response at most this long (default: 10)", default=10.0)
     _add_form(calling)
 
 
@@ -199,8 +174,8 @@ def _add_bags(bags: Commands) -> None:
     add_option(
         recording, "--pattern REGEX", "also record topics whose full names match, as they appear", type=_pattern
     )
-    add_option(recording, "-o --output DIR", "output folder (default: rosbag2_DATE-TIME)", type=Path)
-    add_option(recording, "--duration SECONDS", "stop after this time", type=positive)
+    add_option(recording, "-o --output DIR", "output folder (default: rosbag2_DATE-TIME)")
+    add_option(recording, "--duration SECONDS", "stop after this time")
     add_option(recording, "--use-sim-time", "use the time of /clock for messages")
     add_option(
         recording,
@@ -215,7 +190,7 @@ def _add_bags(bags: Commands) -> None:
     add_option(playing, "--topic TOPIC", "play only this topic", repeatable=True)
     add_option(playing, "-r --rate N", "speed factor (default: 1)", type=positive, default=1.0)
     add_option(playing, "--start-offset SECONDS", "skip the first seconds", type=seconds, default=0.0)
-    add_option(playing, "--clock HZ", "publish /clock at this rate", type=positive)
+    add_option(playing, "--clock HZ", "publish /clock at this rate")
 
 
 def _add_hidden(parser: argparse.ArgumentParser, more: str = "") -> None:
@@ -239,7 +214,7 @@ def _add_qos(parser: argparse.ArgumentParser, default: str) -> None:
     add_option(parser, "--qos", f"QoS preset (default: {default})", choices=PRESETS)
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> int:
     """Run the command."""
     require("`seoro ros`", "ros2", *ROS2)
     if options.domain is None:
@@ -247,14 +222,10 @@ def run(options: argparse.Namespace) -> int:
     module, _, function = options.act.partition(".")
     act = getattr(import_module(f"seoro.cli.ros.{module}"), function)
     try:
-        return asyncio.run(_until_signal(act, options))
+        with cancel_on_signals():
+            return int(await act(options))
     except Terminated as terminated:
         return Exit.PASSED if options.act in ENDLESS else status_of(terminated.number)
-
-
-async def _until_signal(act: Callable[[argparse.Namespace], Awaitable[int]], options: argparse.Namespace) -> int:
-    with cancel_on_signals():
-        return int(await act(options))
 
 
 def _domain_of_environment() -> int:

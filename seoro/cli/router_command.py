@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-import anyio
-
-from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import Exit
-from seoro.cli.keys_arguments import add_keys_argument
+from seoro.cli.arguments import add_keys_argument, add_option
 from seoro.cli.serving import endpoint_errors, wait_for_signal
 from seoro.concurrency.background import background
 
@@ -27,19 +23,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_keys_argument(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> None:
     """Run the command."""
-    with endpoint_errors("`--listen`"):
-        anyio.run(_route, options)
-    return Exit.PASSED
-
-
-async def _route(options: argparse.Namespace) -> None:
     from seoro.bridges.routing import run_router  # noqa: PLC0415 - Zenoh, for this command only
 
     def ready() -> None:
         print(f"router listening on {options.listen}; Ctrl-C ends it", flush=True)
 
-    async with background() as tasks:
-        tasks.start_soon(run_router, options.listen, None, ready)
-        await wait_for_signal()
+    with endpoint_errors("`--listen`"):
+        async with background() as tasks:
+            tasks.start_soon(run_router, options.listen, None, ready)
+            await wait_for_signal()

@@ -11,24 +11,15 @@ from pathlib import Path
 from typing import Unpack
 
 from seoro.bridges.addresses import ROS_ROUTER
-from seoro.cli.arguments import add_option, domain, positive, rate, seed
-from seoro.embed.file_settings import (
-    CLOCK,
-    ENDPOINT,
-    LAB,
-    ROS,
-    SNAPSHOT,
-    FileSettings,
-    GivenOptions,
-    settings_of_file,
-    target_of,
-)
+from seoro.cli.arguments import add_option, domain, rate, seed
+from seoro.embed.file_settings import FileSettings, settings_of_file
 from seoro.embed.options import ROS_SIMULATOR, Lab, Leasing, OptionFields, Options, Ros, Simulator, options_from
 from seoro.embed.runnable import Runnable
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
+_OPTION_NAMES = {"snapshot": "--from-snapshot", "lab": "--lab", "ros": "--ros", "timeout": "--timeout SECONDS"}
 
 
 def add_run_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +32,6 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "--params FILE",
         "YAML file with parameters: a mapping under the name of the scenario, numbers in SI base units",
-        type=Path,
     )
     add_option(parser, "--seed N", "random seed (default: random)", type=seed)
     add_option(
@@ -52,12 +42,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_simulator_arguments(parser)
     _add_ros_arguments(parser)
-    add_option(
-        parser,
-        "--timeout SECONDS",
-        "end the run with an error after this wall time (default: 3600)",
-        type=positive,
-    )
+    add_option(parser, "--timeout SECONDS", "end the run with an error after this wall time (default: 3600)")
 
 
 def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,16 +53,15 @@ def _add_simulator_arguments(parser: argparse.ArgumentParser) -> None:
         "start this simulator for the run: mujoco or pybullet; ros uses the running simulator of the ROS 2 "
         "system (`--ros`)",
     )
-    add_option(place, "--lab FILE", "lab file that assigns robots or simulators to actors", type=Path)
+    add_option(place, "--lab FILE", "lab file that assigns robots or simulators to actors")
     add_option(place, "--connect ENDPOINT", "use the simulator node at this Zenoh endpoint")
     add_option(parser, "--world WORLD", "name or file of the world (default: that of the simulator)")
-    add_option(parser, "--from-snapshot FILE", "start from a saved state, with its world and simulator", type=Path)
+    add_option(parser, "--from-snapshot FILE", "start from a saved state, with its world and simulator")
     add_option(parser, "--rate R", "simulated seconds per second, or max (default: 1)", type=rate)
     add_option(
         parser,
         "--model-path DIR",
         "folder to search first for models `name://path`, as DIR/name/path",
-        type=Path,
         repeatable=True,
     )
 
@@ -95,7 +79,6 @@ def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "--ros-interfaces DIR",
         "folder of packages with more definitions of messages, services and actions",
-        type=Path,
         repeatable=True,
     )
 
@@ -111,23 +94,25 @@ def use_file_settings(options: argparse.Namespace, scenario: Runnable, *, repeat
     Raises:
         InvalidScenario, UsageError: As `settings_of_file`.
     """
-    places = {
-        SNAPSHOT: (options.from_snapshot, "--from-snapshot"),
-        ENDPOINT: (options.connect, "--connect"),
-        LAB: (options.lab, "--lab"),
-        ROS: (options.ros, "--ros"),
-        CLOCK: (options.clock, f"--clock {options.clock}"),
-    }
-    given = GivenOptions(
-        simulator=options.sim,
-        target=target_of(places, has_simulator=options.sim is not None),
-        world=options.world,
+    simulator = Simulator(options.sim, options.connect, options.world, snapshot=options.from_snapshot)
+    given = Options(
+        name=options.scenario,
         seed=options.seed,
+        overrides=overrides_of(options.set),
+        parameters=options.params,
+        clock=options.clock,
+        simulator=simulator if _has_simulator(options) else None,
+        ros=options.ros and Ros(options.ros),
+        lab=options.lab and Lab(options.lab),
         timeout=options.timeout,
-        timeout_option="--timeout SECONDS",
-        parameters=None if options.params is not None else overrides_of(options.set),
     )
-    found = settings_of_file(scenario, options.scenario, given, repeats=repeats)
+    found = settings_of_file(
+        scenario,
+        given,
+        _OPTION_NAMES | {"clock": f"--clock {options.clock}"},
+        world=options.world,
+        repeats=repeats,
+    )
     options.sim, options.world, options.seed = found.simulator, found.world, found.seed
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
@@ -202,7 +187,7 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
     """Return the simulator of the options, if any."""
     if options.lab is not None:
         return None
-    if options.sim is None and options.connect is None and options.from_snapshot is None:
+    if not _has_simulator(options):
         of_simulator = {
             "--world": options.world,
             "--rate": options.rate,
@@ -220,6 +205,10 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
         model_path=options.model_path,
         snapshot=options.from_snapshot,
     )
+
+
+def _has_simulator(options: argparse.Namespace) -> bool:
+    return any(each is not None for each in (options.sim, options.connect, options.from_snapshot))
 
 
 def _world(world: str | None, simulator: str | None) -> str | None:
@@ -251,9 +240,7 @@ def add_lease_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("shared robots")
     waiting = group.add_mutually_exclusive_group()
     add_option(waiting, "--when-free", "wait for busy robots, and for nodes that are not up yet")
-    add_option(
-        waiting, "--wait SECONDS", "wait for busy robots at most this long (default: do not wait)", type=positive
-    )
+    add_option(waiting, "--wait SECONDS", "wait for busy robots at most this long (default: do not wait)")
     add_option(group, "--lease ID", "use the robots of this lease (`seoro lab lease`)")
 
 

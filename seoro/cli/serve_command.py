@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import argparse
 from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import anyio
 from anyio.abc import TaskGroup
 
 from seoro.bridges.addresses import EXECUTOR
-from seoro.cli.arguments import add_option, number, whole
+from seoro.cli.arguments import add_keys_argument, add_option, number
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
-from seoro.cli.keys_arguments import add_keys_argument
 from seoro.cli.serving import check_name, endpoint_errors, place_of
 from seoro.cli.signals import termination_signals
 from seoro.concurrency.background import background
@@ -41,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     place = parser.add_mutually_exclusive_group()
     add_option(place, "--listen ENDPOINT", f"Zenoh endpoint to listen on (default: {EXECUTOR})")
     add_option(place, "--connect ENDPOINT", "connect to the executor or Zenoh router at this endpoint instead")
-    add_option(parser, "--folder DIR", "folder for runs (default: ~/.local/state/seoro/NAME)", type=Path)
-    add_option(parser, "--jobs N", "number of simultaneous runs (default: %(default)s)", type=whole, default=1)
+    add_option(parser, "--folder DIR", "folder for runs (default: ~/.local/state/seoro/NAME)")
+    add_option(parser, "--jobs N", "number of simultaneous runs (default: %(default)s)", default=1)
     add_option(
         parser,
         "--keep DAYS",
@@ -56,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "allow scenarios to use python, files, network, run_process, ros_run or ros_launch",
         repeatable=True,
     )
-    add_option(parser, "--policy FILE", "YAML file with permissions and limits per role", type=Path)
+    add_option(parser, "--policy FILE", "YAML file with permissions and limits per role")
     add_keys_argument(parser)
 
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from pathlib import Path
 
-from seoro.cli.arguments import add_option, rate, seed
+from seoro.cli.arguments import add_keys_argument, add_option, rate, seed
 from seoro.cli.files import node_file
-from seoro.cli.keys_arguments import add_keys_argument
 from seoro.errors import UsageError
 
 DEFAULT_WORLD = "maze"
@@ -33,10 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_option(parser, "--world WORLD", f"name or file of the world (default: {DEFAULT_WORLD})")
     add_option(
-        parser,
-        "--from-snapshot FILE",
-        "continue from a saved state, with its world, clock and robot commands",
-        type=Path,
+        parser, "--from-snapshot FILE", "continue from a saved state, with its world, clock and robot commands"
     )
     add_option(parser, "--seed N", "random seed (default: 0, or that of the snapshot)", type=seed)
     place = parser.add_mutually_exclusive_group()
@@ -60,7 +55,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "--model-path DIR",
         "folder to search first for models `name://path`, as DIR/name/path",
-        type=Path,
         repeatable=True,
     )
 

@@ -7,7 +7,6 @@ import argparse
 import anyio
 
 from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import Exit
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.client.runs import RemoteRun
 from seoro.embed.whoami import whoami
@@ -33,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_executor_argument(parser)
 
 
-def run(options: argparse.Namespace) -> int:
+async def run(options: argparse.Namespace) -> None:
     """Run the command."""
     if options.all:
         raise UsageError(
@@ -42,11 +41,6 @@ def run(options: argparse.Namespace) -> int:
         )
     if options.mine == bool(options.runs):
         raise UsageError("expected either runs or `--mine`", help="`seoro ps` lists runs")
-    anyio.run(_stop, options)
-    return Exit.PASSED
-
-
-async def _stop(options: argparse.Namespace) -> None:
     from seoro.client import Client  # noqa: PLC0415 - Zenoh, for commands that need it only
 
     async with Client(options.executor) as client:

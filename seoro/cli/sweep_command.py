@@ -16,7 +16,7 @@ from pathlib import Path
 
 import anyio
 
-from seoro.cli.arguments import add_option, whole
+from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.output import is_terminal
@@ -34,7 +34,7 @@ from seoro.runtime.verdict import RunStatus
 from seoro.sweep.axes import Axis, combinations, find_axes
 from seoro.sweep.emit import emitted
 from seoro.sweep.results import JUNIT, TABLE, write_results
-from seoro.sweep.running import Planned, Ran, run_all
+from seoro.sweep.running import Planned, Ran, run_all, title_of
 
 EXAMPLES = """examples:
   seoro sweep noise.osc --list
@@ -62,16 +62,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "-o --output-dir DIR",
         f"folder for {TABLE}, test.xml and the results of runs (default: sweep)",
-        type=Path,
         default=Path("sweep"),
     )
     add_option(parser, "--overwrite", "replace the results of an earlier sweep")
-    add_option(parser, "-j --jobs N", "number of simultaneous runs (default: number of processors)", type=whole)
+    add_option(parser, "-j --jobs N", "number of simultaneous runs (default: number of processors)")
     add_option(
         parser,
         "--repeat N",
         "run each combination N times, with the seeds SEED, SEED + 1, ... (default: 1)",
-        type=whole,
         default=1,
     )
     parser.add_argument(
@@ -83,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_view_arguments(parser)
     what = parser.add_mutually_exclusive_group()
     add_option(what, "--list", "list the combinations without running them")
-    add_option(what, "--emit DIR", "write each combination as a scenario file, without running it", type=Path)
+    add_option(what, "--emit DIR", "write each combination as a scenario file, without running it")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -114,15 +112,18 @@ class _Sweep:
                 options.sim = saved_by  # runs share a named simulator
         jobs = self._jobs()
         axes = self._axes()
-        possible, ruled_out = await self._possible(list(combinations(axes)))
-        self._announce(axes, possible, ruled_out)
+        values_of_runs = list(combinations(axes))
+        possible = await self._possible(values_of_runs)
+        self._announce(axes, len(possible), len(values_of_runs) - len(possible))
         if options.list:
-            self._list(possible)
-            return Exit.PASSED
-        if options.emit is not None:
+            print()
+            for number, values in enumerate(possible, start=1):
+                print(f"{number:>{len(str(len(possible)))}}  {title_of(values)}")
+        elif options.emit is not None:
             self._emit(axes, possible)
-            return Exit.PASSED
-        return await self._run(self._plan(possible), jobs)
+        else:
+            return await self._run(self._plan(possible), jobs)
+        return Exit.PASSED
 
     # -------------------------------------------------------- combinations
 
@@ -138,12 +139,9 @@ class _Sweep:
             )
         return axes
 
-    async def _possible(
-        self, values: Sequence[Mapping[str, str]]
-    ) -> tuple[Sequence[Mapping[str, str]], Sequence[Mapping[str, str]]]:
-        """Split combinations by whether they satisfy all constraints."""
+    async def _possible(self, values: Sequence[Mapping[str, str]]) -> Sequence[Mapping[str, str]]:
+        """Return the combinations that satisfy all constraints."""
         possible: list[Mapping[str, str]] = []
-        ruled_out: list[Mapping[str, str]] = []
         for each in values:
             settings = Options(
                 name=self._options.scenario,
@@ -156,25 +154,19 @@ class _Sweep:
                     possible.append(each)
             except UsageError as error:
                 # Other errors, such as a missing simulator, are reported by the run itself.
-                (ruled_out if error.code == CONFLICT else possible).append(each)
+                if error.code != CONFLICT:
+                    possible.append(each)
         if not possible:
             raise UsageError(f"the constraints of `{self._entry}` rule out all {len(values)} combinations")
-        return possible, ruled_out
+        return possible
 
-    def _announce(
-        self, axes: Sequence[Axis], possible: Sequence[Mapping[str, str]], ruled_out: Sequence[object]
-    ) -> None:
-        print(f"{self._options.file}: {count(len(possible), 'combination')} of {count(len(axes), 'parameter')}")
+    def _announce(self, axes: Sequence[Axis], possible: int, ruled_out: int) -> None:
+        print(f"{self._options.file}: {count(possible, 'combination')} of {count(len(axes), 'parameter')}")
         for axis in axes:
             print(f"  {axis.path} in [{', '.join(axis.values)}]")
         if ruled_out:
-            print(f"  {count(len(ruled_out), 'combination')} ruled out by other constraints")
+            print(f"  {count(ruled_out, 'combination')} ruled out by other constraints")
         sys.stdout.flush()
-
-    def _list(self, possible: Sequence[Mapping[str, str]]) -> None:
-        print()
-        for number, values in enumerate(possible, start=1):
-            print(f"{number:>{len(str(len(possible)))}}  {Planned(number, values, 0, Path()).title}")
 
     def _emit(self, axes: Sequence[Axis], possible: Sequence[Mapping[str, str]]) -> None:
         folder: Path = self._options.emit

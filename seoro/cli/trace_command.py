@@ -6,20 +6,19 @@ import argparse
 import json
 import math
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
 from seoro.cli.arguments import add_option, number, pattern
-from seoro.cli.exit_status import Exit
 from seoro.cli.files import write_errors
 from seoro.cli.output import paint, use_colour
 from seoro.cli.results import silence
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
-from seoro.traces.filter import Filter, select
 from seoro.traces.perfetto import write_perfetto
-from seoro.traces.reader import InvalidRecord, Record, read_trace, valid_records
+from seoro.traces.reader import Filter, InvalidRecord, Record, read_trace, select, valid_records
 from seoro.traces.summary import summarise
 from seoro.traces.summary_text import summary_lines
 from seoro.traces.timeline import timeline
@@ -54,14 +53,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--json", "print records as JSON Lines, or the summary as one JSON object")
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run the command."""
     try:
         with open_trace(options.file) as file:
-            return _TraceView(options, file).show()
+            _TraceView(options, file).show()
     except BrokenPipeError:  # the reader has closed the pipe
         silence(sys.stdout)
-        return Exit.PASSED
 
 
 def _time(text: str) -> float:
@@ -74,13 +72,11 @@ class _TraceView:
     def __init__(self, options: argparse.Namespace, file: IO[bytes]) -> None:
         self._options = options
         self._problems: list[InvalidRecord] = []
-        self._number = 0  # of records
+        self._kinds: Counter[str] = Counter()  # of records
         self._chosen_number = 0
-        self._kinds: set[str] = set()
-        self._has_end = False
         self._file = file
 
-    def show(self) -> Exit:
+    def show(self) -> None:
         """Print, summarise or convert the trace.
 
         Raises:
@@ -92,23 +88,24 @@ class _TraceView:
         if options.perfetto is not None:
             self._convert(options.perfetto)
         elif options.summary:
-            self._summarise()
+            summary = summarise(self._chosen(), self._problems)
+            plain = json.dumps(summary.plain(), ensure_ascii=False) if options.json else None
+            print(plain or "\n".join(summary_lines(summary)))
         elif options.json:
             for record in self._chosen():
                 print(json.dumps(record, ensure_ascii=False))
         else:
-            self._print()
+            on = use_colour(sys.stdout)
+            for line in timeline(self._chosen(), is_whole=bool(options.kind)):
+                print(paint(_TONES.get(line.tone, ""), str(line), on=on))
         sys.stdout.flush()
         self._print_warnings()
-        return Exit.PASSED
 
     def _records(self) -> Iterator[Record]:
         for record in valid_records(read_trace(self._file), self._problems):
-            self._number += 1
-            self._kinds.add(record["kind"])
-            self._has_end = self._has_end or record["kind"] == "run.end"
+            self._kinds[record["kind"]] += 1
             yield record
-        if not self._number:
+        if not self._kinds:
             raise invalid_trace(self._options.file, self._problems)
 
     def _chosen(self) -> Iterator[Record]:
@@ -120,18 +117,6 @@ class _TraceView:
             self._chosen_number += 1
             yield record
 
-    def _print(self) -> None:
-        on = use_colour(sys.stdout)
-        for line in timeline(self._chosen(), is_whole=bool(self._options.kind)):
-            print(paint(_TONES.get(line.tone, ""), str(line), on=on))
-
-    def _summarise(self) -> None:
-        summary = summarise(self._chosen(), self._problems)
-        if self._options.json:
-            print(json.dumps(summary.plain(), ensure_ascii=False))
-        else:
-            print("\n".join(summary_lines(summary)))
-
     def _convert(self, path: Path) -> None:
         with write_errors(path), path.open("w", encoding="utf-8") as file:
             events = write_perfetto(self._chosen(), file)
@@ -142,8 +127,8 @@ class _TraceView:
         lines = [f"warning: {self._options.file}, {problem}" for problem in self._problems if not problem.is_cut]
         if not self._chosen_number:
             kinds = ", ".join(sorted(self._kinds))
-            lines.append(f"note: none of {self._number} records matches; kinds: {kinds}")
-        if not self._has_end:
+            lines.append(f"note: none of {self._kinds.total()} records matches; kinds: {kinds}")
+        if "run.end" not in self._kinds:
             cut = ", the last line is truncated" if any(problem.is_cut for problem in self._problems) else ""
             lines.append(f"warning: the trace has no `run.end`{cut}: the run was killed, or is still active")
         if lines:

@@ -79,9 +79,9 @@ def video_arguments(options: argparse.Namespace) -> list[str]:
 
 
 def _place(options: argparse.Namespace) -> Path:
+    if options.record_video == OUTPUT_FOLDER and options.output_dir is None:
+        raise UsageError("missing file for `--record-video`", help="name a file, or a folder with `-o`")
     if options.record_video == OUTPUT_FOLDER:
-        if options.output_dir is None:
-            raise UsageError("missing file for `--record-video`", help="name a file, or a folder with `-o`")
         return Path(options.output_dir) / VIDEO
     path = Path(options.record_video)
     return path if path.suffix == ".mp4" and not path.is_dir() else path / VIDEO

@@ -85,22 +85,26 @@ def to_number(name: str, value: object) -> float:
     return float(value)
 
 
-def to_limit(name: str, value: object) -> float:
-    """Check a limit of time [s]: a number above 0, which may be infinite.
+def number_with(is_valid: Callable[[float], bool], expected: str) -> Callable[[str, object], float]:
+    """Make a check of numbers, which may be infinite.
 
-    Raises:
-        UsageError: `value` is something else.
+    Args:
+        is_valid: Condition on a number.
+        expected: Description of a valid number.
     """
-    return _to_valid(name, value, lambda limit: limit > 0.0, "seconds above 0")
+
+    def check(name: str, value: object) -> float:
+        number = to_number(name, value)
+        if not is_valid(number):
+            raise UsageError(f"invalid `{name}`: found {value!r}, expected {expected}")
+        return number
+
+    return check
 
 
-def to_wait(name: str, value: object) -> float:
-    """Check a time to wait [s]: a number from 0, which may be infinite.
-
-    Raises:
-        UsageError: `value` is something else.
-    """
-    return _to_valid(name, value, lambda wait: wait >= 0.0, "seconds from 0")
+to_limit = number_with(lambda limit: limit > 0.0, "seconds above 0")
+to_wait = number_with(lambda wait: wait >= 0.0, "seconds from 0")
+_to_rate = number_with(lambda rate: rate > 0.0, 'a number above 0 or "max"')
 
 
 def to_rate(name: str, value: object) -> float:
@@ -109,18 +113,9 @@ def to_rate(name: str, value: object) -> float:
     Raises:
         UsageError: `value` is neither a number above 0 nor `"max"`.
     """
-    if isinstance(value, str) and value == "max":
-        return math.inf
-    if isinstance(value, str):
+    if isinstance(value, str) and value != "max":
         raise wrong_type(name, value, 'a number or "max"')
-    return _to_valid(name, value, lambda rate: rate > 0.0, 'a number above 0 or "max"')
-
-
-def _to_valid(name: str, value: object, is_valid: Callable[[float], bool], expected: str) -> float:
-    number = to_number(name, value)
-    if not is_valid(number):
-        raise UsageError(f"invalid `{name}`: found {value!r}, expected {expected}")
-    return number
+    return math.inf if value == "max" else _to_rate(name, value)
 
 
 def to_function(name: str, value: object) -> Callable[..., object]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import field
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seoro.bridges.addresses import ROS_ROUTER
@@ -21,6 +22,7 @@ from seoro.runtime.trace.reader import ReadClock, Readers
 if TYPE_CHECKING:
     from seoro.bridges.ros2.backend import RosBackend, RosOptions
     from seoro.bridges.sim.node import SimulatorNode
+    from seoro.lab.resetting import Reset
     from seoro.lab.selectors import Selector
     from seoro.lab.teardown import Teardown
 
@@ -60,8 +62,6 @@ async def open_backends(
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
-        from seoro.embed.resets import resets_of  # noqa: PLC0415 - as above
-
         wanted = LabRequest(
             seed,
             ModelPath(options.lab.model_path, options.locate),
@@ -79,6 +79,37 @@ async def open_backends(
         yield OpenBackends()
 
 
+def resets_of(options: Options) -> Callable[[Path, str], Reset]:
+    """Make a function that loads reset scenarios, each once.
+
+    Args:
+        options: Options of the run.
+    """
+    from seoro.embed.scenarios import load  # noqa: PLC0415 - parser and checks
+    from seoro.lab.resetting import Reset  # noqa: PLC0415 - Zenoh
+    from seoro.lang.frontend import lower  # noqa: PLC0415 - parser and checks
+
+    loaded: dict[Path, Reset] = {}
+
+    def reset_of(path: Path, place: str) -> Reset:
+        if path not in loaded:
+            scenario = (options.load or load)(path)
+            plan = lower(scenario.checked, None, {})
+            if options.vet is not None:
+                options.vet(plan)
+            loaded[path] = Reset(plan, scenario.functions, tuple(sorted(actor_names(plan))))
+        reset = loaded[path]
+        if len(reset.actors) != 1:
+            actors = ", ".join(reset.actors) or "none"
+            raise UsageError(
+                f"{place}: the reset scenario {reset.plan.entry} in {path} must have exactly one actor, the robot "
+                f"(found {actors})"
+            )
+        return reset
+
+    return reset_of
+
+
 def _purpose(plan: Plan) -> str:
     """Describe the purpose of a lease, for other clients that want the robots."""
     from seoro.embed.whoami import whoami  # noqa: PLC0415 - for runs with robots or simulators
@@ -86,8 +117,9 @@ def _purpose(plan: Plan) -> str:
     return f"the scenario {plan.entry} of {whoami()}"
 
 
-@asynccontextmanager
-async def _open(simulator: Simulator, seed: int, settings: Options, purpose: str) -> AsyncIterator[SimulatorNode]:
+def _open(
+    simulator: Simulator, seed: int, settings: Options, purpose: str
+) -> AbstractAsyncContextManager[SimulatorNode]:
     # Zenoh and the message models are loaded only for runs with a simulator.
     from seoro.bridges.launch import SimulatorOptions, connect_simulator, start_simulator  # noqa: PLC0415
     from seoro.bridges.models import ModelPath  # noqa: PLC0415
@@ -99,20 +131,15 @@ async def _open(simulator: Simulator, seed: int, settings: Options, purpose: str
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         opening = partial(connect_simulator, simulator.endpoint, options, None, purpose)
-        async with retry_until_free(settings.leasing, opening) as node:
-            yield node
-        return
+        return retry_until_free(settings.leasing, opening)
     name = simulator.name or (snapshot.engine if snapshot is not None else None)
     assert name is not None, "checked before"
     if name == ROS_SIMULATOR:
         system = _ros_options(settings.ros or Ros(ROS_ROUTER))
         from seoro.bridges.ros2.simulators.opening import open_simulator  # noqa: PLC0415 - an extra
 
-        async with open_simulator(system, options) as node:
-            yield node
-        return
-    async with start_simulator(name, options) as node:
-        yield node
+        return open_simulator(system, options)
+    return start_simulator(name, options)
 
 
 @asynccontextmanager

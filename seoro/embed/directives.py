@@ -130,16 +130,6 @@ def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDir
     return FileDirectives(common, scenarios)
 
 
-def directives_of_file(checked: Checked) -> FileDirectives:
-    """Read the directives of a checked file.
-
-    Raises:
-        UsageError: As `read_directives`.
-    """
-    lines = frozenset(symbol.span.line for symbol in top_scenarios(checked))
-    return read_directives(checked.sources.entry.file, lines)
-
-
 def top_scenarios(checked: Checked) -> list[TypeSymbol]:
     """Return the scenarios that the file itself declares, except those of actors, in source order."""
     file = checked.sources.entry.file

@@ -6,7 +6,7 @@ replaces, becomes a note for the user.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -17,67 +17,8 @@ from seoro.embed.time_limit import WallLimit, wall_limit
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
-SNAPSHOT: Final = "snapshot"
 ENDPOINT: Final = "endpoint"
-LAB: Final = "lab"
-ROS: Final = "ros"
-CLOCK: Final = "clock"
 _WITHOUT_SIMULATOR: Final = ("real", "virtual")  # clocks
-
-
-class Target(Value):
-    """Option that selects the backends of actors, other than the name of a simulator.
-
-    Args:
-        kind: `SNAPSHOT`, `ENDPOINT`, `LAB`, `ROS` or `CLOCK`.
-        option: The option as the user writes it.
-    """
-
-    kind: str
-    option: str
-
-
-def target_of(options: Mapping[str, tuple[object, str]], *, has_simulator: bool) -> Target | None:
-    """Return the target that options select, or None.
-
-    Args:
-        options: For each kind of target, the value of its option (or None), and the option as the user writes it.
-        has_simulator: Whether the options name a simulator; `ROS` and `CLOCK` are then ignored.
-    """
-    for kind in (SNAPSHOT, ENDPOINT, LAB, ROS, CLOCK):
-        value, option = options[kind]
-        if value is None or (has_simulator and kind in (ROS, CLOCK)):
-            continue
-        if kind != CLOCK or value in _WITHOUT_SIMULATOR:
-            return Target(kind, option)
-    return None
-
-
-class GivenOptions(Value):
-    """Options of a run that take precedence over directives.
-
-    Args:
-        simulator: Name of the simulator to start.
-        target: Option that selects other backends than a named simulator, if any.
-        world: Name or path of the world.
-        seed: Seed of the run.
-        timeout: Limit of wall time [s].
-        timeout_option: The option that gives this limit, for messages.
-        parameters: Paths of parameters with given values; None if a parameter file gives them.
-    """
-
-    simulator: str | None = None
-    target: Target | None = None
-    world: str | None = None
-    seed: int | None = None
-    timeout: float | None = None
-    timeout_option: str = "--timeout"
-    parameters: Collection[str] | None = ()
-
-    @property
-    def takes_world(self) -> bool:
-        """Whether the target can load a world."""
-        return self.target is not None and self.target.kind == ENDPOINT
 
 
 class FileSettings(Value):
@@ -101,14 +42,20 @@ class FileSettings(Value):
 
 
 def settings_of_file(
-    scenario: Runnable, name: str | None, given: GivenOptions, *, repeats: bool = False
+    scenario: Runnable,
+    options: Options,
+    option_names: Mapping[str, str],
+    *,
+    world: str | None = None,
+    repeats: bool = False,
 ) -> FileSettings:
     """Merge the directives of a file with the options of a run.
 
     Args:
         scenario: The file.
-        name: Name of the scenario to run; None for the entry of the file.
-        given: The options.
+        options: The options; they take precedence.
+        option_names: Names of options as the user writes them, for messages: `timeout`, and those of `_target`.
+        world: World of the user for a simulator that the file names.
         repeats: Whether the caller runs the scenario with every seed.
 
     Raises:
@@ -117,44 +64,65 @@ def settings_of_file(
     """
     file = scenario.file
     found = read_directives(file, scenario.scenario_lines)
-    directives = found.scenarios.get(scenario.entry(name).line, found.common)
-    simulator, has_target = given.simulator, given.target is not None
-    if simulator is None and not has_target:
+    directives = found.scenarios.get(scenario.entry(options.name).line, found.common)
+    target = _target(options)
+    simulator = None if options.simulator is None else options.simulator.name
+    if options.simulator is not None:
+        world = options.simulator.world
+    notes = [*_notes(directives, options, simulator, target, option_names)]
+    if simulator is None and target is None:
         simulator = next(iter(directives.simulators), None)
-    if directives.world is not None and given.world is None and simulator is None and not has_target:
+    if directives.world is not None and world is None and simulator is None and target is None:
         raise UsageError(
             f"{file.name} needs the world `{directives.world}`, but the run has no simulator",
             help="add `--sim mujoco`, or `# seoro: simulators mujoco` to the file",
         )
-    loads_world = given.takes_world or (simulator is not None and not has_target)
-    seeds = directives.seeds if given.seed is None else ()
-    notes = [*_notes(directives, given)]
+    loads_world = target == ENDPOINT or (simulator is not None and target is None)
+    seeds = directives.seeds if options.seed is None else ()
     if len(seeds) > 1 and not repeats:
         notes.append(f"this run uses seed {seeds[0]} of {_listed(seeds)}")
     return FileSettings(
         simulator=simulator,
-        world=directives.world if given.world is None and loads_world else given.world,
-        seed=given.seed if given.seed is not None else next(iter(seeds), None),
+        world=directives.world if world is None and loads_world else world,
+        seed=options.seed if options.seed is not None else next(iter(seeds), None),
         seeds=seeds,
-        limit=wall_limit(given.timeout, given.timeout_option, directives.timeout),
+        limit=wall_limit(options.timeout, option_names["timeout"], directives.timeout),
         notes=[f"{file.name}: {note}" for note in notes],
     )
 
 
-def _notes(directives: Directives, given: GivenOptions) -> Iterator[str]:
+def _target(options: Options) -> str | None:
+    """Return the option that selects the backends of actors, other than the name of a simulator, if any."""
+    simulator = options.simulator
+    clock = options.clock if options.clock in _WITHOUT_SIMULATOR else None
+    selected: dict[str, object]
+    if simulator is None:
+        selected = {"lab": options.lab, "ros": options.ros, "clock": clock}
+    else:
+        selected = {"snapshot": simulator.snapshot, ENDPOINT: simulator.endpoint, "lab": options.lab}
+    return next((name for name, value in selected.items() if value is not None), None)
+
+
+def _notes(
+    directives: Directives,
+    options: Options,
+    simulator: str | None,
+    target: str | None,
+    option_names: Mapping[str, str],
+) -> Iterator[str]:
     listed, choice = directives.simulators, " or ".join(directives.simulators)
-    if given.target is not None and not given.takes_world:
+    if target is not None and target != ENDPOINT:
         if listed:
-            yield f"`{given.target.option}` replaces its simulator {choice}"
+            yield f"`{option_names.get(target, target)}` replaces its simulator {choice}"
         if directives.world is not None:
-            yield f"`{given.target.option}` replaces its world `{directives.world}`"
-    elif listed and given.simulator is not None and given.simulator not in listed:
-        yield f"this run uses {given.simulator} instead of its simulator {choice}"
-    elif len(listed) > 1 and given.simulator is None and given.target is None:
+            yield f"`{option_names.get(target, target)}` replaces its world `{directives.world}`"
+    elif listed and simulator is not None and simulator not in listed:
+        yield f"this run uses {simulator} instead of its simulator {choice}"
+    elif len(listed) > 1 and simulator is None and target is None:
         yield f"this run uses {listed[0]} of its simulators {_listed(listed)}"
-    if given.parameters is None:
+    if options.parameters is not None:
         return
-    varied = [axis.name for axis in directives.axes if axis.name not in given.parameters]
+    varied = [axis.name for axis in directives.axes if axis.name not in options.overrides]
     if varied or directives.files:
         what = f"the parameter {_listed(varied)}" if varied else "its parameter files"
         yield f"only `pytest` varies {what}; set values with `--set` or `--params`"
@@ -176,29 +144,7 @@ def with_file_settings(scenario: Runnable, options: Options, timeout_option: str
         InvalidScenario, UsageError: As `settings_of_file`.
     """
     simulator = options.simulator
-    found = settings_of_file(scenario, options.name, _given(options, timeout_option))
+    found = settings_of_file(scenario, options, {"timeout": timeout_option})
     if found.simulator is not None or simulator is not None:
         simulator = replace(simulator or Simulator(), name=found.simulator, world=found.world)
     return replace(options, simulator=simulator, seed=found.seed), found
-
-
-def _given(options: Options, timeout_option: str) -> GivenOptions:
-    simulator = options.simulator
-    values = {
-        SNAPSHOT: None if simulator is None else simulator.snapshot,
-        ENDPOINT: None if simulator is None else simulator.endpoint,
-        LAB: options.lab,
-        ROS: options.ros,
-        CLOCK: options.clock,
-    }
-    return GivenOptions(
-        simulator=None if simulator is None else simulator.name,
-        target=target_of(
-            {kind: (value, kind) for kind, value in values.items()}, has_simulator=simulator is not None
-        ),
-        world=None if simulator is None else simulator.world,
-        seed=options.seed,
-        timeout=options.timeout,
-        timeout_option=timeout_option,
-        parameters=None if options.parameters is not None else options.overrides.keys(),
-    )

@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from dataclasses import field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
@@ -253,21 +252,22 @@ class OptionFields(TypedDict, total=False):
     locate: Locate
 
 
-def _optional(kind: type, example: str) -> Callable[[str, object], Any]:
-    return partial(optional, instance_of(kind, f"a seoro.{kind.__name__}", f"for example {example}"))
-
-
 def options_from(fields: OptionFields) -> Options:
     """Make the options of a run from keyword arguments of a program.
 
     Raises:
         UsageError: An argument is unknown or of a wrong type; the error states the expected one.
     """
+    defaults = Options.__field_defaults__
     for name in fields:
         if name not in _CONVERSIONS:
             known = near(name, _CONVERSIONS) or f"options: {', '.join(_CONVERSIONS)}"
             raise UsageError(f"unknown option `{name}`", help=known)
-    return Options(**{name: _CONVERSIONS[name](name, value) for name, value in fields.items()})
+    given: dict[str, Any] = {
+        name: None if value is None and defaults[name] is None else _CONVERSIONS[name](name, value)
+        for name, value in fields.items()
+    }
+    return Options(**given)
 
 
 def _to_observer(name: str, value: object) -> Any:
@@ -276,24 +276,29 @@ def _to_observer(name: str, value: object) -> Any:
     return value
 
 
+def _instance(kind: type, example: str) -> Callable[[str, object], Any]:
+    return instance_of(kind, f"a seoro.{kind.__name__}", f"for example {example}")
+
+
+# `None` is valid where it is the default.
 _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
-    "name": partial(optional, to_text),
-    "seed": partial(optional, to_whole),
+    "name": to_text,
+    "seed": to_whole,
     "overrides": to_overrides,
-    "parameters": partial(optional, to_path),
-    "clock": partial(optional, to_text),
-    "simulator": _optional(Simulator, 'seoro.Simulator(name="mujoco")'),
-    "ros": _optional(Ros, 'seoro.Ros("tcp/192.168.0.7:7447")'),
-    "lab": _optional(Lab, 'seoro.Lab("hall.yaml")'),
-    "leasing": instance_of(Leasing, "a seoro.Leasing", "for example seoro.Leasing(wait=60.0)"),
+    "parameters": to_path,
+    "clock": to_text,
+    "simulator": _instance(Simulator, 'seoro.Simulator(name="mujoco")'),
+    "ros": _instance(Ros, 'seoro.Ros("tcp/192.168.0.7:7447")'),
+    "lab": _instance(Lab, 'seoro.Lab("hall.yaml")'),
+    "leasing": _instance(Leasing, "seoro.Leasing(wait=60.0)"),
     "observers": list_of(_to_observer, "a list of objects with a method `record`"),
-    "output_directory": partial(optional, to_path),
+    "output_directory": to_path,
     "keep_trace": to_flag,
     "grace": to_number,
-    "timeout": partial(optional, to_limit),
+    "timeout": to_limit,
     "external": to_texts,
-    "replay": partial(optional, instance_of(Sequence, "a list of records")),
-    "vet": partial(optional, to_function),
-    "load": partial(optional, to_function),
+    "replay": instance_of(Sequence, "a list of records"),
+    "vet": to_function,
+    "load": to_function,
     "locate": to_function,
 }

@@ -43,6 +43,9 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
         options.vet(plan)
     seed = SystemRandom().getrandbits(SEED_BITS) if options.seed is None else options.seed
     readers = Readers(options.keep_trace)
+    recorded: list[Occurrence] | None = None
+    if options.replay is not None:
+        recorded = [occurrence_in(record) for record in options.replay if is_emitted_outside(record)]
     async with (
         open_backends(options, seed, plan, selectors) as opened,
         open_ros(options) as systems,
@@ -61,7 +64,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             grace=options.grace,
             version=__version__,
             external=options.external,
-            recorded=_recorded(options),
+            recorded=recorded,
         )
         with _naming_robots(options):
             execution = Execution(plan, settings)
@@ -106,10 +109,3 @@ def _overrides(scenario: Runnable, options: Options) -> tuple[Mapping[str, str],
     from seoro.lab.selectors import split_selectors  # noqa: PLC0415 - for runs with overrides only
 
     return split_selectors(given)
-
-
-def _recorded(options: Options) -> list[Occurrence] | None:
-    """Return the external events of the recorded run; None if this is not a replay."""
-    if options.replay is None:
-        return None
-    return [occurrence_in(record) for record in options.replay if is_emitted_outside(record)]

@@ -94,13 +94,8 @@ class NotStarted(Value):
         return BackendUnreachable(self.backend, self.help) if self.help else BackendError(self.backend)
 
 
-class _Packed(Value):
-    ended: Ended | None
-    not_started: NotStarted | None
-
-
 End: TypeAlias = Ended | NotStarted
-
+_PACKED: Final = tuple[Ended | None, NotStarted | None]  # one of them
 
 LIMITS: Final = Limits(MAX_MESSAGE, 1_000_000, 1000)  # of the bytes of an end
 
@@ -125,8 +120,7 @@ def not_started(error: SeoroError) -> NotStarted:
 def pack_end(end: End) -> bytes:
     """Serialise the end of a run."""
     files: dict[SourceFile, int] = {}
-    both = _Packed(end if isinstance(end, Ended) else None, end if isinstance(end, NotStarted) else None)
-    content = _pack(both, files)
+    content = _pack((end, None) if isinstance(end, Ended) else (None, end), files)
     texts = [[file.name, file.text] for file in files]
     packed: bytes = msgpack.packb([texts, content], unicode_errors="surrogatepass")
     return packed
@@ -142,10 +136,10 @@ def unpack_end(data: bytes) -> End:
         check_limits(data, LIMITS)
         texts, content = msgpack.unpackb(data, unicode_errors="surrogatepass")
         files = tuple(SourceFile(_of(str, name), _of(str, text)) for name, text in texts)
-        both: _Packed = _unpack(_Packed, content, files, 0)
-        end = both.ended or both.not_started
+        ended, refused = _unpack(_PACKED, content, files, 0)
     except (ValueError, TypeError, msgpack.UnpackException) as error:
         raise InvalidEnd(f"invalid end of a run: {error}") from error
+    end: End | None = ended or refused
     if end is None:
         raise InvalidEnd("invalid end of a run: neither a verdict nor an error")
     return end

@@ -6,10 +6,11 @@ scenario with one combination of parameters.
 
 from __future__ import annotations
 
+import ast
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -18,35 +19,16 @@ import pytest
 
 from seoro.cli.output import error_text
 from seoro.embed import Scenario, check_file
-from seoro.embed.directives import INVALID, Directives, FileDirectives, directives_of_file, top_scenarios
+from seoro.embed.directives import INVALID, Directives, FileDirectives, MarkComment, read_directives, top_scenarios
 from seoro.embed.options import OptionFields
 from seoro.errors import InvalidScenario, UsageError
 from seoro.lang.lower.lower import find_entry
 from seoro.lang.symbols import TypeSymbol
-from seoro.pytest_plugin.marks import read_marks
 from seoro.pytest_plugin.runner import Case, run_case
 
 MAX_VALUE = 40  # characters of a value in a test name
+_EXAMPLE = "for example `slow, flaky(reruns=2)`"
 CHECK = "check"  # name of the test of an invalid file
-
-
-@dataclass(frozen=True)
-class Variant:
-    """Combination of the varied values of a scenario.
-
-    Args:
-        name: Suffix of the test name, in brackets; empty if nothing is varied.
-        overrides: Values of parameters.
-        parameters: Parameter file.
-        seed: Seed; None for that of the command line.
-        simulator: Name of the simulator; None for that of the command line or the fixture.
-    """
-
-    name: str = ""
-    overrides: dict[str, str] = field(default_factory=dict)
-    parameters: Path | None = None
-    seed: int | None = None
-    simulator: str | None = None
 
 
 class OscFile(pytest.Module):
@@ -59,7 +41,7 @@ class OscFile(pytest.Module):
         scenario = check_file(_shown(self.path))
         symbols = top_scenarios(scenario.checked)
         try:
-            found = directives_of_file(scenario.checked)
+            found = read_directives(scenario.file, scenario.scenario_lines)
             marks = {each: read_marks(each.marks) for each in (found.common, *found.scenarios.values())}
             tests = [] if scenario.checked.errors else list(self._tests(scenario, symbols, found))
         except (InvalidScenario, UsageError) as error:
@@ -80,9 +62,10 @@ class OscFile(pytest.Module):
             directives = found.scenarios.get(symbol.span.line, found.common)
             varied = directives if given is None else replace(directives, simulators=())
             bare = symbol.plan_name.replace("::", ".")  # pytest has another meaning for the colons
-            for variant in _variants(varied):
-                name = f"{bare}[{variant.name}]" if variant.name else bare
-                yield name, symbol.span.line, _case(scenario, symbol, directives, variant)
+            for variant, simulator, options in _variants(varied):
+                name = f"{bare}[{variant}]" if variant else bare
+                options["name"] = symbol.plan_name
+                yield name, symbol.span.line, Case(scenario, directives, options, simulator)
 
     def _check(
         self,
@@ -138,15 +121,11 @@ def _chosen(scenario: Scenario, symbols: Sequence[TypeSymbol], found: FileDirect
         return symbols
 
 
-def _case(scenario: Scenario, symbol: TypeSymbol, directives: Directives, variant: Variant) -> Case:
-    options = OptionFields(name=symbol.plan_name, overrides=variant.overrides, parameters=variant.parameters)
-    if variant.seed is not None:
-        options["seed"] = variant.seed
-    return Case(scenario, directives, options, variant.simulator)
+def _variants(directives: Directives) -> Iterator[tuple[str, str | None, OptionFields]]:
+    """Yield all combinations of varied values: a unique name that `-k` can select, the simulator, and options.
 
-
-def _variants(directives: Directives) -> Iterator[Variant]:
-    """Yield all combinations, with unique names that `-k` can select."""
+    The name is empty if nothing is varied. Without a simulator or a seed, those of the fixture are used.
+    """
     choices = [[(axis.name, value) for value in axis.values] for axis in directives.axes]
     seen: Counter[str] = Counter()
     for simulator, file, seed, values in product(
@@ -161,7 +140,10 @@ def _variants(directives: Directives) -> Iterator[Variant]:
         name = "-".join(parts)
         again = f"-{seen[name]}" if seen[name] else ""
         seen[name] += 1
-        yield Variant(name + again, dict(values), file, seed, simulator)
+        options = OptionFields(overrides=dict(values), parameters=file)
+        if seed is not None:
+            options["seed"] = seed
+        yield name + again, simulator, options
 
 
 def _function(case: Case, marks: Sequence[pytest.MarkDecorator]) -> Callable[..., None]:
@@ -172,3 +154,52 @@ def _function(case: Case, marks: Sequence[pytest.MarkDecorator]) -> Callable[...
 
     run.pytestmark = list(marks)  # type: ignore[attr-defined]
     return run
+
+
+# ---------------------------------------------------------------- marks in `# pytest:` comments
+
+
+def read_marks(comments: Iterable[MarkComment]) -> tuple[pytest.MarkDecorator, ...]:
+    """Read the marks of a scenario.
+
+    Raises:
+        UsageError: A mark is missing, invalid or unknown; the error has its place.
+    """
+    return tuple(_decorator(parsed, comment) for comment in comments for parsed in _parse(comment))
+
+
+def _parse(comment: MarkComment) -> list[tuple[str, list[Any], dict[str, Any]]]:
+    try:
+        tree = ast.parse(f"[{comment.text}]", mode="eval").body
+        assert isinstance(tree, ast.List)
+        parsed = [_mark(element) for element in tree.elts]
+    except (SyntaxError, ValueError) as error:
+        raise UsageError(f"invalid marks: `{comment.text}`", comment.span, _EXAMPLE) from error
+    if not parsed:
+        raise UsageError("missing mark", comment.span, _EXAMPLE)
+    return parsed
+
+
+def _decorator(parsed: tuple[str, list[Any], dict[str, Any]], comment: MarkComment) -> pytest.MarkDecorator:
+    name, arguments, keywords = parsed
+    if name == "parametrize":
+        raise UsageError(
+            "unsupported mark `parametrize`", comment.span, "write `# seoro: parametrize speed=[1mps, 2mps]`"
+        )
+    try:
+        mark: pytest.MarkDecorator = getattr(pytest.mark, name)
+    except (AttributeError, pytest.fail.Exception) as error:
+        raise UsageError(str(error), comment.span) from error
+    # `with_args`, since a mark called with a single function would decorate it.
+    return mark.with_args(*arguments, **keywords) if arguments or keywords else mark
+
+
+def _mark(element: ast.expr) -> tuple[str, list[Any], dict[str, Any]]:
+    """Parse name, literal arguments and keywords of a mark; raise `ValueError` for anything else."""
+    match element:
+        case ast.Name(id=name):
+            return name, [], {}
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=keywords):
+            named = {keyword.arg: ast.literal_eval(keyword.value) for keyword in keywords if keyword.arg}
+            return name, [ast.literal_eval(argument) for argument in arguments], named
+    raise ValueError

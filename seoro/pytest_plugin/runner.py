@@ -7,6 +7,7 @@ import math
 import shlex
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -139,8 +140,11 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     except (InvalidScenario, UsageError, BackendError) as error:
         outcome = error
     match outcome:
-        case Result():
-            _judge(case.directives, outcome, merged, item, results)
+        case Result(verdict=verdict):
+            item.user_properties.append(("seed", verdict.seed))
+            if verdict.status.value != wanted or reason not in verdict.reason:
+                _report(item, outcome, results)
+                pytest.fail(_failure(case.directives, outcome, merged), pytrace=False)
         case InvalidScenario() | UsageError() if wanted == INVALID and reason in str(outcome):
             pass
         case _:
@@ -156,27 +160,16 @@ def _simulator(case: Case, options: OptionFields) -> Simulator | None:
     simulator, world = options.get("simulator"), case.directives.world
     if case.simulator is not None:
         simulator = replace(simulator or Simulator(), name=case.simulator, endpoint=None)
-    if world is None or simulator is None:
-        if world is not None:
-            raise UsageError(f"the world {world!r} needs a simulator", help="add --osc-sim mujoco")
+    if world is None:
         return simulator
+    if simulator is None:
+        raise UsageError(f"the world {world!r} needs a simulator", help="add --osc-sim mujoco")
     return replace(simulator, world=world)
 
 
-def _judge(
-    directives: Directives, result: Result, options: OptionFields, item: pytest.Item, results: Path
-) -> None:
-    """Fail the test if the run did not end as expected."""
-    verdict = result.verdict
-    item.user_properties.append(("seed", verdict.seed))
-    if verdict.status.value == directives.expect and directives.reason in verdict.reason:
-        return
-    _report(item, result, results)
-    pytest.fail(_failure(directives, result, options), pytrace=False)
-
-
 def _run(scenario: Scenario, options: OptionFields) -> Result:
-    if _has_event_loop():
+    with suppress(RuntimeError):
+        asyncio.get_running_loop()
         raise UsageError(
             "`osc_run` cannot be called from a running event loop",
             help="use `async with seoro.start(scenario, **osc_options) as run: verdict = await run.result()`",
@@ -185,14 +178,6 @@ def _run(scenario: Scenario, options: OptionFields) -> Result:
     if options.get("clock") is None and options.get("simulator") is None:
         chosen["clock"] = "virtual"
     return asyncio.run(_run_to_end(scenario, chosen))
-
-
-def _has_event_loop() -> bool:
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return False
-    return True
 
 
 async def _run_to_end(scenario: Scenario, options: OptionFields) -> Result:

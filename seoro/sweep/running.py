@@ -18,8 +18,7 @@ from anyio.abc import ByteReceiveStream
 
 from seoro.lang.frozen import Value
 from seoro.runtime.verdict import RunStatus
-from seoro.sweep.keeping import kept
-from seoro.sweep.simulators import simulator_for
+from seoro.sweep.processes import kept, simulator_for
 
 MAX_OUTPUT = 10_000_000  # [bytes] of the output of a run
 _STATUSES = {status.value: status for status in RunStatus}
@@ -44,7 +43,12 @@ class Planned(Value):
     @property
     def title(self) -> str:
         """Values of the run, for people."""
-        return " ".join(f"{path}={value}" for path, value in self.values.items()) or "without variation"
+        return title_of(self.values)
+
+
+def title_of(values: Mapping[str, str]) -> str:
+    """Describe a combination of values, for people."""
+    return " ".join(f"{path}={value}" for path, value in values.items()) or "without variation"
 
 
 class Ran(Value):
@@ -111,13 +115,13 @@ async def run_all(
 async def _run(planned: Planned, arguments: Sequence[str], stop: anyio.Event) -> Ran:
     settings = [f"--set={path}={value}" for path, value in planned.values.items()]
     command = [*SEORO, "exec", *arguments, *settings, f"--seed={planned.seed}", f"-o={planned.folder}", "--json"]
-    outputs = {"stdout": b"", "stderr": b""}
+    outputs = [b"", b""]
     async with kept(command) as (process, control), anyio.create_task_group() as group:
 
-        async def read(name: str, stream: ByteReceiveStream | None) -> None:
+        async def read(index: int, stream: ByteReceiveStream | None) -> None:
             assert stream is not None
             async for chunk in stream:
-                outputs[name] = (outputs[name] + chunk)[-MAX_OUTPUT:]
+                outputs[index] = (outputs[index] + chunk)[-MAX_OUTPUT:]
 
         async def end_when_stopped() -> None:
             await stop.wait()
@@ -125,11 +129,11 @@ async def _run(planned: Planned, arguments: Sequence[str], stop: anyio.Event) ->
 
         group.start_soon(end_when_stopped)
         async with anyio.create_task_group() as reading:
-            reading.start_soon(read, "stdout", process.stdout)
-            reading.start_soon(read, "stderr", process.stderr)
+            for index, stream in enumerate((process.stdout, process.stderr)):
+                reading.start_soon(read, index, stream)
         await process.wait()
         group.cancel_scope.cancel()
-    return _ran(planned, outputs["stdout"].decode(errors="replace"), outputs["stderr"].decode(errors="replace"))
+    return _ran(planned, *(output.decode(errors="replace") for output in outputs))
 
 
 def _ran(planned: Planned, stdout: str, stderr: str) -> Ran:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
-from seoro.traces.reader import InvalidRecord, Record, shown
+from seoro.traces.reader import InvalidRecord, Record, sample
 
 SLOWEST: Final = 10
 MOST_PATHS: Final = 50  # failed, cancelled or unfinished behaviors
@@ -145,5 +145,4 @@ def _count(summary: Summary, record: Record) -> None:
         case "variable":
             summary.variables[record["path"]] = record.get("value")
         case "cover" | "record":
-            unit = f" {record['unit']}" if record.get("unit") else ""
-            summary.coverage.setdefault(record["item"], Counter())[shown(record.get("value")) + unit] += 1
+            summary.coverage.setdefault(record["item"], Counter())[sample(record)] += 1

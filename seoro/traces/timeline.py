@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from seoro.traces.explanation_text import explanation_lines
-from seoro.traces.reader import Record, shown
+from seoro.traces.reader import Record, sample, shown
 
 MARKS = {"succeeded": "+", "failed": "x", "cancelled": "-"}
 _SHOWN = {"behavior.start", "behavior.end", "run.start", "run.end", "log", "event", "variable", "cover", "record"}
@@ -133,8 +133,7 @@ def _line(record: Record, depth: int, running: dict[int, _Open]) -> Line:
         case "variable":
             return Line(time, depth, "=", record["path"], shown(record.get("value")))
         case "cover" | "record":
-            unit = f" {record['unit']}" if record.get("unit") else ""
-            return Line(time, depth, "#", record["item"], f"{shown(record.get('value'))}{unit}")
+            return Line(time, depth, "#", record["item"], sample(record))
         case _:
             rest = {name: value for name, value in record.items() if name not in ("seq", "t", "wall", "kind")}
             return Line(time, depth, "?", kind, shown(rest))

@@ -90,12 +90,12 @@ def test_names_of_nodes_cannot_forge_lines(
     assert len(shown) == 3
 
 
-def test_names_of_output_files_cannot_forge_paths(
+async def test_names_of_output_files_cannot_forge_paths(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     async def left(_: Namespace) -> list[Path]:
         return [Path("out", FORGED)]
 
     monkeypatch.setattr(get_command, "_get", left)
-    assert get_command.run(Namespace()) == 0
+    await get_command.run(Namespace())
     assert capsys.readouterr().out == f"out/{LINE}\n"

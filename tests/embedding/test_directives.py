@@ -8,7 +8,7 @@ import pytest
 from seoro.embed.directives import _READERS, Axis, Directives, FileDirectives, read_directives
 from seoro.errors import UsageError
 from seoro.lang.source import SourceFile
-from seoro.pytest_plugin.marks import read_marks
+from seoro.pytest_plugin.collector import read_marks
 
 SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
 

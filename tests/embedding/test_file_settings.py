@@ -9,18 +9,7 @@ import seoro
 from seoro.bundle.pack import pack
 from seoro.bundle.unpack import limit_of
 from seoro.embed import check_file
-from seoro.embed.file_settings import (
-    CLOCK,
-    ENDPOINT,
-    LAB,
-    ROS,
-    SNAPSHOT,
-    FileSettings,
-    GivenOptions,
-    Target,
-    settings_of_file,
-    with_file_settings,
-)
+from seoro.embed.file_settings import FileSettings, settings_of_file, with_file_settings
 from seoro.embed.options import Lab, Options, Ros, Simulator
 from seoro.embed.time_limit import Source
 from seoro.errors import UsageError
@@ -29,8 +18,19 @@ from seoro.runtime.verdict import RunStatus
 SCENARIO = "scenario main:\n    do wait elapsed(1s)\n"
 
 
-def settings(tmp_path: Path, directives: str, given: GivenOptions, *, repeats: bool = False) -> FileSettings:
-    return settings_of_file(checked(tmp_path, directives), None, given, repeats=repeats)
+NAMES = {
+    "lab": "--lab",
+    "snapshot": "--from-snapshot",
+    "ros": "--ros",
+    "clock": "--clock virtual",
+    "timeout": "--timeout SECONDS",
+}
+
+
+def settings(
+    tmp_path: Path, directives: str, given: Options, *, world: str | None = None, repeats: bool = False
+) -> FileSettings:
+    return settings_of_file(checked(tmp_path, directives), given, NAMES, world=world, repeats=repeats)
 
 
 def checked(tmp_path: Path, directives: str):  # type: ignore[no-untyped-def]
@@ -44,13 +44,13 @@ ALL = "# seoro: simulators mujoco\n# seoro: world hall.yaml\n# seoro: seed 7\n# 
 
 
 def test_directives_supply_missing_options(tmp_path: Path) -> None:
-    found = settings(tmp_path, ALL, GivenOptions())
+    found = settings(tmp_path, ALL, Options())
     assert (found.simulator, found.world) == ("mujoco", str(tmp_path / "hall.yaml"))
     assert (found.seed, found.limit.seconds, found.notes) == (7, 9.0, [])
 
 
 def test_options_go_before_directives(tmp_path: Path) -> None:
-    found = settings(tmp_path, ALL, GivenOptions(simulator="pybullet", world="maze", seed=0, timeout=1.0))
+    found = settings(tmp_path, ALL, Options(simulator=Simulator("pybullet", world="maze"), seed=0, timeout=1.0))
     assert (found.simulator, found.world, found.seed, found.limit.seconds) == ("pybullet", "maze", 0, 1.0)
     assert [note.partition(": ")[2] for note in found.notes] == [
         "this run uses pybullet instead of its simulator mujoco"
@@ -58,46 +58,54 @@ def test_options_go_before_directives(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "target",
+    ("target", "options"),
     [
-        Target(LAB, "--lab"),
-        Target(SNAPSHOT, "--from-snapshot"),
-        Target(ROS, "--ros"),
-        Target(CLOCK, "--clock virtual"),
+        ("lab", Options(lab=Lab("lab.yaml"))),
+        ("snapshot", Options(simulator=Simulator(snapshot="s"))),
+        ("ros", Options(ros=Ros("tcp/[::1]:1"))),
+        ("clock", Options(clock="virtual")),
     ],
 )
-def test_a_target_without_worlds_replaces_the_simulator_with_a_note(tmp_path: Path, target: Target) -> None:
-    found = settings(tmp_path, ALL, GivenOptions(target=target))
+def test_a_target_without_worlds_replaces_the_simulator_with_a_note(
+    tmp_path: Path, target: str, options: Options
+) -> None:
+    found = settings(tmp_path, ALL, options)
     assert (found.simulator, found.world) == (None, None)
-    assert all(f"`{target.option}` replaces its" in note for note in found.notes)
+    assert all(f"`{NAMES[target]}` replaces its" in note for note in found.notes)
     assert len(found.notes) == 2
 
 
 def test_a_running_simulator_loads_the_world_of_the_file(tmp_path: Path) -> None:
-    found = settings(tmp_path, ALL, GivenOptions(target=Target(ENDPOINT, "--connect")))
+    found = settings(tmp_path, ALL, Options(simulator=Simulator(endpoint="tcp/[::1]:1")))
     assert (found.simulator, found.world) == (None, str(tmp_path / "hall.yaml"))
+
+
+def test_a_world_of_the_user_is_for_the_simulator_of_the_file(tmp_path: Path) -> None:
+    found = settings(tmp_path, ALL, Options(), world="maze")
+    assert (found.simulator, found.world) == ("mujoco", "maze")
+    assert settings(tmp_path, ALL, Options(clock="virtual"), world="maze").simulator is None
 
 
 def test_a_world_without_a_simulator_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="the run has no simulator"):
-        settings(tmp_path, "# seoro: world maze\n", GivenOptions())
+        settings(tmp_path, "# seoro: world maze\n", Options())
 
 
 def test_a_single_run_uses_the_first_seed_and_simulator_with_notes(tmp_path: Path) -> None:
     directives = "# seoro: simulators mujoco, pybullet\n# seoro: seed 4, 5\n"
-    found = settings(tmp_path, directives, GivenOptions())
+    found = settings(tmp_path, directives, Options())
     assert (found.simulator, found.seed, found.seeds) == ("mujoco", 4, (4, 5))
     assert [note.partition(": ")[2] for note in found.notes] == [
         "this run uses mujoco of its simulators mujoco, pybullet",
         "this run uses seed 4 of 4, 5",
     ]
-    assert len(settings(tmp_path, directives, GivenOptions(), repeats=True).notes) == 1
+    assert len(settings(tmp_path, directives, Options(), repeats=True).notes) == 1
 
 
 def test_parameters_that_only_tests_vary_are_noted_unless_given(tmp_path: Path) -> None:
     directives = "# seoro: parametrize speed=[1mps]\n"
-    assert "varies the parameter speed" in settings(tmp_path, directives, GivenOptions()).notes[0]
-    assert settings(tmp_path, directives, GivenOptions(parameters=("speed",))).notes == []
+    assert "varies the parameter speed" in settings(tmp_path, directives, Options()).notes[0]
+    assert settings(tmp_path, directives, Options(overrides={"speed": "1mps"})).notes == []
 
 
 def test_directives_of_the_chosen_scenario_apply(tmp_path: Path) -> None:
@@ -106,8 +114,8 @@ def test_directives_of_the_chosen_scenario_apply(tmp_path: Path) -> None:
         f"# seoro: seed 1\n\nimport osc.types\n# seoro: seed 2\nscenario other:\n    do main()\n{SCENARIO}"
     )
     both = check_file(file).without_errors()
-    assert settings_of_file(both, "main", GivenOptions()).seed == 1
-    assert settings_of_file(both, "other", GivenOptions()).seed == 2
+    assert settings_of_file(both, Options(name="main"), NAMES).seed == 1
+    assert settings_of_file(both, Options(name="other"), NAMES).seed == 2
 
 
 @pytest.mark.parametrize(
@@ -137,9 +145,9 @@ def test_programs_get_the_simulator_and_world_of_the_file(
 
 
 def test_the_limit_of_wall_time_names_its_source(tmp_path: Path) -> None:
-    file = settings(tmp_path, ALL, GivenOptions()).limit
-    option = settings(tmp_path, ALL, GivenOptions(timeout=1.0, timeout_option="--timeout SECONDS")).limit
-    default = settings(tmp_path, "", GivenOptions(timeout_option="--timeout SECONDS")).limit
+    file = settings(tmp_path, ALL, Options()).limit
+    option = settings(tmp_path, ALL, Options(timeout=1.0)).limit
+    default = settings(tmp_path, "", Options()).limit
     assert (file.source, option.source, default.source) == (Source.FILE, Source.CALLER, Source.DEFAULT)
     assert file.reason == "no verdict within 9 s of wall time (`# seoro: timeout` in the file)"
     assert option.reason == "no verdict within 1 s of wall time (`--timeout SECONDS`)"

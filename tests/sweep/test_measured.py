@@ -3,7 +3,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from seoro.sweep.measured import measured
+from seoro.sweep.results import measured
 
 
 def test_measurements_and_samples_become_columns(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import anyio
 import pytest
 
-from seoro.sweep.simulators import simulator_for
+from seoro.sweep.processes import simulator_for
 
 
 def arguments_for(arguments: Sequence[str]) -> tuple[Sequence[str], bool]:

@@ -6,9 +6,8 @@ import json
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seoro.traces.filter import Filter, select
 from seoro.traces.perfetto import trace_events
-from seoro.traces.reader import InvalidRecord, read_trace
+from seoro.traces.reader import Filter, InvalidRecord, read_trace, select
 from seoro.traces.summary import summarise
 from seoro.traces.summary_text import summary_lines
 from seoro.traces.timeline import timeline

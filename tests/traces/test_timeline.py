@@ -3,8 +3,7 @@
 import json
 from typing import Any
 
-from seoro.traces.filter import Filter, select
-from seoro.traces.reader import read_trace
+from seoro.traces.reader import Filter, read_trace, select
 from seoro.traces.summary import summarise
 from seoro.traces.summary_text import summary_lines
 from seoro.traces.timeline import timeline

@@ -1,22 +1,52 @@
-"""Simulators shared by consecutive runs of a sweep, since starting one may take as long as a run."""
+"""Processes of a sweep, each under a keeper (`actions/keeper.py`) that ends it when the sweep ends or dies.
+
+Consecutive runs share a simulator process, since starting one may take as long as a run.
+"""
 
 from __future__ import annotations
 
+import signal
+import socket
+import subprocess
 import sys
 import tempfile
 from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 from pathlib import Path
 
 import anyio
 from anyio.abc import ByteReceiveStream, Process
 
+from seoro.actions.processes import SUPERVISOR
 from seoro.bridges.launch import folder_for_sockets
 from seoro.concurrency.background import background
-from seoro.sweep.keeping import kept
 
 OPTION = "--sim="
 START_TIMEOUT = 60.0  # [s]
+ENDING_TIME = 15.0  # [s] for the clean-up of a run when the sweep ends
+
+
+@asynccontextmanager
+async def kept(command: Sequence[str]) -> AsyncIterator[tuple[Process, socket.socket]]:
+    """Run a process under a keeper while the block lasts; yield it with the control socket of the keeper."""
+    ours, theirs = socket.socketpair()
+    with ExitStack() as stack:
+        stack.enter_context(ours)
+        with theirs:
+            keeper = [sys.executable, "-I", "-S", str(SUPERVISOR), str(int(signal.SIGINT)), str(ENDING_TIME)]
+            process = await anyio.open_process(
+                [*keeper, *command],
+                stdin=theirs.fileno(),
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                start_new_session=True,
+            )
+        try:
+            yield process, ours
+        finally:
+            stack.close()  # the keeper then ends the process
+            with anyio.CancelScope(shield=True):
+                await process.aclose()
 
 
 @asynccontextmanager
