@@ -27,11 +27,9 @@ class Recorder(Protocol):
 
     def name(self, span: Span, meaning: object) -> None:
         """Record the meaning of a name; later calls for the same span replace earlier ones."""
-        ...
 
     def value(self, span: Span, type_: symbols.Type) -> None:
         """Record the type of an expression."""
-        ...
 
 
 Declaration: TypeAlias = symbols.QuantitySymbol | symbols.EnumSymbol | symbols.TypeSymbol

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from seoro.runtime.behaviors import emit, modifier, override, perform
-from seoro.runtime.behaviors.one_of import Choice
-from seoro.runtime.behaviors.parallel import Overlap
+from seoro.runtime.behaviors.choice import Choice
+from seoro.runtime.behaviors.overlap import Overlap
 from seoro.runtime.events.conditions import Conditions
 from seoro.runtime.events.subscriptions import Subscriptions
 from seoro.runtime.events.ticks import Ticks

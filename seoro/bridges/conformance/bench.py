@@ -49,7 +49,6 @@ class Partial(Protocol):
 
     def serves(self, contract: type) -> bool:
         """Whether the backend supports a contract."""
-        ...
 
 
 def has(backend: SimulatedBackend, contract: type) -> bool:

@@ -21,21 +21,17 @@ class ServedRobot(Protocol):
     @property
     def info(self) -> wire.RobotInfo:
         """Name, actor types and frames of the robot."""
-        ...
 
     @property
     def health(self) -> wire.RobotHealth:
         """State of the robot."""
-        ...
 
     @property
     def handlers(self) -> Handlers:
         """Handlers of the served verbs. The client receives each `RequestRefused` that they raise."""
-        ...
 
     async def stop(self) -> None:
         """Command zero velocity, and cancel all goals on the robot. Called at any time; must return quickly."""
-        ...
 
 
 def robot_state(

@@ -40,7 +40,6 @@ class Envelope(Protocol):
 
     def attest(self, request: bytes, form: int, number: int, answer: bytes) -> bytes:
         """Return the attachment that authenticates an answer of a form and number to a request."""
-        ...
 
     def check(self, holder: HolderKey, request: bytes) -> None:
         """Check that a client that holds robots has sent the request, for the first time.
@@ -48,7 +47,6 @@ class Envelope(Protocol):
         Raises:
             InvalidKeys: The request is from another client, or a repetition.
         """
-        ...
 
 
 class Attestor(Protocol):
@@ -56,7 +54,6 @@ class Attestor(Protocol):
 
     def open(self, key: str, attachment: bytes) -> tuple[bytes, Envelope | None]:
         """Split the attachment of a request into its content and the envelope, if it has one."""
-        ...
 
 
 class AdmissionPolicy(Protocol):
@@ -70,15 +67,12 @@ class AdmissionPolicy(Protocol):
             size: Size of its unread payload [bytes].
             attachment: Attachment of the request.
         """
-        ...
 
     def end(self, key: str, size: int, attachment: bytes) -> None:
         """Record that an accepted request was answered."""
-        ...
 
     def divert(self, request: Request) -> bool:
         """Handle a request that must not wait in the common queue; False for all others."""
-        ...
 
 
 class AdmitAll:

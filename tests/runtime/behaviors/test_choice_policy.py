@@ -6,7 +6,7 @@ from dataclasses import replace
 from random import Random
 
 from seoro.lang.plan import Behavior
-from seoro.runtime.behaviors.one_of import Choice
+from seoro.runtime.behaviors.choice import Choice
 from seoro.runtime.kernel.task import Task
 from seoro.runtime.verdict import CANCELLED, SUCCEEDED, Outcome, failure
 from tests.runtime.behaviors.groups import SPAN, Group, emit, finish, one_of, serial, wait

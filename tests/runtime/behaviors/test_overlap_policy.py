@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from seoro.runtime.behaviors.parallel import Overlap
+from seoro.runtime.behaviors.overlap import Overlap
 from seoro.runtime.behaviors.timing import Timing
 from seoro.runtime.kernel.task import Task
 from seoro.runtime.values.values import Range

@@ -17,20 +17,16 @@ class Dialect(Protocol):
     @property
     def name(self) -> str:
         """Name on the command line."""
-        ...
 
     @property
     def tokens(self) -> str:
         """Key expression of the liveliness tokens of all nodes and endpoints."""
-        ...
 
     def token(self, entity: Entity) -> str | None:
         """Return the liveliness token of a node or endpoint; None if the dialect does not announce its kind."""
-        ...
 
     def parse(self, token: str) -> Entity | None:
         """Parse a token; return None if it is not of this dialect."""
-        ...
 
     def key(self, name: str, type_name: str, type_hash: str | None) -> str:
         """Return the key of a topic or service.
@@ -40,23 +36,18 @@ class Dialect(Protocol):
             type_name: Type of the topic or service.
             type_hash: Hash of the type; None in systems without type hashes.
         """
-        ...
 
     def key_expression(self, name: str, type_name: str) -> str:
         """Return the key expression of a topic or service, for all type hashes."""
-        ...
 
     def type_hash(self, key: str) -> str | None:
         """Return the type hash in the key of a message; None without one."""
-        ...
 
     def gid(self, token: str) -> bytes:
         """Return the GID of the endpoint of a token, which identifies it as the sender of messages."""
-        ...
 
     def attachment(self, sequence: int, stamp: int, gid: bytes) -> bytes | None:
         """Make the attachment of a message (`Attachment`), or None if the dialect has none."""
-        ...
 
 
 def dds_type(name: str) -> str:
