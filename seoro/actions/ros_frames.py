@@ -61,7 +61,7 @@ async def tf_close_to(
 
 
 def _far(frames: RosFrames, frame: str, parent: str, distance: float, threshold: float) -> str:
-    if absence := frames.absence(frame, parent):
+    if absence := frames.describe_absence(frame, parent):
         return f"a pose of `{frame}` in `{parent}`: {absence}"
     return f"`{frame}` within {threshold:g} m of the point; it is {distance:.3g} m away"
 
@@ -136,7 +136,7 @@ async def assert_tf_moving(
                 elif clock.now() >= rested + timeout:
                     if loss := system.loss_since(waited):
                         raise BackendLost(loss)
-                    absence = frames.absence(frame_id, parent_frame_id)
+                    absence = frames.describe_absence(frame_id, parent_frame_id)
                     raise ActionFailed(absence or movement.describe_stillness(frame_id, parent_frame_id, timeout))
 
 

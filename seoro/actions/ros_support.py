@@ -92,13 +92,13 @@ async def next_message(
     """
     loop = asyncio.get_running_loop()
     end, began = None if limit is None else loop.time() + limit, time.monotonic()
-    while (message := subscription.take_now()) is None:
+    while (message := subscription.receive_nowait()) is None:
         if end is not None and loop.time() >= end:
             if loss := system_of(ctx).loss_since(began):
                 raise BackendLost(loss)
             raise TimeoutError
         arrival = Pending()
-        subscription.when_arrived(partial(arrival.settle, DONE))
+        subscription.on_arrival(partial(arrival.settle, DONE))
         timer = None if end is None else loop.call_at(end, arrival.settle, DONE)
         try:
             await ctx.report(arrival)

@@ -89,7 +89,7 @@ async def topic_monitor(
         async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
 
             def take() -> None:
-                while (message := subscription.take_now()) is not None:
+                while (message := subscription.receive_nowait()) is not None:
                     store(ctx, target_variable, member(message.members, member_name, what), what)
 
-            await ctx.follow(subscription.when_arrived, take)
+            await ctx.follow(subscription.on_arrival, take)

@@ -79,7 +79,7 @@ class RosSubscription:
         self._error: WrongType | None = None
         self._undecoded: _UndecodedMessage | None = None
 
-    def take_now(self) -> ReceivedMessage | None:
+    def receive_nowait(self) -> ReceivedMessage | None:
         """Return the oldest unread message; None while it is missing, or while its type is being fetched."""
         if self._undecoded is not None:
             return self._take_decoded(self._undecoded)
@@ -104,7 +104,7 @@ class RosSubscription:
         self._undecoded = None
         return ReceivedMessage(undecoded.decoding.result(), undecoded.received.arrived * 1e-9)
 
-    def when_arrived(self, call: Callable[[], None]) -> None:
+    def on_arrival(self, call: Callable[[], None]) -> None:
         """Call a function once, soon after a message or an error is available."""
         if self._undecoded is not None:
             self._undecoded.decoding.add_done_callback(lambda _: call())
@@ -187,7 +187,7 @@ class Frames:
         stamp = None if found.stamp is None else found.stamp * 1e-9
         return contract.FramePose(found.transform.translation, found.transform.rotation, stamp)
 
-    def absence(self, frame: str, parent: str) -> str:
+    def describe_absence(self, frame: str, parent: str) -> str:
         """Return why the pose of a frame is unknown; empty if it is known."""
         try:
             self._listener.buffer.lookup(frame, parent)

@@ -48,10 +48,10 @@ class RosMessage(Protocol):
 class RosSubscription(Protocol):
     """A subscription with a bounded buffer of unread messages."""
 
-    def take_now(self) -> RosMessage | None:
+    def receive_nowait(self) -> RosMessage | None:
         """Return the oldest unread message, or None."""
 
-    def when_arrived(self, call: Callable[[], None]) -> None:
+    def on_arrival(self, call: Callable[[], None]) -> None:
         """Call a function once, on the event loop, soon after a message or an error is available."""
 
     @property
@@ -103,7 +103,7 @@ class RosFrames(Protocol):
     async def next_pose(self, frame: str, parent: str) -> FramePose:
         """Wait for the pose of a frame in another frame, newer than the last one returned."""
 
-    def absence(self, frame: str, parent: str) -> str:
+    def describe_absence(self, frame: str, parent: str) -> str:
         """Return why the pose of a frame in another is unknown; empty if it is known."""
 
 

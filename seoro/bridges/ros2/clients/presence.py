@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from difflib import get_close_matches
-from typing import Final
+from typing import assert_never
 
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
@@ -12,17 +12,6 @@ from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.wire import Endpoint, Ros2Dds
 from seoro.errors import UsageError
 from seoro.runtime.contracts.ros2 import Wanted
-
-Find = Callable[[RosGraph, str], tuple[Endpoint, ...]]
-
-_ENDPOINTS: Final[Mapping[str, tuple[Find, ...]]] = {
-    "topic": (RosGraph.publishers, RosGraph.subscriptions),
-    "publisher": (RosGraph.publishers,),
-    "subscription": (RosGraph.subscriptions,),
-    "service": (RosGraph.servers,),
-    "server": (RosGraph.servers,),
-    "action": (RosGraph.action_servers,),
-}
 
 
 class Presence:
@@ -52,8 +41,7 @@ class Presence:
         """Return whether a wanted entity exists."""
         if wanted.kind == "node":
             return wanted.name in graph.nodes()
-        found = (each for find in _ENDPOINTS[wanted.kind] for each in find(graph, wanted.name))
-        return any(self._counts(each, wanted.node) for each in found)
+        return any(self._counts(each, wanted.node) for each in _endpoints(graph, wanted))
 
     def _counts(self, endpoint: Endpoint, node: str) -> bool:
         owner = endpoint.node
@@ -81,6 +69,24 @@ def full_name(node: str) -> str:
     return node if node.startswith("/") else f"/{node}"
 
 
+def _endpoints(graph: RosGraph, wanted: Wanted) -> tuple[Endpoint, ...]:
+    match wanted.kind:
+        case "topic":
+            return graph.publishers(wanted.name) + graph.subscriptions(wanted.name)
+        case "publisher":
+            return graph.publishers(wanted.name)
+        case "subscription":
+            return graph.subscriptions(wanted.name)
+        case "service" | "server":
+            return graph.servers(wanted.name)
+        case "action":
+            return graph.action_servers(wanted.name)
+        case "node":
+            return ()
+        case _:
+            assert_never(wanted.kind)
+
+
 def _names(graph: RosGraph, wanted: Wanted) -> Iterable[str]:
     match wanted.kind:
         case "node":
@@ -89,5 +95,7 @@ def _names(graph: RosGraph, wanted: Wanted) -> Iterable[str]:
             return graph.services(hidden=True)
         case "action":
             return graph.actions()
-        case _:
+        case "topic" | "publisher" | "subscription":
             return graph.topics(hidden=True)
+        case _:
+            assert_never(wanted.kind)
