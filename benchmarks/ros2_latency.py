@@ -133,7 +133,7 @@ class Partner:
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
 
-    def tell(self, what: object) -> None:
+    def write_line(self, what: object) -> None:
         """Send a line."""
         assert self._process.stdin is not None
         self._process.stdin.write(f"{what}\n".encode())
@@ -169,10 +169,10 @@ def since(sent: Times, arrived: Times) -> list[float]:
 
 async def bare(talking: Partner, listening: Partner, period: float) -> dict[str, list[float]]:
     """Measure a round of Zenoh alone."""
-    talking.notify(period)
+    talking.write_line(period)
     sent = await talking.answer()
     await asyncio.sleep(SETTLING)
-    listening.notify("")
+    listening.write_line("")
     return {"bare": since(sent, await listening.answer())}
 
 
@@ -181,7 +181,7 @@ async def coroutine(node: RosNode, talking: Partner, period: float) -> dict[str,
     arrived, taken = {}, {}
     async with node.subscribing(TOPIC, TYPE, bound=Bound(MESSAGES)) as subscription:
         await asyncio.sleep(SETTLING)
-        talking.notify(period)
+        talking.write_line(period)
         number = 0
         while number < MESSAGES:
             received = await subscription.receive()
@@ -215,7 +215,7 @@ async def scenario(loaded: seoro.Scenario, talking: Partner, period: float) -> d
     async with seoro.start(loaded, ros=seoro.Ros(ENDPOINT, dialect="rmw_zenoh"), observers=(starts,)):
         await starts.is_ready.wait()
         await asyncio.sleep(SETTLING)
-        talking.notify(period)
+        talking.write_line(period)
         await starts.is_over.wait()
         sent = await talking.answer()
     return {"scenario": since(sent, dict(enumerate(starts.times)))}
