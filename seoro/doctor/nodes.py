@@ -15,18 +15,9 @@ from seoro.bridges.wire.lab import LabState
 from seoro.doctor.findings import Finding, failed, ok
 from seoro.doctor.peers import RELEASE, clock_finding, latency_finding, version_finding
 from seoro.doctor.robots import robot_findings
-from seoro.lab.schema import BeforeFile
 from seoro.lab.status import ListedRobot
 
 STANDS_STILL: Final = "if it hangs (`kill -STOP`, a debugger), restart it; if it has just ended, try again"
-
-
-@dataclass(frozen=True)
-class ExpectedRobot:
-    """Robot of a lab file, and its required state before a run."""
-
-    known: ListedRobot
-    before: BeforeFile
 
 
 @dataclass(frozen=True)
@@ -38,7 +29,7 @@ class Viewer:
 
 
 def place_findings(
-    seen: EndpointReport, wanted: Sequence[ExpectedRobot], names: Sequence[str], viewer: Viewer
+    seen: EndpointReport, wanted: Sequence[ListedRobot], names: Sequence[str], viewer: Viewer
 ) -> Iterator[Finding]:
     """Yield the findings about a reached endpoint.
 
@@ -50,14 +41,14 @@ def place_findings(
     """
     there = [node.node for node in seen.nodes]
     for node in seen.nodes:
-        here = [each for each in wanted if each.known.node in (None, node.node)]
+        here = [each for each in wanted if each.node in (None, node.node)]
         yield from node_findings(node, seen, here, viewer)
     for name in names:
         if name not in there:
             yield _missing(f"{viewer.prefix}{name}", seen.endpoint, there, seen.who)
     if not there and not names:
         yield _missing(f"{viewer.prefix}{seen.endpoint}", seen.endpoint, there, seen.who)
-    if len(there) > 1 and any(each.known.node is None for each in wanted):
+    if len(there) > 1 and any(each.node is None for each in wanted):
         text = f"the lab file is ambiguous: several nodes are at {seen.endpoint}"
         yield failed(f"{viewer.prefix}{seen.endpoint}", text, f"add a `name` to the lab file: {', '.join(there)}")
 
@@ -71,7 +62,7 @@ def _missing(what: str, endpoint: str, there: Sequence[str], who: str) -> Findin
 
 
 def node_findings(
-    node: NodeReport, place: EndpointReport, wanted: Sequence[ExpectedRobot], viewer: Viewer
+    node: NodeReport, place: EndpointReport, wanted: Sequence[ListedRobot], viewer: Viewer
 ) -> Iterator[Finding]:
     """Yield the findings about a node and its robots."""
     what = f"{viewer.prefix}{node.node}"
@@ -115,8 +106,8 @@ def _rights_finding(what: str, node: NodeReport, who: str, viewer: Viewer) -> Fi
     return ok(what, f"{whom} can query it and use its robots")
 
 
-def _robots_findings(what: str, state: LabState, wanted: Sequence[ExpectedRobot]) -> Iterator[Finding]:
-    called = {each.known.remote_name: each for each in wanted}
+def _robots_findings(what: str, state: LabState, wanted: Sequence[ListedRobot]) -> Iterator[Finding]:
+    called = {each.remote_name: each for each in wanted}
     if not state.robots and not called:
         yield ok(what, "no robots")
     for robot in state.robots:
@@ -125,9 +116,9 @@ def _robots_findings(what: str, state: LabState, wanted: Sequence[ExpectedRobot]
         if known is None:
             yield from robot_findings(named, state, robot, None)
         else:
-            shown = named if known.known.name == robot.name else f"{named} ({known.known.name})"
+            shown = named if known.name == robot.name else f"{named} ({known.name})"
             yield from robot_findings(shown, state, robot, known.before)
     there = ", ".join(robot.name for robot in state.robots)
     for name, each in called.items():
         advice = f"robots there: {there}" if there else "no robots there: the world of a simulator has its robots"
-        yield failed(f"{what}/{name}", f"robot '{each.known.name}' of the lab file not found", advice)
+        yield failed(f"{what}/{name}", f"robot '{each.name}' of the lab file not found", advice)

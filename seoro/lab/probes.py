@@ -15,6 +15,7 @@ from seoro.bridges.executor.clocks import Clock, compare
 from seoro.bridges.executor.probing import EndpointReport, Hop, NodeReport
 from seoro.bridges.session import AsyncSession, Security, SessionError, is_secured, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.concurrency.gathering import gather
 from seoro.errors import BackendError, UsageError
 from seoro.security.keys.roles import MOVING
 from seoro.security.network.endpoint_keys import ASKING, check_reached, keys_for, security_of
@@ -86,24 +87,16 @@ async def probe_nodes(
     majors = {wire.token_node(token)[0]: wire.token_major(token) for token in sorted(found)}
     may_use = not is_secured(endpoint) or (keys is not None and keys.identity.role in MOVING)
     own = keys if is_secured(endpoint) else None
-    seen: dict[str, NodeReport] = {}
 
-    async def contact(name: str) -> None:
+    async def contact(name: str) -> NodeReport:
         node = NodeReport(node=name, count=names[name], major=majors[name])
-        address = _address(session, node, own)
-        seen[name] = await _contact(address, node, may_use=may_use) if _is_compatible(node) else node
+        if node.major != str(wire.MAJOR):
+            return node
+        return await _contact(_address(session, node, own), node, may_use=may_use)
 
-    async with anyio.create_task_group() as tasks:
-        for name in names:
-            tasks.start_soon(contact, name)
+    seen = await gather(contact, sorted(names))
     # Sequential, so that the measurements do not disturb each other.
-    return tuple(
-        [await _measure(_address(session, seen[name], own), seen[name], exchanges) for name in sorted(seen)]
-    )
-
-
-def _is_compatible(node: NodeReport) -> bool:
-    return node.major == str(wire.MAJOR)
+    return tuple([await _measure(_address(session, node, own), node, exchanges) for node in seen])
 
 
 async def _tokens(session: AsyncSession, wanted: Collection[str]) -> frozenset[str]:

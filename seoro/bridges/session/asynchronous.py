@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from functools import partial
-from typing import Final, NamedTuple, ParamSpec, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, ParamSpec, TypeAlias
 
 import anyio.to_thread
 import zenoh
@@ -16,7 +16,10 @@ from seoro.bridges.session.core import EVERYTHING, Session
 from seoro.bridges.session.declaring import declared, undeclare
 from seoro.bridges.session.errors import NoAnswer, NoServer, NotAuthentic, Refused
 from seoro.bridges.session.mailbox import Bound, Mailbox
-from seoro.bridges.session.requests import PART, AdmissionPolicy, Attestor, Form, Request, to_bytes
+from seoro.bridges.session.requests import PART, AdmissionPolicy, Form, Request, to_bytes
+
+if TYPE_CHECKING:
+    from seoro.security.signing.answers import AnswerSigner
 
 _TIMEOUT: Final = b"Timeout"  # Zenoh's error for a query without an answer in time
 TOKEN_BOUND = Bound(1 << 16, drop="newest")  # unread changes of tokens
@@ -216,7 +219,7 @@ class AsyncSession:
         bound: Bound,
         busy: bytes,
         intake: AdmissionPolicy = EVERYTHING,
-        attestor: Attestor | None = None,
+        attestor: AnswerSigner | None = None,
     ) -> AsyncIterator[Mailbox[Request]]:
         """Serve a key while the block lasts.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from seoro.bridges import wire
-from seoro.bridges.session import Attestor, Request
+from seoro.bridges.session import Request
 from seoro.bridges.wire.authentication import CHALLENGE, DENIED, Proof, has_signature
 from seoro.bridges.wire.holds import TAKE_ROBOTS, Holder, HoldRobots, decode_sender
 from seoro.bridges.wire.keys import public_holder_name, verb_of
@@ -24,6 +24,7 @@ from seoro.security.network.listener import Listener
 
 if TYPE_CHECKING:
     from seoro.security.network.node_identity import NodeIdentity
+    from seoro.security.signing.answers import AnswerSigner
     from seoro.security.signing.replay_window import HolderKey
 
 CALLED: Final = "node"
@@ -47,7 +48,7 @@ class NodeAuthorizer:
         return self._identity
 
     @property
-    def attestor(self) -> Attestor | None:
+    def attestor(self) -> AnswerSigner | None:
         """Authenticates answers; None without keys."""
         return None if self._identity is None else self._identity.answers
 
