@@ -30,13 +30,11 @@ from seoro.errors import UsageError
 from seoro.executor.emergency_stop import EmergencyStopSwitch
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.permissions import vet_endpoint
-from seoro.executor.runs.active_run import ActiveRun
+from seoro.executor.runs.active_run import OVER, ActiveRun
 from seoro.executor.runs.dry_run import DryRuns
-from seoro.executor.runs.emissions import OVER
 from seoro.executor.runs.queue import Queue
 from seoro.executor.runs.tail import Watch, size_of, until_printed
-from seoro.executor.storage.blobs import Blobs
-from seoro.executor.storage.disk_quota import make_room
+from seoro.executor.storage.blobs import Blobs, make_room
 from seoro.executor.storage.intake import Intake, rejected_bundle
 from seoro.executor.storage.run_folder import open_left
 from seoro.executor.storage.store import Store

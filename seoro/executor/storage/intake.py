@@ -18,8 +18,7 @@ from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bundle.unpack import InvalidBundle, check_manifest, unpack
 from seoro.executor.limits import Limits
-from seoro.executor.storage.blobs import Blobs
-from seoro.executor.storage.disk_quota import make_room
+from seoro.executor.storage.blobs import Blobs, make_room
 from seoro.executor.storage.run_folder import RunFolder
 from seoro.files.durable import sync_folder, sync_tree
 

@@ -26,7 +26,7 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X
 from seoro.security.keys.certificates import Identity
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.folder import Keys
-from seoro.security.keys.revoked_file import RevokedFile
+from seoro.security.keys.revocation import RevokedFile
 from seoro.security.keys.roles import Role
 from seoro.security.signing.replay_window import HolderKey
 from seoro.security.signing.statements import INVALID_SIGNATURE, StatementVerifier, digest, sign

@@ -31,8 +31,7 @@ from seoro.concurrency.steady_clock import steady_ns
 from seoro.security.keys.certificates import Identity, check_issued, check_time, identity_of
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.folder import Keys
-from seoro.security.keys.revocation import Revocations
-from seoro.security.keys.revoked_file import RevokedFile
+from seoro.security.keys.revocation import Revocations, RevokedFile
 from seoro.security.keys.roles import Role
 from seoro.security.signing.statements import ALGORITHM, certificate_der, check_signature, digest
 
