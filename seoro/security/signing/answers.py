@@ -108,11 +108,7 @@ class AnswerSigner:
         self._keys = keys
         self._boot = boot
         self._pair = _KeyPair()
-
-    @property
-    def exchange(self) -> bytes:
-        """Public key of this start."""
-        return self._pair.public
+        self.exchange: Final = self._pair.public  # public key of this start
 
     def open(self, key: str, attachment: bytes) -> tuple[bytes, Envelope | None]:
         """Split the attachment of a request into the signature or name of the client, and its envelope.
