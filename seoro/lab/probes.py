@@ -8,11 +8,10 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import anyio
-
 from seoro.bridges import wire
 from seoro.bridges.executor.clocks import Clock, compare
 from seoro.bridges.executor.probing import EndpointReport, Hop, NodeReport
+from seoro.bridges.naming import wait_for_tokens
 from seoro.bridges.session import AsyncSession, Security, SessionError, is_secured, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.concurrency.gathering import gather
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 
 EXCHANGES: Final = 100  # to measure the latency
 TOKEN_TIMEOUT: Final = 2.0  # [s] time limit for expected nodes to appear
-RETRY: Final = 0.05  # [s] between attempts to find nodes
 ANSWER_WITHIN: Final = 2.0  # [s]
 
 
@@ -82,7 +80,11 @@ async def probe_nodes(
     exchanges: int = EXCHANGES,
 ) -> tuple[NodeReport, ...]:
     """Probe all nodes that a session reaches; see `probe`. The reports are sorted by name."""
-    found = await _tokens(session, wanted)
+
+    def has_wanted(tokens: frozenset[str]) -> bool:
+        return {*wanted} <= {wire.token_node(token)[0] for token in tokens}
+
+    found = await wait_for_tokens(session, wire.any_node_tokens(wire.NAMESPACE), TOKEN_TIMEOUT, has_wanted)
     names = Counter(wire.token_node(token)[0] for token in found)
     majors = {wire.token_node(token)[0]: wire.token_major(token) for token in sorted(found)}
     may_use = not is_secured(endpoint) or (keys is not None and keys.identity.role in MOVING)
@@ -97,18 +99,6 @@ async def probe_nodes(
     seen = await gather(contact, sorted(names))
     # Sequential, so that the measurements do not disturb each other.
     return tuple([await _measure(_address(session, node, own), node, exchanges) for node in seen])
-
-
-async def _tokens(session: AsyncSession, wanted: Collection[str]) -> frozenset[str]:
-    """Return the tokens of nodes; expected nodes get a moment to appear."""
-    found: frozenset[str] = frozenset()
-    with anyio.move_on_after(TOKEN_TIMEOUT):
-        while True:
-            found = await session.list_tokens(wire.any_node_tokens(wire.NAMESPACE), TOKEN_TIMEOUT)
-            if {*wanted} <= {wire.token_node(token)[0] for token in found}:
-                break
-            await anyio.sleep(RETRY)
-    return found
 
 
 async def _contact(address: NodeAddress, node: NodeReport, *, may_use: bool) -> NodeReport:
