@@ -43,7 +43,7 @@ async def wait_until_free(session: AsyncSession, tokens: str) -> bool:
 async def wait_for_tokens(
     session: AsyncSession, tokens: str, timeout: float, is_enough: Callable[[frozenset[str]], bool] = bool
 ) -> frozenset[str]:
-    """Wait until the live tokens of a key expression are enough; returns those that were found within a time.
+    """List the live tokens of a key expression, again and again until they are enough or time is up.
 
     Args:
         session: Session that lists them.
