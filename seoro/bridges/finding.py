@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import anyio
-
 from seoro import __version__
+from seoro.bridges.naming import wait_for_tokens
 from seoro.bridges.session import AsyncSession
 from seoro.bridges.wire.keys import MAJOR, NAMESPACE, any_node_tokens, node_tokens, token_major, token_node
 from seoro.errors import BackendError, BackendUnreachable, UsageError
 
 TIMEOUT = 3.0  # [s]
-RETRY = 0.05  # [s] between attempts
 
 
 async def find_node(session: AsyncSession, endpoint: str, name: str | None, kind: str, start: str) -> str:
@@ -28,13 +26,11 @@ async def find_node(session: AsyncSession, endpoint: str, name: str | None, kind
         BackendError: A node speaks another version of the protocol.
         UsageError: Several nodes were found.
     """
-    found: set[str] = set()
-    with anyio.move_on_after(TIMEOUT):
-        while True:
-            found = {token_node(each)[0] for each in await session.list_tokens(node_tokens(NAMESPACE), TIMEOUT)}
-            if found and name in (None, *found):
-                break
-            await anyio.sleep(RETRY)
+
+    def is_enough(tokens: frozenset[str]) -> bool:
+        return bool(tokens) and name in (None, *_names(tokens))
+
+    found = _names(await wait_for_tokens(session, node_tokens(NAMESPACE), TIMEOUT, is_enough))
     if not found:
         await _check_versions(session, endpoint)
     known = ", ".join(sorted(found))
@@ -46,6 +42,10 @@ async def find_node(session: AsyncSession, endpoint: str, name: str | None, kind
     if name is None and len(found) > 1:
         raise UsageError(f"several nodes at {endpoint}: {known}", help="select one by `name` in the lab file")
     return name or found.pop()
+
+
+def _names(tokens: frozenset[str]) -> set[str]:
+    return {token_node(token)[0] for token in tokens}
 
 
 async def _check_versions(session: AsyncSession, endpoint: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 import anyio
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from seoro.security.keys.folder import Keys
 
 LIST_TIMEOUT: Final = 2.0  # [s]
+RETRY: Final = 0.05  # [s] between two lists of tokens
 PATIENCE: Final = 1.0  # [s] until the end of a killed server is noticed
 
 
@@ -36,6 +38,24 @@ async def wait_until_free(session: AsyncSession, tokens: str) -> bool:
                 if not alive:
                     break
     return not await session.list_tokens(tokens, LIST_TIMEOUT)
+
+
+async def wait_for_tokens(
+    session: AsyncSession, tokens: str, timeout: float, is_enough: Callable[[frozenset[str]], bool] = bool
+) -> frozenset[str]:
+    """List the live tokens of a key expression, again and again until they are enough or time is up.
+
+    Args:
+        session: Session that lists them.
+        tokens: Key expression.
+        timeout: Time limit [s].
+        is_enough: Called with the live tokens.
+    """
+    found: frozenset[str] = frozenset()
+    with anyio.move_on_after(timeout):
+        while not is_enough(found := await session.list_tokens(tokens, timeout)):  # noqa: ASYNC110 - no event
+            await anyio.sleep(RETRY)
+    return found
 
 
 async def is_proven(session: AsyncSession, key: str, keys: Keys) -> bool:

@@ -31,10 +31,8 @@ from seoro.bridges.executor.clocks import Clock, describe
 from seoro.bridges.executor.finding import find_executor, find_executors, start_hint
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
 from seoro.bundle.pack import Bundle, pack
-from seoro.client.abilities import check_ability
-from seoro.client.dry_run import DryRun, dry_run_bundle
 from seoro.client.runs import RemoteRun
-from seoro.client.uploading import with_files
+from seoro.client.sending import DryRun, check_ability, dry_run_bundle, with_files
 from seoro.embed.arguments import (
     AnyPath,
     optional,

@@ -6,7 +6,7 @@ import hashlib
 import json
 import secrets
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
-from contextlib import AbstractAsyncContextManager, aclosing
+from contextlib import AbstractAsyncContextManager, aclosing, asynccontextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -17,13 +17,13 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor, Unavailable
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bundle.paths import InvalidPath, check_path
-from seoro.client.abilities import check_emitting
-from seoro.client.channels import open_subscription
+from seoro.client.sending import check_emitting
+from seoro.concurrency.background import background
 from seoro.embed.arguments import AnyPath, to_path, to_text
 from seoro.embed.run_end import Ended, InvalidEnd, unpack_end
 from seoro.embed.subscriptions import CAPACITY, EventSubscription, OnFull, check_buffer
 from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
-from seoro.runtime.events.occurrence import Occurrence
+from seoro.runtime.events.occurrence import Occurrence, occurrence_in, without_attempts
 from seoro.runtime.verdict import Verdict
 
 WAIT: Final = 5.0  # [s] for new records; each request is a sign of life of the client
@@ -309,3 +309,39 @@ def _records(lines: bytes) -> list[dict[str, Any]]:
         return [json.loads(line) for line in lines.splitlines()]
     except ValueError as error:
         raise BackendError(f"invalid records from the executor: {error}") from error
+
+
+@asynccontextmanager
+async def open_subscription(
+    records: AsyncIterator[Mapping[str, Any]], event: str, capacity: int, on_full: OnFull
+) -> AsyncIterator[EventSubscription]:
+    """Subscribe to an event of a run while a block lasts.
+
+    Args:
+        records: Records of its trace, from the first on.
+        event: Name of the event, with or without the name of the entry scenario.
+        capacity: Capacity of the buffer.
+        on_full: Behavior when the buffer is full.
+    """
+    subscription = EventSubscription(event, capacity, on_full)
+    async with background() as tasks:
+        tasks.start_soon(_feed, records, event, subscription)
+        try:
+            yield subscription
+        finally:
+            subscription.end()
+
+
+async def _feed(records: AsyncIterator[Mapping[str, Any]], event: str, subscription: EventSubscription) -> None:
+    """Pass the occurrences of an event to a subscription, until the end of the run."""
+    names = {without_attempts(event)}
+    try:
+        async for record in records:
+            if record["kind"] == "run.start":
+                names.add(f"{record['scenario']}.{without_attempts(event)}")
+            elif record["kind"] == "event" and without_attempts(record["name"]) in names:
+                subscription.push(occurrence_in(record))
+    except BackendError as error:
+        subscription.end(error)
+    else:
+        subscription.end()

@@ -13,12 +13,12 @@ from seoro.bridges.launch import is_installed, known_simulators
 from seoro.bridges.wire.results import Result
 from seoro.doctor.endpoint import check_endpoint
 from seoro.doctor.findings import Finding, Health, failed, ok, warning
-from seoro.doctor.nodes import ExpectedRobot, Viewer, place_findings
+from seoro.doctor.nodes import Viewer, place_findings
 from seoro.doctor.peers import RENEW
 from seoro.errors import BackendError, BackendRefused
 from seoro.lab.probes import probe
 from seoro.lab.reading import Lab
-from seoro.lab.status import listed_robots
+from seoro.lab.status import ListedRobot, listed_robots
 
 HERE: Final = Viewer()
 _START: Final = "start the node with `seoro sim` or `seoro bridge`, or correct the endpoint"
@@ -42,37 +42,28 @@ class Places:
     endpoints: tuple[str, ...] = ()
     lab: Lab | None = None
 
-    def wanted(self, endpoint: str) -> tuple[ExpectedRobot, ...]:
+    def wanted(self, endpoint: str) -> tuple[ListedRobot, ...]:
         """Return the robots of the lab file at an endpoint."""
-        if self.lab is None:
-            return ()
-        robots = self.lab.robots
-        return tuple(
-            ExpectedRobot(each, robots[each.name].before)
-            for each in listed_robots(self.lab)
-            if each.endpoint == endpoint
-        )
+        robots = () if self.lab is None else listed_robots(self.lab)
+        return tuple(each for each in robots if each.endpoint == endpoint)
 
     def called(self, endpoint: str) -> str:
         """Return the name of an endpoint in findings, with its nodes in the lab file."""
-        if self.lab is None or endpoint not in self.lab.endpoints:
-            return endpoint
-        here = [name for name in self._nodes if self.lab.address(name)[0] == endpoint]
-        return f"{', '.join(here)} ({endpoint})"
+        here = [name for name, (place, _) in self._nodes.items() if place == endpoint]
+        return f"{', '.join(here)} ({endpoint})" if here else endpoint
 
     @property
-    def _nodes(self) -> tuple[str, ...]:
-        """Names of the bridges and the simulator in the lab file."""
-        if self.lab is None:
-            return ()
-        return (*self.lab.bridges, *([] if self.lab.simulator is None else [self.lab.simulator[0]]))
+    def _nodes(self) -> dict[str, tuple[str | None, str | None]]:
+        """Addresses of the bridges and the simulator in the lab file."""
+        lab = self.lab
+        if lab is None:
+            return {}
+        names = (*lab.bridges, *(() if lab.simulator is None else (lab.simulator[0],)))
+        return {name: lab.address(name) for name in names}
 
     def names(self, endpoint: str) -> tuple[str, ...]:
         """Return the names of the nodes of the lab file at an endpoint."""
-        if self.lab is None:
-            return ()
-        found = [self.lab.address(node) for node in self._nodes]
-        return tuple(name for place, name in found if place == endpoint and name is not None)
+        return tuple(name for place, name in self._nodes.values() if place == endpoint and name is not None)
 
 
 NOWHERE: Final = Places()

@@ -1,7 +1,8 @@
-"""Findings about simulators and bridges; `robots.py` has those about their robots."""
+"""Findings about simulators and bridges, and about their robots."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -11,22 +12,21 @@ from seoro.bridges.executor.probing import EndpointReport, NodeReport
 from seoro.bridges.leasing.emergency_stop import describe_stop
 from seoro.bridges.serving.node import KIND
 from seoro.bridges.wire.keys import MAJOR
-from seoro.bridges.wire.lab import LabState
-from seoro.doctor.findings import Finding, failed, ok
+from seoro.bridges.wire.lab import LabState, RobotState
+from seoro.doctor.findings import Finding, failed, ok, warning
 from seoro.doctor.peers import RELEASE, clock_finding, latency_finding, version_finding
-from seoro.doctor.robots import robot_findings
+from seoro.lab.readiness import unmet_conditions
 from seoro.lab.schema import BeforeFile
 from seoro.lab.status import ListedRobot
 
+LONG_AGO: Final = 5.0  # [s] since the last message of a robot; they publish many times a second
+NOW: Final = 0.5  # [s], longest age that is shown as "now"
+LOW: Final = 0.15  # charge of a battery
+_HOP: Final = (
+    "check that the robot is on and its ROS 2 system runs, and endpoint (`--ros`), domain and namespace of the "
+    "bridge; `seoro ros topic list` lists topics"
+)
 STANDS_STILL: Final = "if it hangs (`kill -STOP`, a debugger), restart it; if it has just ended, try again"
-
-
-@dataclass(frozen=True)
-class ExpectedRobot:
-    """Robot of a lab file, and its required state before a run."""
-
-    known: ListedRobot
-    before: BeforeFile
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Viewer:
 
 
 def place_findings(
-    seen: EndpointReport, wanted: Sequence[ExpectedRobot], names: Sequence[str], viewer: Viewer
+    seen: EndpointReport, wanted: Sequence[ListedRobot], names: Sequence[str], viewer: Viewer
 ) -> Iterator[Finding]:
     """Yield the findings about a reached endpoint.
 
@@ -50,14 +50,14 @@ def place_findings(
     """
     there = [node.node for node in seen.nodes]
     for node in seen.nodes:
-        here = [each for each in wanted if each.known.node in (None, node.node)]
+        here = [each for each in wanted if each.node in (None, node.node)]
         yield from node_findings(node, seen, here, viewer)
     for name in names:
         if name not in there:
             yield _missing(f"{viewer.prefix}{name}", seen.endpoint, there, seen.who)
     if not there and not names:
         yield _missing(f"{viewer.prefix}{seen.endpoint}", seen.endpoint, there, seen.who)
-    if len(there) > 1 and any(each.known.node is None for each in wanted):
+    if len(there) > 1 and any(each.node is None for each in wanted):
         text = f"the lab file is ambiguous: several nodes are at {seen.endpoint}"
         yield failed(f"{viewer.prefix}{seen.endpoint}", text, f"add a `name` to the lab file: {', '.join(there)}")
 
@@ -71,7 +71,7 @@ def _missing(what: str, endpoint: str, there: Sequence[str], who: str) -> Findin
 
 
 def node_findings(
-    node: NodeReport, place: EndpointReport, wanted: Sequence[ExpectedRobot], viewer: Viewer
+    node: NodeReport, place: EndpointReport, wanted: Sequence[ListedRobot], viewer: Viewer
 ) -> Iterator[Finding]:
     """Yield the findings about a node and its robots."""
     what = f"{viewer.prefix}{node.node}"
@@ -115,8 +115,8 @@ def _rights_finding(what: str, node: NodeReport, who: str, viewer: Viewer) -> Fi
     return ok(what, f"{whom} can query it and use its robots")
 
 
-def _robots_findings(what: str, state: LabState, wanted: Sequence[ExpectedRobot]) -> Iterator[Finding]:
-    called = {each.known.remote_name: each for each in wanted}
+def _robots_findings(what: str, state: LabState, wanted: Sequence[ListedRobot]) -> Iterator[Finding]:
+    called = {each.remote_name: each for each in wanted}
     if not state.robots and not called:
         yield ok(what, "no robots")
     for robot in state.robots:
@@ -125,9 +125,70 @@ def _robots_findings(what: str, state: LabState, wanted: Sequence[ExpectedRobot]
         if known is None:
             yield from robot_findings(named, state, robot, None)
         else:
-            shown = named if known.known.name == robot.name else f"{named} ({known.known.name})"
+            shown = named if known.name == robot.name else f"{named} ({known.name})"
             yield from robot_findings(shown, state, robot, known.before)
     there = ", ".join(robot.name for robot in state.robots)
     for name, each in called.items():
         advice = f"robots there: {there}" if there else "no robots there: the world of a simulator has its robots"
-        yield failed(f"{what}/{name}", f"robot '{each.known.name}' of the lab file not found", advice)
+        yield failed(f"{what}/{name}", f"robot '{each.name}' of the lab file not found", advice)
+
+
+def robot_findings(what: str, lab: LabState, robot: RobotState, before: BeforeFile | None) -> Iterator[Finding]:
+    """Yield the findings about a robot: its messages, users and problems.
+
+    Args:
+        what: Name of the robot in findings.
+        lab: State of its node.
+        robot: State of the robot.
+        before: Required state before a run; None without a lab file.
+    """
+    silent = _silence(robot)
+    if robot.seen is None and lab.kind == KIND:
+        yield failed(what, f"no messages received{silent}", _HOP)
+        return
+    if robot.seen is not None and robot.seen > LONG_AGO:
+        yield failed(what, f"last message {robot.seen:.0f} s ago{silent}", _HOP)
+        return
+    yield ok(what, ", ".join(_parts(lab, robot)))
+    if robot.stopped is not None:
+        advice = f"make sure that it is safe, then `seoro lab release --estop {robot.name} --reason ...`"
+        yield failed(what, f"emergency stop by {describe_stop(robot.stopped)}", advice)
+    asked = before or BeforeFile()
+    if robot.battery is not None and robot.battery < LOW and asked.battery is None:
+        yield warning(what, f"battery at {robot.battery:.0%}", "charge it")
+    if silent:
+        advice = "check the publishers of these topics, and the profile of the robot"
+        yield warning(what, f"topics without messages{silent}", advice)
+    if found := unmet_conditions(asked, robot):
+        advice = "required by `before` in the lab file: charge it, drive it there, or set its pose"
+        yield warning(what, f"not ready for runs: {'; '.join(found)}", advice)
+
+
+def _parts(lab: LabState, robot: RobotState) -> Iterator[str]:
+    """Yield parts of the description of a robot."""
+    if robot.seen is not None:
+        yield "seen now" if robot.seen < NOW else f"seen {robot.seen:.1f} s ago"
+    if robot.holder:
+        yield f"held by {robot.holder}"
+    elif robot.lease is not None:
+        until = time.strftime("%d %b %H:%M", time.localtime(robot.lease.until))
+        yield f"leased until {until} ({robot.lease.purpose or robot.lease.lease})"
+    elif lab.holder:
+        yield f"held by {lab.holder}, with all robots of the node"
+    else:
+        yield "free"
+    if robot.waiting:
+        yield f"{len(robot.waiting)} waiting"
+    if robot.localised is not None:
+        known = "localised" if robot.localised else "not localised yet"
+        yield (
+            known if robot.deviation is None or not robot.localised else f"{known} within {robot.deviation:.2f} m"
+        )
+    if robot.battery is not None:
+        yield f"battery at {robot.battery:.0%}"
+
+
+def _silence(robot: RobotState) -> str:
+    """List the topics without messages, with reasons."""
+    found = [f"{each.topic} ({each.why})" for each in robot.topics if each.why]
+    return f": {', '.join(found)}" if found else ""

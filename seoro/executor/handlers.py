@@ -25,17 +25,16 @@ from seoro.bridges.wire import Empty, LabResult, Message, ReleaseStop, Result, V
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bundle.paths import InvalidPath, check_path
 from seoro.concurrency.background import background
+from seoro.concurrency.gathering import gather
 from seoro.errors import UsageError
 from seoro.executor.emergency_stop import EmergencyStopSwitch
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.permissions import vet_endpoint
-from seoro.executor.runs.active_run import ActiveRun
+from seoro.executor.runs.active_run import OVER, ActiveRun
 from seoro.executor.runs.dry_run import DryRuns
-from seoro.executor.runs.emissions import OVER
 from seoro.executor.runs.queue import Queue
 from seoro.executor.runs.tail import Watch, size_of, until_printed
-from seoro.executor.storage.blobs import Blobs
-from seoro.executor.storage.disk_quota import make_room
+from seoro.executor.storage.blobs import Blobs, make_room
 from seoro.executor.storage.intake import Intake, rejected_bundle
 from seoro.executor.storage.run_folder import open_left
 from seoro.executor.storage.store import Store
@@ -138,20 +137,15 @@ class RequestHandlers:
     async def look(self, request: ProbeRequest) -> ProbeReport:
         """Examine the endpoints that runs of the client may reach, with the keys of the executor."""
         limits = self._policy.of(request.role)
-        found: dict[str, EndpointReport] = {}
 
-        async def probe_endpoint(endpoint: str) -> None:
+        async def probe_endpoint(endpoint: str) -> EndpointReport:
             try:
                 vet_endpoint(endpoint, limits.allowed, limits.reached)
             except UsageError as error:
-                seen = EndpointReport(endpoint=endpoint, ends_at=Hop.POLICY, why=str(error), advice=error.help)
-            else:
-                seen = await probe(endpoint, exchanges=LOOKS)
-            found[endpoint] = seen
+                return EndpointReport(endpoint=endpoint, ends_at=Hop.POLICY, why=str(error), advice=error.help)
+            return await probe(endpoint, exchanges=LOOKS)
 
-        async with anyio.create_task_group() as tasks:
-            for endpoint in dict.fromkeys(request.endpoints):
-                tasks.start_soon(probe_endpoint, endpoint)
+        found = {each.endpoint: each for each in await gather(probe_endpoint, dict.fromkeys(request.endpoints))}
         return ProbeReport(places=tuple(found[endpoint] for endpoint in request.endpoints))
 
     async def missing_blobs(self, request: wire.Hashes) -> wire.Hashes:

@@ -12,6 +12,7 @@ import time
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from seoro.bridges import wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, publishing
 from seoro.bridges.sim.requests import ask
+from seoro.concurrency.gathering import gather
 from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
 from seoro.lab.status import (
     Connection,
@@ -122,18 +124,14 @@ def _is_stopped(outcome: Outcome, place: Place) -> bool:
 async def _stop_everywhere(requests: Mapping[str, wire.EmergencyStop], keys: Path | None) -> list[Outcome]:
     """Send stops to endpoints concurrently, so that none waits for an unreachable one."""
     began = time.monotonic()
-    found: dict[str, list[Outcome]] = {endpoint: [] for endpoint in requests}
 
-    async def stop(endpoint: str) -> None:
-        found[endpoint] = await _stop_staggered(endpoint, requests[endpoint], keys, began)
-        if _has_errors(found[endpoint]):
-            # On a busy machine, connections may fail, and goals may end a little later.
-            found[endpoint] = await _stop_at(endpoint, requests[endpoint], keys, began)
+    async def stop(endpoint: str) -> list[Outcome]:
+        outcomes = await _stop_staggered(endpoint, requests[endpoint], keys, began)
+        if _has_errors(outcomes):  # on a busy machine, connections may fail, and goals may end a little later
+            outcomes = await _stop_at(endpoint, requests[endpoint], keys, began)
+        return outcomes
 
-    async with anyio.create_task_group() as tasks:
-        for endpoint in found:
-            tasks.start_soon(stop, endpoint)
-    return [each for outcomes in found.values() for each in outcomes]
+    return list(chain.from_iterable(await gather(stop, requests)))
 
 
 def _has_errors(outcomes: Sequence[Outcome]) -> bool:
@@ -201,15 +199,7 @@ async def release_all(endpoints: Sequence[str], by: str, reason: str, keys: Path
 async def _request_all(
     reached: Sequence[Connection], verb: wire.Verb[wire.Q, wire.A], request: wire.Q, began: float
 ) -> list[Outcome]:
-    outcomes: dict[int, Outcome] = {}
-
-    async def send(index: int, each: Connection) -> None:
-        outcomes[index] = await _request(each, verb, request, began)
-
-    async with anyio.create_task_group() as tasks:
-        for index, each in enumerate(reached):
-            tasks.start_soon(send, index, each)
-    return [outcomes[index] for index in sorted(outcomes)]
+    return await gather(lambda each: _request(each, verb, request, began), reached)
 
 
 async def _request(

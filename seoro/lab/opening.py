@@ -13,13 +13,12 @@ from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import Claim, UnknownRobot, connect_robots
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.sim.node import SimulatorNode
-from seoro.errors import UsageError
+from seoro.errors import BackendRefused, UsageError
 from seoro.lab.binding import States, bind
-from seoro.lab.limits import limit_requests
 from seoro.lab.readiness import check_ready, needs_state
 from seoro.lab.reading import Lab
 from seoro.lab.resetting import ResetRun, Resets
-from seoro.lab.schema import LimitsFile
+from seoro.lab.schema import AreaFile, LimitsFile
 from seoro.lab.selectors import Selector
 from seoro.lab.status import read_states
 from seoro.lab.teardown import Teardown
@@ -191,3 +190,49 @@ def _limits(lab: Lab, bound: Mapping[str, str], node: str) -> Iterator[tuple[str
     for robot in bound.values():
         if lab.robots[robot].where == node:
             yield lab.remote_name(robot), (lab.robots[robot].limits, lab.position_of(robot))
+
+
+def limit_requests(node: Node, limits: Mapping[str, tuple[LimitsFile, str]]) -> None:
+    """Reject requests of a run to a node that exceed limits.
+
+    Args:
+        node: The node.
+        limits: Limits of its robots, by their names at the node, with their positions in the lab file.
+    """
+
+    def vet(request: wire.Message) -> None:
+        name = getattr(request, "robot", "")
+        for robot in [name] if name else limits:
+            if robot in limits:
+                limit, place = limits[robot]
+                _check(robot, request, limit, place)
+
+    node.vet = vet
+
+
+def _check(robot: str, request: wire.Message, limit: LimitsFile, place: str) -> None:
+    match request:
+        case wire.Drive():
+            _check_speed(robot, request.linear, limit, place)
+        case wire.CmdVel():
+            _check_speed(robot, request.twist.linear.x, limit, place)
+        case wire.NavigateThroughPoses() if limit.area is not None:
+            for pose in request.poses:
+                _check_place(robot, pose, limit.area, place)
+
+
+def _check_speed(robot: str, speed: float, limit: LimitsFile, place: str) -> None:
+    if limit.speed is not None and abs(speed) > limit.speed:
+        raise BackendRefused(
+            f"{speed:g} m/s exceeds the limit of the robot '{robot}' in this lab, {limit.speed:g} m/s ({place})",
+            wire.Result.OPERATION_FAILED,
+        )
+
+
+def _check_place(robot: str, pose: wire.Pose3D, area: AreaFile, place: str) -> None:
+    x, y = pose.position.x, pose.position.y
+    if not area.contains(x, y):
+        raise BackendRefused(
+            f"x {x:g} m, y {y:g} m is outside the area of the robot '{robot}' in this lab, {area} ({place})",
+            wire.Result.OPERATION_FAILED,
+        )

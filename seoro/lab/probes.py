@@ -8,13 +8,13 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import anyio
-
 from seoro.bridges import wire
 from seoro.bridges.executor.clocks import Clock, compare
 from seoro.bridges.executor.probing import EndpointReport, Hop, NodeReport
+from seoro.bridges.naming import wait_for_tokens
 from seoro.bridges.session import AsyncSession, Security, SessionError, is_secured, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.concurrency.gathering import gather
 from seoro.errors import BackendError, UsageError
 from seoro.security.keys.roles import MOVING
 from seoro.security.network.endpoint_keys import ASKING, check_reached, keys_for, security_of
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 EXCHANGES: Final = 100  # to measure the latency
 TOKEN_TIMEOUT: Final = 2.0  # [s] time limit for expected nodes to appear
-RETRY: Final = 0.05  # [s] between attempts to find nodes
 ANSWER_WITHIN: Final = 2.0  # [s]
 
 
@@ -81,41 +80,25 @@ async def probe_nodes(
     exchanges: int = EXCHANGES,
 ) -> tuple[NodeReport, ...]:
     """Probe all nodes that a session reaches; see `probe`. The reports are sorted by name."""
-    found = await _tokens(session, wanted)
+
+    def has_wanted(tokens: frozenset[str]) -> bool:
+        return {*wanted} <= {wire.token_node(token)[0] for token in tokens}
+
+    found = await wait_for_tokens(session, wire.any_node_tokens(wire.NAMESPACE), TOKEN_TIMEOUT, has_wanted)
     names = Counter(wire.token_node(token)[0] for token in found)
     majors = {wire.token_node(token)[0]: wire.token_major(token) for token in sorted(found)}
     may_use = not is_secured(endpoint) or (keys is not None and keys.identity.role in MOVING)
     own = keys if is_secured(endpoint) else None
-    seen: dict[str, NodeReport] = {}
 
-    async def contact(name: str) -> None:
+    async def contact(name: str) -> NodeReport:
         node = NodeReport(node=name, count=names[name], major=majors[name])
-        address = _address(session, node, own)
-        seen[name] = await _contact(address, node, may_use=may_use) if _is_compatible(node) else node
+        if node.major != str(wire.MAJOR):
+            return node
+        return await _contact(_address(session, node, own), node, may_use=may_use)
 
-    async with anyio.create_task_group() as tasks:
-        for name in names:
-            tasks.start_soon(contact, name)
+    seen = await gather(contact, sorted(names))
     # Sequential, so that the measurements do not disturb each other.
-    return tuple(
-        [await _measure(_address(session, seen[name], own), seen[name], exchanges) for name in sorted(seen)]
-    )
-
-
-def _is_compatible(node: NodeReport) -> bool:
-    return node.major == str(wire.MAJOR)
-
-
-async def _tokens(session: AsyncSession, wanted: Collection[str]) -> frozenset[str]:
-    """Return the tokens of nodes; expected nodes get a moment to appear."""
-    found: frozenset[str] = frozenset()
-    with anyio.move_on_after(TOKEN_TIMEOUT):
-        while True:
-            found = await session.list_tokens(wire.any_node_tokens(wire.NAMESPACE), TOKEN_TIMEOUT)
-            if {*wanted} <= {wire.token_node(token)[0] for token in found}:
-                break
-            await anyio.sleep(RETRY)
-    return found
+    return tuple([await _measure(_address(session, node, own), node, exchanges) for node in seen])
 
 
 async def _contact(address: NodeAddress, node: NodeReport, *, may_use: bool) -> NodeReport:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Iterable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,10 @@ from seoro.bridges import wire
 from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.concurrency.background import background
+from seoro.concurrency.gathering import gather
 from seoro.errors import BackendError, UsageError
 from seoro.lab.reading import Lab
+from seoro.lab.schema import BeforeFile
 from seoro.security.network.endpoint_keys import ASKING, keys_for, security_of
 from seoro.security.network.peers import node_signer
 
@@ -60,6 +63,7 @@ class ListedRobot:
     Attributes:
         remote_name: Name at its node.
         node: Name of its node; None for the only one at the endpoint.
+        before: Its required state before a run.
     """
 
     name: str
@@ -67,6 +71,7 @@ class ListedRobot:
     endpoint: str
     remote_name: str
     node: str | None
+    before: BeforeFile
 
     def is_served_by(self, member: Member) -> bool:
         """Whether a node serves the robot."""
@@ -79,7 +84,8 @@ def listed_robots(lab: Lab) -> list[ListedRobot]:
     for name, robot in lab.robots.items():
         endpoint, node = lab.address(robot.where)
         if endpoint is not None:
-            found.append(ListedRobot(name, robot.type or "", endpoint, lab.remote_name(name), node))
+            kind, there = robot.type or "", lab.remote_name(name)
+            found.append(ListedRobot(name, kind, endpoint, there, node, robot.before))
     return found
 
 
@@ -133,17 +139,14 @@ async def connect_members(endpoints: Iterable[str], folder: Path | None = None) 
         folder: Folder of keys; None for `SEORO_KEYS`, else `~/.config/seoro/keys`.
     """
     async with background() as tasks:
-        found: dict[str, list[Connection]] = {endpoint: [] for endpoint in endpoints}
         over = anyio.Event()
 
-        async def reach(endpoint: str) -> None:
-            found[endpoint] = await tasks.start(_reach, endpoint, folder, over)
+        async def reach(endpoint: str) -> list[Connection]:
+            members: list[Connection] = await tasks.start(_reach, endpoint, folder, over)
+            return members
 
         try:
-            async with anyio.create_task_group() as connecting:
-                for endpoint in found:
-                    connecting.start_soon(reach, endpoint)
-            yield [each for members in found.values() for each in members]
+            yield list(chain.from_iterable(await gather(reach, dict.fromkeys(endpoints))))
         finally:
             over.set()
 
@@ -179,20 +182,16 @@ async def read_states(endpoints: Iterable[str], folder: Path | None = None) -> l
 
 async def refresh(reached: list[Connection]) -> list[Member]:
     """Return connected members with their present states."""
-    seen: list[Member] = [each.member for each in reached]
 
-    async def query(index: int, each: Connection) -> None:
-        assert each.session is not None
+    async def query(each: Connection) -> Member:
+        if each.session is None or not each.member.node or each.member.is_executor:
+            return each.member
         address = each.address(each.session)
         try:
             state = await ask(address, wire.GET_LAB_STATE, wire.Empty(), ANSWER_TIMEOUT)
             await address.prove()
-            seen[index] = replace(each.member, state=state)
+            return replace(each.member, state=state)
         except (BackendError, UsageError) as error:
-            seen[index] = replace(each.member, problem=str(error))
+            return replace(each.member, problem=str(error))
 
-    async with anyio.create_task_group() as tasks:
-        for index, each in enumerate(reached):
-            if each.session is not None and each.member.node and not each.member.is_executor:
-                tasks.start_soon(query, index, each)
-    return seen
+    return await gather(query, reached)

@@ -7,7 +7,7 @@ import pytest
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor
 from seoro.bundle.pack import Bundle
-from seoro.client.abilities import check_ability
+from seoro.client.sending import check_ability
 from seoro.errors import UsageError
 
 FILM = {"width": 64, "height": 48, "rate": 1}

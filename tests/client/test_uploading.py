@@ -11,7 +11,7 @@ import seoro
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.asking import Executor, Unavailable
 from seoro.bundle.pack import Bundle, pack
-from seoro.client.uploading import TIMES, upload
+from seoro.client.sending import TIMES, upload
 from seoro.embed.options import Options
 from seoro.embed.scenarios import check_file
 from seoro.errors import BackendRefused

@@ -8,7 +8,7 @@ import pytest
 
 from seoro.bridges.wire.lab import ActiveStop, LabState, Lease, RobotState, TopicState
 from seoro.doctor.findings import Health
-from seoro.doctor.robots import robot_findings
+from seoro.doctor.nodes import robot_findings
 from seoro.lab.schema import BeforeFile
 
 SILENT = (TopicState(topic="/scan", seen=0.1), TopicState(topic="/odom", why="no publisher"))

@@ -20,7 +20,7 @@ from seoro.bridges.wire.authentication import DENIED, STALE, UNAVAILABLE
 from seoro.cli.main import main
 from seoro.client.runs import RemoteRun
 from seoro.errors import BackendLost, BackendRefused
-from seoro.security.keys import VARIABLE, revoked_file
+from seoro.security.keys import VARIABLE, revocation
 from seoro.security.keys.folder import read_keys
 from seoro.security.keys.roles import Role
 from seoro.security.network.endpoint_keys import security_of
@@ -150,7 +150,7 @@ async def test_a_revoked_executor_is_not_trusted(
     there: RunningCommand, lab: KeyedLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Connected and new clients with the revocation list refuse it."""
-    monkeypatch.setattr(revoked_file, "PERIOD", 0.0)
+    monkeypatch.setattr(revocation, "PERIOD", 0.0)
     lab.authority.add("nora", Role.OPERATOR, lab.keys("nora"))
     file = tmp_path / "failing.osc"
     file.write_text(FAILING)

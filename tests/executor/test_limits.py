@@ -276,7 +276,7 @@ async def test_a_full_disk_refuses_submissions_and_runs_can_be_stopped(
     async with open_executor(made), seoro.Client(made.listen) as client:
         run = await client.submit("lab-a", long)
         usage = SimpleNamespace(total=1 << 40, free=-1)
-        monkeypatch.setattr("seoro.executor.storage.disk_quota.shutil.disk_usage", lambda _folder: usage)
+        monkeypatch.setattr("seoro.executor.storage.blobs.shutil.disk_usage", lambda _folder: usage)
         for file in (hello, long):  # missing and present ones
             with pytest.raises(BackendRefused, match=r"its disk has .* left.*remove old runs by `seoro rm`"):
                 await client.submit("lab-a", file)

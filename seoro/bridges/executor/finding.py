@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import anyio
 
 from seoro.bridges.executor.asking import Executor
+from seoro.bridges.naming import wait_for_tokens
 from seoro.bridges.session import AsyncSession
 from seoro.bridges.wire.keys import MAJOR, NAMESPACE, any_executor_tokens, executor_tokens, token_major, token_node
 from seoro.errors import UsageError
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from seoro.security.keys.folder import Keys
 
 TIMEOUT: Final = 2.0  # [s]
-PAUSE: Final = 0.05  # [s] between two searches
 
 
 async def find_executors(
@@ -32,13 +32,7 @@ async def find_executors(
     Raises:
         UsageError: All executors have other versions of the protocol.
     """
-    found: frozenset[str] = frozenset()
-    with anyio.move_on_after(TIMEOUT):
-        while True:
-            found = await session.list_tokens(executor_tokens(NAMESPACE), TIMEOUT)
-            if found:
-                break
-            await anyio.sleep(PAUSE)
+    found = await wait_for_tokens(session, executor_tokens(NAMESPACE), TIMEOUT)
     if not found:
         await _refuse_strangers(session, None)
     named = sorted(dict(map(_named, found)).items())

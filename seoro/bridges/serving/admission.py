@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any, Final
 
-from seoro.bridges.session import Request
+from seoro.bridges.session import AdmissionPolicy, Request
 from seoro.bridges.wire.authentication import has_signature
 from seoro.bridges.wire.keys import verb_of
 from seoro.bridges.wire.lab import EMERGENCY_STOP
@@ -25,7 +25,7 @@ MOST_BYTES: Final = 32 << 20  # [bytes] of all requests without a reply; a singl
 _UNKNOWN: Final = Verb("unknown", Empty, Empty)  # stands for all unknown verbs
 
 
-class AdmissionLimits:
+class AdmissionLimits(AdmissionPolicy):
     """Counts pending requests, and refuses those above the limits; from any thread.
 
     Args:

@@ -24,15 +24,10 @@ class EventLog:
 
     def __init__(self, kept: int = KEPT) -> None:
         self._kept: deque[wire.LoggedEvent] = deque(maxlen=kept)
-        self._number = 0
+        self.number = 0  # of the last event
         self._woken = 0
         self._began = time.monotonic()
         self._changes = Condition()
-
-    @property
-    def number(self) -> int:
-        """Number of the last event; 0 before the first."""
-        return self._number
 
     @property
     def now(self) -> float:
@@ -48,10 +43,10 @@ class EventLog:
         warning: wire.GoalWarning | None = None,
     ) -> None:
         """Add an event, and wake waiting requests."""
-        self._number += 1
+        self.number += 1
         self._kept.append(
             wire.LoggedEvent(
-                number=self._number, occurrence=occurrence, contact=contact, feedback=feedback, warning=warning
+                number=self.number, occurrence=occurrence, contact=contact, feedback=feedback, warning=warning
             )
         )
         self._changes.notify_all()
@@ -70,19 +65,19 @@ class EventLog:
         self._check(request.since)
         with anyio.move_on_after(min(max(request.wait, 0.0), wire.LONGEST_WAIT)):
             woken = self._woken
-            await self._changes.wait_for(lambda: self._number > request.since or self._woken > woken)
-        missing = self._number - request.since
+            await self._changes.wait_for(lambda: self.number > request.since or self._woken > woken)
+        missing = self.number - request.since
         return wire.LoggedEvents(
-            number=self._number, events=tuple(self._kept)[len(self._kept) - missing :] if missing else ()
+            number=self.number, events=tuple(self._kept)[len(self._kept) - missing :] if missing else ()
         )
 
     def _check(self, since: int) -> None:
-        if since > self._number:
+        if since > self.number:
             raise RequestRefused(
                 Result.INCORRECT_STATE,
-                f"unknown event {since}; the last event of this node is {self._number}: connect again",
+                f"unknown event {since}; the last event of this node is {self.number}: connect again",
             )
-        if since < self._number - len(self._kept):
+        if since < self.number - len(self._kept):
             raise RequestRefused(
                 Result.INCORRECT_STATE,
                 f"event {since} was dropped; only the last {len(self._kept)} events are kept: connect again",

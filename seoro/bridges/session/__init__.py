@@ -19,14 +19,13 @@ from seoro.bridges.session.publications import (
     publishing,
     subscribing,
 )
-from seoro.bridges.session.requests import AdmissionPolicy, Attestor, Form, Request
+from seoro.bridges.session.requests import AdmissionPolicy, Form, Request
 from seoro.bridges.session.security import Security
 
 __all__ = [
     "AdmissionPolicy",
     "Answer",
     "AsyncSession",
-    "Attestor",
     "Bound",
     "Check",
     "Form",

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from functools import partial
-from typing import Final, NamedTuple, ParamSpec, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, ParamSpec, TypeAlias
 
 import anyio.to_thread
 import zenoh
@@ -16,7 +16,10 @@ from seoro.bridges.session.core import EVERYTHING, Session
 from seoro.bridges.session.declaring import declared, undeclare
 from seoro.bridges.session.errors import NoAnswer, NoServer, NotAuthentic, Refused
 from seoro.bridges.session.mailbox import Bound, Mailbox
-from seoro.bridges.session.requests import PART, AdmissionPolicy, Attestor, Form, Request, to_bytes
+from seoro.bridges.session.requests import PART, AdmissionPolicy, Form, Request, to_bytes
+
+if TYPE_CHECKING:
+    from seoro.security.signing.answers import AnswerSigner
 
 _TIMEOUT: Final = b"Timeout"  # Zenoh's error for a query without an answer in time
 TOKEN_BOUND = Bound(1 << 16, drop="newest")  # unread changes of tokens
@@ -82,23 +85,18 @@ class AsyncSession:
     """A session for asyncio. Open it with `open_session`."""
 
     def __init__(self, session: Session) -> None:
-        self._session = session
+        self.blocking: Final = session  # for worker threads
         self._pending: set[Callable[[], None]] = set()
-
-    @property
-    def blocking(self) -> Session:
-        """The same session for worker threads."""
-        return self._session
 
     @property
     def identity(self) -> str:
         """Zenoh's id of this session, which its tokens contain."""
-        return str(self._session.handle.zid())
+        return str(self.blocking.handle.zid())
 
     @property
     def is_cut_off(self) -> bool:
         """Whether the connection is lost, and not restored yet."""
-        return self._session.is_cut_off
+        return self.blocking.is_cut_off
 
     def abandon(self) -> None:
         """Cancel all pending requests; they raise `NoServer`."""
@@ -165,7 +163,7 @@ class AsyncSession:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(settle)
 
-        cancel = self._session.get(
+        cancel = self.blocking.get(
             key,
             payload,
             timeout,
@@ -193,7 +191,7 @@ class AsyncSession:
         def changed(token: str, alive: bool) -> None:
             changes.put((token, alive), len(token))
 
-        async with declared(partial(self._session.watch_tokens, key, changed), undeclare):
+        async with declared(partial(self.blocking.watch_tokens, key, changed), undeclare):
             try:
                 yield changes
             finally:
@@ -202,12 +200,12 @@ class AsyncSession:
     @asynccontextmanager
     async def token(self, key: str) -> AsyncIterator[None]:
         """Declare a liveliness token while the block lasts."""
-        async with declared(partial(self._session.declare_token, key), undeclare):
+        async with declared(partial(self.blocking.declare_token, key), undeclare):
             yield
 
     async def list_tokens(self, key: str, timeout: float) -> frozenset[str]:
         """Return the live tokens of a key expression; waits for the hub's answer, `timeout` [s] at most."""
-        return await anyio.to_thread.run_sync(self._session.list_tokens, key, timeout)
+        return await anyio.to_thread.run_sync(self.blocking.list_tokens, key, timeout)
 
     @asynccontextmanager
     async def answering(
@@ -216,7 +214,7 @@ class AsyncSession:
         bound: Bound,
         busy: bytes,
         intake: AdmissionPolicy = EVERYTHING,
-        attestor: Attestor | None = None,
+        attestor: AnswerSigner | None = None,
     ) -> AsyncIterator[Mailbox[Request]]:
         """Serve a key while the block lasts.
 
@@ -233,7 +231,7 @@ class AsyncSession:
             return requests.put(request, request.size)
 
         try:
-            async with declared(partial(self._session.answer, key, take, busy, intake, attestor), undeclare):
+            async with declared(partial(self.blocking.answer, key, take, busy, intake, attestor), undeclare):
                 yield requests
         finally:  # also requests that arrived before the end of the declaration
             requests.close()

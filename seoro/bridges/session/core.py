@@ -15,7 +15,7 @@ import json
 import queue
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 from zenoh.handlers import Callback
@@ -24,8 +24,11 @@ from seoro.bridges.session.brokered import broker_address
 from seoro.bridges.session.endpoints import is_endpoint
 from seoro.bridges.session.errors import InvalidEndpoint, SessionError
 from seoro.bridges.session.outages import Outages
-from seoro.bridges.session.requests import AdmissionPolicy, AdmitAll, Attestor, Refuser, Request, receiver
+from seoro.bridges.session.requests import AdmissionPolicy, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
+
+if TYPE_CHECKING:
+    from seoro.security.signing.answers import AnswerSigner
 
 CLOSE_DEADLINE = 2.0  # [s]
 SEEN_WITHIN = 1.0  # [s] time limit for the hub to know a new token
@@ -35,7 +38,7 @@ PATIENCE = 1_000_000  # [us] longest wait of a message for room on the link
 # laser scanner of 1,000 scans a second has to wait 20 ms for a processor.
 SEND_QUEUE = 16
 INBOX_SIZE = 256
-EVERYTHING = AdmitAll()
+EVERYTHING = AdmissionPolicy()
 LARGEST = 64 << 20  # [bytes], size limit of messages; the limits of all verbs are lower (`wire.MAX_MESSAGE`)
 
 
@@ -142,7 +145,7 @@ class Session:
         busy: bytes,
         inbox: queue.SimpleQueue[Any],
         intake: AdmissionPolicy = EVERYTHING,
-        attestor: Attestor | None = None,
+        attestor: AnswerSigner | None = None,
     ) -> None:
         """Serve a key expression until the session closes.
 
@@ -169,7 +172,7 @@ class Session:
         take: Callable[[Request], bool | None],
         busy: bytes = b"",
         intake: AdmissionPolicy = EVERYTHING,
-        attestor: Attestor | None = None,
+        attestor: AnswerSigner | None = None,
     ) -> Callable[[], None]:
         """Serve a key. Returns a function that ends this.
 

@@ -58,15 +58,10 @@ class Mailbox(Generic[T]):
         self._lock = threading.Lock()
         self._waiting: deque[tuple[T, int]] = deque()
         self._size = 0
-        self._lost = 0
+        self.dropped = 0  # number of messages so far
         self._waking = False
         self._closed = False
         self._calls: dict[Callable[[], None], None] = {}  # callbacks of the next arrival
-
-    @property
-    def dropped(self) -> int:
-        """Number of messages dropped so far."""
-        return self._lost
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -77,11 +72,11 @@ class Mailbox(Generic[T]):
             if self._closed:
                 return False
             if self._bound.drop == "newest" and self._is_full(size):
-                self._lost += 1
+                self.dropped += 1
                 return False
             while self._waiting and self._is_full(size):
                 self._size -= self._waiting.popleft()[1]
-                self._lost += 1
+                self.dropped += 1
             self._waiting.append((message, size))
             self._size += size
             if self._waking:

@@ -14,12 +14,12 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
 if TYPE_CHECKING:
-    from seoro.security.signing.replay_window import HolderKey
+    from seoro.security.signing.answers import AnswerSigner, Envelope
 
 PART: Final = b"part"  # attachment of a part of an answer that need not be authentic
 MAX_REFUSALS: Final = 1024  # size of the queue of refusals; further ones are sent by their own thread
@@ -35,29 +35,8 @@ class Form(IntEnum):
     REFUSAL = 2
 
 
-class Envelope(Protocol):
-    """Envelope of a request: authenticates the request and its answers; from any thread."""
-
-    def attest(self, request: bytes, form: int, number: int, answer: bytes) -> bytes:
-        """Return the attachment that authenticates an answer of a form and number to a request."""
-
-    def check(self, holder: HolderKey, request: bytes) -> None:
-        """Check that a client that holds robots has sent the request, for the first time.
-
-        Raises:
-            InvalidKeys: The request is from another client, or a repetition.
-        """
-
-
-class Attestor(Protocol):
-    """Makes answers authentic; from any thread."""
-
-    def open(self, key: str, attachment: bytes) -> tuple[bytes, Envelope | None]:
-        """Split the attachment of a request into its content and the envelope, if it has one."""
-
-
-class AdmissionPolicy(Protocol):
-    """Decides which requests are accepted; from any thread, without waiting."""
+class AdmissionPolicy:
+    """Decides which requests are accepted, from any thread, without waiting; this one accepts all."""
 
     def admit(self, key: str, size: int, attachment: bytes) -> bytes:
         """Accept a request, or return its error answer; an accepted one returns empty bytes.
@@ -67,26 +46,13 @@ class AdmissionPolicy(Protocol):
             size: Size of its unread payload [bytes].
             attachment: Attachment of the request.
         """
+        return b""
 
     def end(self, key: str, size: int, attachment: bytes) -> None:
         """Record that an accepted request was answered."""
 
     def divert(self, request: Request) -> bool:
         """Handle a request that must not wait in the common queue; False for all others."""
-
-
-class AdmitAll:
-    """Policy that accepts every request."""
-
-    def admit(self, _key: str, _size: int, _attachment: bytes) -> bytes:
-        """Accept the request."""
-        return b""
-
-    def end(self, _key: str, _size: int, _attachment: bytes) -> None:
-        """Do nothing."""
-
-    def divert(self, _request: Request) -> bool:
-        """Leave the request to the queue."""
         return False
 
 
@@ -195,7 +161,7 @@ def receiver(
     refuser: Refuser,
     take: Callable[[Request], bool | None],
     busy: bytes,
-    attestor: Attestor | None = None,
+    attestor: AnswerSigner | None = None,
 ) -> Callable[[Any], None]:
     """Return the callback for Zenoh's queries.
 

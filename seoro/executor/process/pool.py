@@ -41,17 +41,12 @@ class Worker:
     def __init__(
         self, process: int, ended: asyncio.Future[int | None], control: int, reader: asyncio.StreamReader
     ) -> None:
-        self._process = process
+        self.process = process
         self._ended = ended
         self._control = control
         self._controlling = threading.Lock()  # an emergency stop comes from a thread of its own
         self._is_closed = False
         self._reader = reader
-
-    @property
-    def process(self) -> int:
-        """Process id."""
-        return self._process
 
     def send(self, kind: Frame, data: bytes = b"") -> None:
         """Send a frame, from any thread; a dead process gets none, which the other pipe shows."""
@@ -84,7 +79,7 @@ class Worker:
     def kill(self) -> None:
         """Kill the process with its group."""
         with suppress(ProcessLookupError):
-            os.killpg(self._process, signal.SIGKILL)
+            os.killpg(self.process, signal.SIGKILL)
 
     def close(self) -> None:
         """Close the pipe for its job."""

@@ -2,7 +2,7 @@
 
 `Queue` starts and finishes runs in the order of the `FairQueue`, within the `RunSlots`. `ActiveRun` is the state
 of one run. `enforcement` ends runs that exceed limits, which `usage` and `memory` measure. `tail` sends growing
-traces to clients, `emissions` their events to runs. `DryRuns` carries out dry runs.
+traces to clients, `Emissions` sends their events to runs. `DryRuns` carries out dry runs.
 
 May import `seoro.executor.job`, `limits`, `process` and `storage`.
 """

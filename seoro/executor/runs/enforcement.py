@@ -17,8 +17,7 @@ from seoro.executor.process.pool import Worker
 from seoro.executor.runs.active_run import ActiveRun
 from seoro.executor.runs.memory import PERIOD
 from seoro.executor.runs.usage import TraceFile, Usage, exceeds
-from seoro.executor.storage.blobs import in_mebibytes
-from seoro.executor.storage.disk_quota import reserve_of
+from seoro.executor.storage.blobs import in_mebibytes, reserve_of
 from seoro.executor.storage.run_folder import RunFolder
 
 SLACK: Final = 30.0  # [s] for a process to end its run by itself after its time limit

@@ -1,9 +1,13 @@
-"""Blobs: files of bundles by their SHA-256. Each is stored once, complete and verified."""
+"""Blobs: files of bundles by their SHA-256. Each is stored once, complete and verified.
+
+Runs and submissions must leave free space on the disk for the results of other runs.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import threading
 import time
 from collections import Counter
@@ -15,12 +19,14 @@ from typing import Final
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.executor.limits import MEBIBYTE, Limits
 from seoro.executor.storage.blob_quota import BlobQuota
 from seoro.files.durable import sync_file
 
 PART: Final = ".part"  # suffix of an incomplete blob
 ARRIVING: Final = 60.0  # [s] between two parts of a blob that is being sent
-MEBIBYTE: Final = 1 << 20
+FLOOR: Final = 1 << 30  # [bytes] of the disk that stay free by default,
+SHARE: Final = 20  # or this fraction of the disk (1/SHARE), if that is less
 
 
 class Blobs:
@@ -202,3 +208,40 @@ def _used(path: Path) -> float:
         return path.stat().st_mtime
     except FileNotFoundError:
         return 0.0
+
+
+def make_room(blobs: Blobs, folder: Path, size: int, limits: Limits, spared: Collection[str]) -> None:
+    """Drop the least recently used blobs, if the disk has too little free space.
+
+    Args:
+        blobs: The blobs.
+        folder: Folder on the disk.
+        size: Required space [bytes].
+        limits: Limits of the client.
+        spared: Hashes of blobs that must stay.
+
+    Raises:
+        RequestRefused: The disk would still have too little free space.
+    """
+    floor = reserve_of(folder, limits)
+
+    def is_enough() -> bool:
+        return shutil.disk_usage(folder).free - size >= floor
+
+    if is_enough():
+        return
+    blobs.drop_until(is_enough, spared)
+    if not is_enough():
+        free = shutil.disk_usage(folder).free
+        raise RequestRefused(
+            Result.OPERATION_FAILED,
+            f"the executor cannot store {in_mebibytes(size)}: its disk has {in_mebibytes(free)} left, of which "
+            f"{in_mebibytes(floor)} stay free; remove old runs by `seoro rm`",
+        )
+
+
+def reserve_of(folder: Path, limits: Limits) -> int:
+    """Return the disk space that runs and submissions must leave free [bytes]."""
+    if limits.free is not None:
+        return limits.free * MEBIBYTE
+    return min(FLOOR, shutil.disk_usage(folder).total // SHARE)

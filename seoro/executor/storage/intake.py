@@ -18,8 +18,7 @@ from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bundle.unpack import InvalidBundle, check_manifest, unpack
 from seoro.executor.limits import Limits
-from seoro.executor.storage.blobs import Blobs
-from seoro.executor.storage.disk_quota import make_room
+from seoro.executor.storage.blobs import Blobs, make_room
 from seoro.executor.storage.run_folder import RunFolder
 from seoro.files.durable import sync_folder, sync_tree
 
@@ -73,23 +72,18 @@ class Intake:
     def _lay_out(self, manifest: wire.Manifest, folder: RunFolder, limits: Limits) -> None:
         hashes = {file.hash for file in manifest.files}
         with self._blobs.in_use(hashes):
-            self._lay_out_blobs(manifest, folder, limits, hashes)
-
-    def _lay_out_blobs(
-        self, manifest: wire.Manifest, folder: RunFolder, limits: Limits, hashes: Collection[str]
-    ) -> None:
-        self._check_there(hashes)
-        try:
-            self._blobs.use(hashes)
-            check_manifest(manifest)
-            make_room(self._blobs, self._blobs.folder, sum(tuple(self._sizes.values())), limits, hashes)
-            unpack(manifest, self._blobs.path, folder.files)
-            sync_tree(folder.path)
-            sync_folder(folder.path.parent)
-        except (InvalidBundle, OSError) as error:
-            shutil.rmtree(folder.path, ignore_errors=True)
-            self._check_there(hashes)  # old blobs may be removed at any time
-            raise rejected_bundle(str(error)) from error
+            self._check_there(hashes)
+            try:
+                self._blobs.use(hashes)
+                check_manifest(manifest)
+                make_room(self._blobs, self._blobs.folder, sum(tuple(self._sizes.values())), limits, hashes)
+                unpack(manifest, self._blobs.path, folder.files)
+                sync_tree(folder.path)
+                sync_folder(folder.path.parent)
+            except (InvalidBundle, OSError) as error:
+                shutil.rmtree(folder.path, ignore_errors=True)
+                self._check_there(hashes)  # old blobs may be removed at any time
+                raise rejected_bundle(str(error)) from error
 
     def _check_there(self, hashes: Collection[str]) -> None:
         if missing := self._blobs.missing(hashes):

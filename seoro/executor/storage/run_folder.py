@@ -4,43 +4,31 @@ from __future__ import annotations
 
 import os
 import stat
-from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Final
 
 from seoro.files.durable import sync_file, sync_folder, sync_tree
 
 
-@dataclass(frozen=True)
 class RunFolder:
-    """Paths of the files of a run."""
+    """Paths of the files of a run.
 
-    path: Path
+    Attributes:
+        path: Folder of the run.
+        files: Folder of the bundle.
+        output: Folder of output files.
+        trace: File of the trace.
+        home: Home folder of its programs during the run.
+        log: File of the printed output, among the output files.
+    """
 
-    @property
-    def files(self) -> Path:
-        """Folder of the bundle."""
-        return self.path / "files"
-
-    @property
-    def output(self) -> Path:
-        """Folder of output files."""
-        return self.path / "output"
-
-    @property
-    def trace(self) -> Path:
-        """File of the trace."""
-        return self.path / "trace.jsonl"
-
-    @property
-    def home(self) -> Path:
-        """Home folder of its programs during the run."""
-        return self.path / "home"
-
-    @property
-    def log(self) -> Path:
-        """File of the printed output, among the output files."""
-        return self.output / "log.txt"
+    def __init__(self, path: Path) -> None:
+        self.path: Final = path
+        self.files: Final = path / "files"
+        self.output: Final = path / "output"
+        self.trace: Final = path / "trace.jsonl"
+        self.home: Final = path / "home"
+        self.log: Final = self.output / "log.txt"
 
     def sync(self) -> None:
         """Force the trace and the output files to the disk; blocks.

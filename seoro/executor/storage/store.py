@@ -84,18 +84,9 @@ class Store:
 
     def __init__(self, folder: Path, database: sqlite3.Connection, thread: ThreadPoolExecutor) -> None:
         self._folder = folder
+        self.blobs: Final = folder / "blobs"
         self._database = database
         self._thread = thread
-
-    @property
-    def root(self) -> Path:
-        """Folder of the executor."""
-        return self._folder
-
-    @property
-    def blobs(self) -> Path:
-        """Folder of the blobs."""
-        return self._folder / "blobs"
 
     def folder(self, run: str) -> RunFolder:
         """Return the folder of a run."""
@@ -121,8 +112,8 @@ class Store:
 
     async def submission(self, run: str) -> wire.Submission:
         """Return the submission of a run."""
-        [row] = await self._rows("SELECT submission FROM runs WHERE run = ?", run)
-        return wire.SUBMIT.read(row[0])
+        [submission] = await self._column("submission", "run = ?", run)
+        return wire.SUBMIT.read(submission)
 
     async def info(self, run: str) -> RunInfo:
         """Return the state of a run.
@@ -130,38 +121,41 @@ class Store:
         Raises:
             KeyError: The id is unknown.
         """
-        rows = await self._rows(f"SELECT {_FIELDS} FROM runs WHERE run = ?", run)  # noqa: S608 - names of ours
-        if not rows:
-            raise KeyError(run)
-        return _info(rows[0])
+        for info in await self._infos("run = ?", run):
+            return info
+        raise KeyError(run)
 
     async def end(self, run: str) -> bytes:
         """Return the packed end of a run; empty if it is unknown."""
-        [row] = await self._rows("SELECT end FROM runs WHERE run = ?", run)
-        end: bytes = row[0]
+        end: bytes
+        [end] = await self._column("end", "run = ?", run)
         return end
 
     async def youngest(self, limit: int, prefix: str = "") -> tuple[RunInfo, ...]:
         """Return the most recent runs whose ids begin with `prefix`."""
-        command = f"SELECT {_FIELDS} FROM runs WHERE run GLOB ? ORDER BY number DESC LIMIT ?"  # noqa: S608 - as above
-        return tuple(map(_info, await self._rows(command, f"{prefix}*", limit)))
+        return await self._infos("run GLOB ? ORDER BY number DESC LIMIT ?", f"{prefix}*", limit)
 
     async def queued(self) -> tuple[str, ...]:
         """Return the ids of queued runs, oldest first."""
-        rows = await self._rows("SELECT run FROM runs WHERE state = ? ORDER BY number", State.QUEUED.value)
-        return tuple(row[0] for row in rows)
+        return await self._column("run", "state = ? ORDER BY number", State.QUEUED.value)
 
     async def running(self) -> tuple[RunInfo, ...]:
         """Return running runs, and those of a previous executor that died."""
-        command = f"SELECT {_FIELDS} FROM runs WHERE state = ? ORDER BY number"  # noqa: S608 - names of ours
-        return tuple(map(_info, await self._rows(command, State.RUNNING.value)))
+        return await self._infos("state = ? ORDER BY number", State.RUNNING.value)
 
     async def over(self, before: float) -> tuple[str, ...]:
         """Return the ids of runs that ended before a time."""
-        rows = await self._rows("SELECT run FROM runs WHERE ended < ?", before)
-        return tuple(row[0] for row in rows)
+        return await self._column("run", "ended < ?", before)
 
-    async def _rows(self, command: str, *values: object) -> list[tuple[Any, ...]]:
+    async def _infos(self, which: str, *values: object) -> tuple[RunInfo, ...]:
+        rows = await self._rows(_FIELDS, which, *values)
+        return tuple(RunInfo.model_validate(dict(zip(_FIELDS.split(", "), row, strict=True))) for row in rows)
+
+    async def _column(self, field: str, which: str, *values: object) -> tuple[Any, ...]:
+        return tuple(row[0] for row in await self._rows(field, which, *values))
+
+    async def _rows(self, fields: str, which: str, *values: object) -> list[tuple[Any, ...]]:
+        command = f"SELECT {fields} FROM runs WHERE {which}"  # noqa: S608 - names of ours
         return await self._do(lambda database: database.execute(command, values).fetchall())
 
     async def start(self, run: str) -> None:
@@ -188,7 +182,7 @@ class Store:
 
     async def known(self) -> frozenset[str]:
         """Return the ids of all runs."""
-        return frozenset(row[0] for row in await self._rows("SELECT run FROM runs"))
+        return frozenset(await self._column("run", "TRUE"))
 
     async def sweep(self) -> None:
         """Remove incomplete folders of a previous executor."""
@@ -290,7 +284,3 @@ def _open(path: Path) -> sqlite3.Connection:
             f"cannot store runs in {path}: {error}", help="choose another folder with `--folder`"
         ) from error
     return database
-
-
-def _info(row: tuple[Any, ...]) -> RunInfo:
-    return RunInfo.model_validate(dict(zip(_FIELDS.split(", "), row, strict=True)))

@@ -3,7 +3,7 @@
 A lab has a certificate authority (`authority`). Each participant has an *identity*: a private key and a
 certificate with its name and role (`certificates`), both in one folder (`folder`). `roles` lists what each role
 may do; `access_control` turns that into rules for routers. The authority signs a list of revoked keys
-(`revocation`), which clients read from their folder of keys (`revoked_file`).
+(`revocation`), which clients read from their folder of keys (`RevokedFile`).
 
 May import `seoro.errors` and `seoro.files`.
 """

@@ -60,14 +60,14 @@ def access_control(
     subjects: list[dict[str, Any]] = []
     for role in Role:
         commons = [str(slot) for slot in _slots(role) if slot not in revoked]
-        said = [
+        own = [
             _rule(f"{role.value}_{number}", "allow", *rule)
             for number, rule in enumerate(_rules(role, requests.get(role, ())))
         ]
-        rules += said
-        if said and commons:
+        rules += own
+        if own and commons:
             subjects.append({"id": role.value, "cert_common_names": commons})
-            policies.append({"rules": [rule["id"] for rule in said], "subjects": [role.value]})
+            policies.append({"rules": [rule["id"] for rule in own], "subjects": [role.value]})
     for owner, name in names.items():
         others = [str(slot) for slot in _slots(owner.role) if slot != owner]
         subject = f"not_{owner}"

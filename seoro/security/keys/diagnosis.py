@@ -50,8 +50,8 @@ def why_refused(host: str, port: int, authority: Path, certificate: Path, key: P
         return _VERIFYING.get(error.verify_code, _OTHER_LAB)
     except ssl.SSLError as error:
         reason = error.reason or ""
-        said = next((text for part, text in _REASONS.items() if part in reason), None)
-        return said or f"it aborts the TLS handshake ({reason or error})"
+        known = next((text for part, text in _REASONS.items() if part in reason), None)
+        return known or f"it aborts the TLS handshake ({reason or error})"
     except OSError:  # the server does not answer, or accepts the keys
         return None
     return None

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from seoro.security.keys import VARIABLE
 from seoro.security.keys.errors import InvalidKeys
@@ -26,36 +26,25 @@ if TYPE_CHECKING:
     from seoro.security.keys.revocation import Revocations
 
 
-@dataclass(frozen=True)
 class KeyFolder:
-    """Paths in a folder of keys; each file may be missing."""
+    """Paths in a folder of keys; each file may be missing.
 
-    path: Path
+    Attributes:
+        path: The folder.
+        authority: Certificate of the lab's authority.
+        authority_key: Key of the lab's authority.
+        certificate: Certificate of the identity.
+        key: Key of the identity.
+        revoked: List of revoked certificates.
+    """
 
-    @property
-    def authority(self) -> Path:
-        """Certificate of the lab's authority."""
-        return self.path / "ca.crt"
-
-    @property
-    def authority_key(self) -> Path:
-        """Key of the lab's authority."""
-        return self.path / "ca.key"
-
-    @property
-    def certificate(self) -> Path:
-        """Certificate of the identity."""
-        return self.path / "identity.crt"
-
-    @property
-    def key(self) -> Path:
-        """Key of the identity."""
-        return self.path / "identity.key"
-
-    @property
-    def revoked(self) -> Path:
-        """List of revoked certificates."""
-        return self.path / "revoked.crl"
+    def __init__(self, path: Path) -> None:
+        self.path: Final = path
+        self.authority: Final = path / "ca.crt"
+        self.authority_key: Final = path / "ca.key"
+        self.certificate: Final = path / "identity.crt"
+        self.key: Final = path / "identity.key"
+        self.revoked: Final = path / "revoked.crl"
 
     def revoked_stamp(self) -> tuple[int, int, int] | None:
         """Return a stamp that changes with the list of revoked certificates; None without a list."""

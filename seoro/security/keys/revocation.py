@@ -7,6 +7,8 @@ and reserve each name for its slot.
 from __future__ import annotations
 
 import json
+import logging
+import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
@@ -18,13 +20,17 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
-from seoro.security.keys.certificates import CertificateSlot, PrivateKey, lab_of, slot_of
+from seoro.security.keys.certificates import CertificateSlot, Identity, PrivateKey, lab_of, slot_of
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.files import read_file
+from seoro.security.keys.folder import Keys
 from seoro.security.keys.roles import Role
 
 _NAMES: Final = x509.ObjectIdentifier("2.25.199700432544193162380911776863607034762")
 _OCTETS: Final = 4  # the tag of an OCTET STRING
+PERIOD: Final = 0.5  # [s] between two looks at the file
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -143,3 +149,58 @@ def read_list(path: Path, authority: x509.Certificate) -> Revocations:
             f"cannot read the list of revoked keys {path}: {error}",
             help="copy `revoked.crl` from the folder of the lab key",
         ) from error
+
+
+class RevokedFile:
+    """The list of revoked certificates in a folder of keys; read again when it changes.
+
+    Args:
+        keys: The keys in this folder.
+    """
+
+    def __init__(self, keys: Keys) -> None:
+        self._keys = keys
+        self._list = keys.revoked
+        self._stamp: tuple[int, int, int] | None = None
+        self._next = float("-inf")  # [s] of the monotonic clock, when to look again
+
+    def current(self) -> Revocations:
+        """Return the list; an empty one if the folder has none.
+
+        A file that becomes invalid, older or missing later changes nothing.
+
+        Raises:
+            InvalidKeys: The file is invalid, and no valid one was read before.
+        """
+        now = time.monotonic()
+        if self._keys.revoked is None and now >= self._next:
+            self._read()
+            self._next = now + PERIOD
+        return self._list or Revocations(0)
+
+    def check(self, identity: Identity) -> None:
+        """Check that an identity is not revoked.
+
+        Raises:
+            InvalidKeys: The identity is revoked, or the list is invalid.
+        """
+        if self.current().contains(identity.serial):
+            raise InvalidKeys(f"{identity} is revoked", help=f"listed in `{self._keys.folder.revoked}`")
+
+    def _read(self) -> None:
+        stamp = self._keys.folder.revoked_stamp()
+        if stamp is None or stamp == self._stamp:
+            return
+        try:
+            found = read_list(self._keys.folder.revoked, self._keys.authority)
+            if self._list is not None and found.number < self._list.number:
+                raise InvalidKeys(
+                    f"outdated list of revoked keys: number {found.number}, expected {self._list.number} or higher"
+                )
+        except InvalidKeys as error:
+            if self._list is None:
+                raise
+            log.error("%s; using the previous list", error)
+        else:
+            self._list = found
+        self._stamp = stamp

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from seoro.bridges import wire
-from seoro.bridges.session import Attestor, Request
+from seoro.bridges.session import Request
 from seoro.bridges.wire.authentication import CHALLENGE, DENIED, Proof, has_signature
 from seoro.bridges.wire.holds import TAKE_ROBOTS, Holder, HoldRobots, decode_sender
 from seoro.bridges.wire.keys import public_holder_name, verb_of
@@ -24,6 +24,7 @@ from seoro.security.network.listener import Listener
 
 if TYPE_CHECKING:
     from seoro.security.network.node_identity import NodeIdentity
+    from seoro.security.signing.answers import AnswerSigner
     from seoro.security.signing.replay_window import HolderKey
 
 CALLED: Final = "node"
@@ -39,17 +40,12 @@ class NodeAuthorizer:
     """
 
     def __init__(self, identity: NodeIdentity | None = None) -> None:
-        self._identity = identity
+        self.identity = identity
 
     @property
-    def identity(self) -> NodeIdentity | None:
-        """Identity of the node; None without keys."""
-        return self._identity
-
-    @property
-    def attestor(self) -> Attestor | None:
+    def attestor(self) -> AnswerSigner | None:
         """Authenticates answers; None without keys."""
-        return None if self._identity is None else self._identity.answers
+        return None if self.identity is None else self.identity.answers
 
     def authenticate(self, request: Request, key_of: KeyOf) -> str:
         """Return the name of the client that has sent a request, if it holds robots; else an empty name.
@@ -62,7 +58,7 @@ class NodeAuthorizer:
             RequestRefused: Another client has sent the request, or it was sent before.
         """
         verb, sender = verb_of(request.key), _sender(request)
-        if self._identity is None:
+        if self.identity is None:
             return sender
         holder = key_of(sender) if sender and not _verb(verb).is_audited else None
         if holder is None:
@@ -77,7 +73,7 @@ class NodeAuthorizer:
                 f"the request `{verb}` of '{public_holder_name(sender)}' is not authentic: {error}; expected a "
                 "request by the client that holds the robots: check what else sends over the same routers",
             )
-            self._identity.audit_trail.record_refusal(AuditedRequest(None, verb, request.payload), refused.message)
+            self.identity.audit_trail.record_refusal(AuditedRequest(None, verb, request.payload), refused.message)
             raise refused from None
         return sender
 
@@ -92,7 +88,7 @@ class NodeAuthorizer:
         Raises:
             RequestRefused: The public key is missing, or the robots are those of another client.
         """
-        if self._identity is None:
+        if self.identity is None:
             return
         if isinstance(asked, Holder) and verb is TAKE_ROBOTS and not asked.exchange:
             raise RequestRefused(
@@ -101,7 +97,7 @@ class NodeAuthorizer:
         if verb.names_holder and isinstance(asked, Holder | HoldRobots) and asked.holder != sender:
             holder = public_holder_name(asked.holder)
             why = f"the request `{verb.name}` is about '{holder}', but another client sent it"
-            self._identity.audit_trail.record_refusal(AuditedRequest(None, verb.name, b""), why)
+            self.identity.audit_trail.record_refusal(AuditedRequest(None, verb.name, b""), why)
             raise RequestRefused(DENIED, why)
 
     @contextmanager
@@ -116,17 +112,15 @@ class NodeAuthorizer:
             RequestRefused: The sender may not send that request.
         """
         verb, sender = _verb(verb_of(request.key)), self.authenticate(request, key_of)
-        if self._identity is None or sender or verb.is_public:
+        if self.identity is None or sender or verb.is_public:
             yield sender or _sender(request)  # unauthenticated clients may send open requests
             return
-        asked, audit_trail = (
-            AuditedRequest(None, verb_of(request.key), request.payload),
-            self._identity.audit_trail,
-        )
+        asked = AuditedRequest(None, verb_of(request.key), request.payload)
+        audit_trail = self.identity.audit_trail
         with audit_trail.recorded_refusals(asked):
             if _sender(request) and not verb.is_audited:
                 raise RequestRefused(DENIED, "the sender no longer holds robots here")
-            asked.who = who = self._identity.authenticate(request)
+            asked.who = who = self.identity.authenticate(request)
             if who.role not in MOVING:
                 raise RequestRefused(DENIED, f"{who} may not send `{asked.verb}` (required role: operator)")
             number = record_request(audit_trail, asked, CALLED) if verb.is_audited else None
@@ -139,9 +133,9 @@ class NodeAuthorizer:
         Raises:
             RequestRefused: The node has no keys, or the challenge is invalid.
         """
-        if self._identity is None:
+        if self.identity is None:
             raise RequestRefused(Result.FEATURE_UNSUPPORTED, "this node has no keys")
-        return self._identity.prove(read_request(CHALLENGE, payload))
+        return self.identity.prove(read_request(CHALLENGE, payload))
 
 
 def _verb(name: str) -> Verb[Any, Any]:

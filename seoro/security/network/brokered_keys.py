@@ -24,9 +24,9 @@ class _RemoteKey:
     def __init__(self, broker: Broker) -> None:
         self._broker = broker
 
-    def sign(self, said: bytes, _algorithm: Any) -> bytes:
+    def sign(self, data: bytes, _algorithm: Any) -> bytes:
         """Return the signature of some bytes."""
-        signature: bytes = self._broker.ask(SIGN, said)
+        signature: bytes = self._broker.ask(SIGN, data)
         return signature
 
 

@@ -12,7 +12,6 @@ from seoro.concurrency.steady_clock import steady_ns
 from seoro.security.keys.certificates import Identity
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.folder import Keys
-from seoro.security.keys.roles import Role
 from seoro.security.network.audit_trail import AuditTrail
 from seoro.security.network.revocation_monitor import RevocationMonitor
 from seoro.security.signing.answers import AnswerSigner
@@ -37,15 +36,11 @@ class NodeIdentity:
         self.audit_trail = audit_trail
         self.revoked = revoked
         self._keys = keys
+        self.role: Final = keys.identity.role
         self.boot: Final = secrets.token_hex(8)
         self._verifier = CommandVerifier(keys, self.boot, revoked.current)
         self._signatures = StatementVerifier(keys.authority, revoked.current)
         self.answers: Final = AnswerSigner(keys, self.boot)
-
-    @property
-    def role(self) -> Role:
-        """Role of the server."""
-        return self._keys.identity.role
 
     def prove(self, challenge: Challenge) -> Proof:
         """Answer a challenge."""
@@ -58,15 +53,15 @@ class NodeIdentity:
             exchange=exchange,
         )
 
-    def sign(self, *said: Any) -> bytes:
+    def sign(self, *statement: Any) -> bytes:
         """Sign the parts of a statement."""
-        return sign(self._keys, *said)
+        return sign(self._keys, *statement)
 
-    def is_own_signature(self, signature: bytes, *said: Any) -> bool:
+    def is_own_signature(self, signature: bytes, *statement: Any) -> bool:
         """Whether a statement was signed by keys of this name and role."""
         identity = self._keys.identity
         try:
-            self._signatures.check(signature, identity.role, identity.name, *said)
+            self._signatures.check(signature, identity.role, identity.name, *statement)
         except InvalidKeys:
             return False
         return True

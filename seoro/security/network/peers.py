@@ -173,10 +173,10 @@ class PeerSigner:
         nonce, signer = secrets.token_bytes(NONCE), CommandSigner(self._keys, self.peer.name, self.peer.role)
         asked = time.time_ns()
         try:
-            said = await self._session.query(
+            reply = await self._session.query(
                 self.peer.key(CHALLENGE.name), encode(Challenge(nonce=nonce)), TIMEOUT
             )
-            proof = CHALLENGE.read_reply(said)
+            proof = CHALLENGE.read_reply(reply)
             given = (proof.certificate, proof.signature, nonce, proof.boot, proof.now)
             peer = signer.accept(*given, (asked, time.time_ns()), proof.exchange)
             self._checker.share(peer, proof.boot, proof.exchange)
@@ -235,10 +235,10 @@ class _Answers:
 
     def _unsigned(self, payload: bytes) -> Form:
         """Accept an unsigned refusal only if it asks to retry later, which is harmless."""
-        said = read_refusal(payload)
-        if said.code == self._signer.peer.busy:
+        refusal = read_refusal(payload)
+        if refusal.code == self._signer.peer.busy:
             return Form.REFUSAL
-        raise self._not_authentic(f"unsigned refusal: {said.message}")
+        raise self._not_authentic(f"unsigned refusal: {refusal.message}")
 
     def _not_authentic(self, why: str) -> NotAuthentic:
         peer = self._signer.peer

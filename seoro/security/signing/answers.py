@@ -26,7 +26,7 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X
 from seoro.security.keys.certificates import Identity
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.folder import Keys
-from seoro.security.keys.revoked_file import RevokedFile
+from seoro.security.keys.revocation import RevokedFile
 from seoro.security.keys.roles import Role
 from seoro.security.signing.replay_window import HolderKey
 from seoro.security.signing.statements import INVALID_SIGNATURE, StatementVerifier, digest, sign
@@ -108,11 +108,7 @@ class AnswerSigner:
         self._keys = keys
         self._boot = boot
         self._pair = _KeyPair()
-
-    @property
-    def exchange(self) -> bytes:
-        """Public key of this start."""
-        return self._pair.public
+        self.exchange: Final = self._pair.public  # public key of this start
 
     def open(self, key: str, attachment: bytes) -> tuple[bytes, Envelope | None]:
         """Split the attachment of a request into the signature or name of the client, and its envelope.

@@ -80,9 +80,9 @@ class AuditLog:
         Raises:
             OSError: The line could not be written.
         """
-        said = {"number": self._number, "time": round(time.time(), 6), **entry, "previous": self._previous}
-        signature = self._keys.key.sign(_signed(said), _ALGORITHM)
-        line = json.dumps({**said, "signature": b64encode(signature).decode()}).encode() + b"\n"
+        entry = {"number": self._number, "time": round(time.time(), 6), **entry, "previous": self._previous}
+        signature = self._keys.key.sign(_signed(entry), _ALGORITHM)
+        line = json.dumps({**entry, "signature": b64encode(signature).decode()}).encode() + b"\n"
         at = self._file.tell()
         if not is_urgent:
             self._reserve(at, at + len(line) + RESERVE)
@@ -154,15 +154,15 @@ def check_log(path: Path, authority: x509.Certificate) -> Checked:
     for number, line in enumerate(_lines(path)):
         where = f"{path}:{number + 1}"
         try:
-            said = json.loads(line)
-            signature = b64decode(said.pop("signature"), validate=True)
-            if said["what"] in map(_started, Role):
-                public, name = _writer(b64decode(said["certificate"], validate=True), authority)
+            entry = json.loads(line)
+            signature = b64decode(entry.pop("signature"), validate=True)
+            if entry["what"] in map(_started, Role):
+                public, name = _writer(b64decode(entry["certificate"], validate=True), authority)
                 writers[name] = None
             if public is None:
                 raise InvalidKeys("missing line with the certificate of the writer before it")
-            public.verify(signature, _signed(said), _ALGORITHM)
-            if said["number"] != number or said["previous"] != previous:
+            public.verify(signature, _signed(entry), _ALGORITHM)
+            if entry["number"] != number or entry["previous"] != previous:
                 raise InvalidKeys("lines before it are missing or changed")
         except InvalidSignature:
             raise InvalidKeys(f"{where}: invalid signature: the line was changed or has another writer") from None
@@ -188,8 +188,8 @@ def _writer(data: bytes, authority: x509.Certificate) -> tuple[ec.EllipticCurveP
     return public, identity.name
 
 
-def _signed(said: dict[str, Any]) -> bytes:
-    return json.dumps(said, sort_keys=True, separators=(",", ":")).encode()
+def _signed(entry: dict[str, Any]) -> bytes:
+    return json.dumps(entry, sort_keys=True, separators=(",", ":")).encode()
 
 
 def _lines(path: Path) -> Iterator[bytes]:

@@ -25,16 +25,14 @@ from itertools import islice
 from typing import Final
 
 import msgpack
-from cryptography import x509
 
 from seoro.concurrency.steady_clock import steady_ns
-from seoro.security.keys.certificates import Identity, check_issued, check_time, identity_of
+from seoro.security.keys.certificates import Identity, check_time
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.folder import Keys
-from seoro.security.keys.revocation import Revocations
-from seoro.security.keys.revoked_file import RevokedFile
+from seoro.security.keys.revocation import Revocations, RevokedFile
 from seoro.security.keys.roles import Role
-from seoro.security.signing.statements import ALGORITHM, certificate_der, check_signature, digest
+from seoro.security.signing.statements import ALGORITHM, certificate_der, check_signature, digest, load_certificate
 
 WINDOW: Final = 30.0  # [s] by which the time of a signature may differ from that of the executor
 LARGEST: Final = 8192  # [bytes] of a signature with its certificate
@@ -43,7 +41,7 @@ _COMMAND: Final = "seoro command 1"
 _URGENT: Final = "seoro stop 1"
 _PROOFS: Final = {Role.EXECUTOR: "seoro executor 2", Role.NODE: "seoro node 2"}
 _WINDOW: Final = int(WINDOW * 1e9)  # [ns]
-_MOST_KNOWN: Final = 1000  # cached certificates
+_WHERE: Final = "the signature of the command"
 _MOST_STOPS: Final = 10_000  # nonces of emergency stops that are kept
 
 
@@ -112,11 +110,6 @@ class CommandSigner:
         self._boot = ""  # not known before `accept`
         self._offset = 0  # [ns] by which the clock of the executor is ahead
 
-    @property
-    def identity(self) -> Identity:
-        """Identity of the client."""
-        return self._keys.identity
-
     def accept(
         self,
         certificate: bytes,
@@ -141,7 +134,7 @@ class CommandSigner:
         Raises:
             InvalidKeys: The identity has another name or role, or is revoked.
         """
-        found, identity = _load(certificate, self._keys.authority)
+        found, identity = load_certificate(certificate, self._keys.authority, _WHERE)
         if identity.role is not self._role or identity.name != self._name:
             raise InvalidKeys(
                 f"it answers with the keys of {identity}, expected: {self._name} ({self._role.value})",
@@ -178,7 +171,6 @@ class CommandVerifier:
         self._boot = boot
         self._revoked = revoked
         self._clock = clock
-        self._known: dict[bytes, tuple[x509.Certificate, Identity]] = {}
         self._nonces: dict[bytes, int] = {}  # with the times of their commands, in order of arrival
         self._oldest = 0  # [ns since 1970] older commands are rejected; never decreases
         self._stops: dict[bytes, None] = {}  # nonces of emergency stops, in order of arrival
@@ -193,7 +185,7 @@ class CommandVerifier:
         """
         certificate, boot, stamp, nonce, signature = self._parts(signed)
         with self._lock:
-            found, identity = self._certificate(certificate)
+            found, identity = load_certificate(certificate, self._keys.authority, _WHERE)
             check_time(identity, datetime.now(UTC))
             self._check_revoked(identity)
             check_signature(found, signature, _signed_bytes(_COMMAND, key, payload, boot, stamp, nonce))
@@ -216,7 +208,7 @@ class CommandVerifier:
         """
         certificate, boot, stamp, nonce, signature = self._parts(signed)
         with self._lock:
-            found, identity = self._certificate(certificate)
+            found, identity = load_certificate(certificate, self._keys.authority, _WHERE)
             self._check_revoked(identity)
             check_signature(found, signature, _signed_bytes(_URGENT, key, payload, boot, stamp, nonce))
             if nonce in self._stops:
@@ -248,15 +240,6 @@ class CommandVerifier:
                 del self._nonces[old]
         self._nonces[nonce] = stamp
 
-    def _certificate(self, data: bytes) -> tuple[x509.Certificate, Identity]:
-        known = self._known.get(data)
-        if known is None:
-            known = _load(data, self._keys.authority)
-            if len(self._known) >= _MOST_KNOWN:
-                self._known.clear()
-            self._known[data] = known
-        return known
-
 
 def _parts(signed: bytes) -> tuple[bytes, str, int, bytes, bytes]:
     try:
@@ -270,12 +253,3 @@ def _parts(signed: bytes) -> tuple[bytes, str, int, bytes, bytes]:
     if not all(type(part) is kind for part, kind in zip(parts, kinds, strict=True)) or len(nonce) != NONCE:
         raise InvalidKeys("invalid signature of the command")
     return parts
-
-
-def _load(data: bytes, authority: x509.Certificate) -> tuple[x509.Certificate, Identity]:
-    try:
-        certificate = x509.load_der_x509_certificate(data)
-    except ValueError as error:
-        raise InvalidKeys("invalid certificate in the signature of the command") from error
-    check_issued(certificate, authority)
-    return certificate, identity_of(certificate)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import UTC, datetime
+from functools import lru_cache
 from typing import Any, Final
 
 import msgpack
@@ -23,7 +24,6 @@ from seoro.security.keys.roles import Role
 
 LARGEST: Final = 8192  # [bytes] of a signature with its certificate
 ALGORITHM: Final = ec.ECDSA(hashes.SHA256())
-_MOST_KNOWN: Final = 100  # cached certificates
 
 
 INVALID_SIGNATURE: Final = "invalid signature: the message was changed, or signed by another sender"
@@ -55,14 +55,14 @@ def check_signature(certificate: x509.Certificate, signature: bytes, signed: byt
         raise InvalidKeys(INVALID_SIGNATURE) from None
 
 
-def sign(keys: Keys, *said: Any) -> bytes:
+def sign(keys: Keys, *statement: Any) -> bytes:
     """Sign a statement; returns the signature with the certificate of the signer.
 
     Args:
         keys: Keys of the signer.
-        said: Parts of the statement, packable by msgpack.
+        statement: Parts of the statement, packable by msgpack.
     """
-    signature = keys.key.sign(digest(*said), ALGORITHM)
+    signature = keys.key.sign(digest(*statement), ALGORITHM)
     signed: bytes = msgpack.packb([certificate_der(keys.certificate), signature])
     return signed
 
@@ -80,42 +80,47 @@ class StatementVerifier:
     ) -> None:
         self._authority = authority
         self._revoked = revoked
-        self._known: dict[bytes, tuple[x509.Certificate, Identity]] = {}
 
-    def check(self, signed: bytes, role: Role, name: str, *said: Any) -> None:
+    def check(self, signed: bytes, role: Role, name: str, *statement: Any) -> None:
         """Check that a statement was signed by the executor or node of a name.
 
         Args:
             signed: Result of `sign`.
             role: Expected role of the signer.
             name: Expected name of the signer.
-            said: Parts of the statement.
+            statement: Parts of the statement.
 
         Raises:
             InvalidKeys: Another signer, a changed statement, or a key that is expired or revoked.
         """
         certificate, signature = _parts(signed)
-        found, identity = self._certificate(certificate)
+        found, identity = load_certificate(certificate, self._authority, "its signature")
         if identity.role is not role or identity.name != name:
             raise InvalidKeys(f"signed with the keys of {identity}; expected: {name} ({role.value})")
         check_time(identity, datetime.now(UTC))
         if self._revoked().contains(identity.serial):
             raise InvalidKeys(f"{identity} is revoked")
-        check_signature(found, signature, digest(*said))
+        check_signature(found, signature, digest(*statement))
 
-    def _certificate(self, data: bytes) -> tuple[x509.Certificate, Identity]:
-        known = self._known.get(data)
-        if known is None:
-            try:
-                found = x509.load_der_x509_certificate(data)
-            except ValueError as error:
-                raise InvalidKeys("invalid certificate in its signature") from error
-            check_issued(found, self._authority)
-            known = found, identity_of(found)
-            if len(self._known) >= _MOST_KNOWN:
-                self._known.clear()
-            self._known[data] = known
-        return known
+
+@lru_cache(1000)  # of the last senders
+def load_certificate(data: bytes, authority: x509.Certificate, where: str) -> tuple[x509.Certificate, Identity]:
+    """Decode a certificate that was issued by the authority of a lab; returns it with its identity.
+
+    Args:
+        data: The certificate, as DER.
+        authority: Certificate of the lab.
+        where: Origin of the certificate, for messages.
+
+    Raises:
+        InvalidKeys: The certificate is invalid, or was not issued by the lab.
+    """
+    try:
+        certificate = x509.load_der_x509_certificate(data)
+    except ValueError as error:
+        raise InvalidKeys(f"invalid certificate in {where}") from error
+    check_issued(certificate, authority)
+    return certificate, identity_of(certificate)
 
 
 def _parts(signed: bytes) -> tuple[bytes, bytes]:

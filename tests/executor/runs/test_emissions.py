@@ -9,7 +9,7 @@ import pytest
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import decode
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.executor.runs.emissions import KEPT, MOST_PENDING, Emissions
+from seoro.executor.runs.active_run import KEPT, MOST_PENDING, Emissions
 
 
 def request(number: int, size: int = 0, wait: float = 0.0) -> wire.EmitEvent:

@@ -19,8 +19,7 @@ from seoro.bridges.wire.message import WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import UsageError
 from seoro.executor.limits import Limits
-from seoro.executor.storage.blobs import Blobs
-from seoro.executor.storage.disk_quota import make_room
+from seoro.executor.storage.blobs import Blobs, make_room
 from seoro.executor.storage.store import Finished, open_store
 
 RUN = "0123456789abcdef" * 2
@@ -301,7 +300,7 @@ def test_old_blobs_are_removed_for_disk_space(tmp_path: Path, monkeypatch: pytes
         left = 30 - 5 * len(list(folder.iterdir()))
         return SimpleNamespace(total=100, free=left)
 
-    monkeypatch.setattr("seoro.executor.storage.disk_quota.shutil.disk_usage", usage)
+    monkeypatch.setattr("seoro.executor.storage.blobs.shutil.disk_usage", usage)
     make_room(blobs, tmp_path, 5, Limits(), ())  # there are 10, of which 5 stay free
     assert blobs.missing(digests) == ()
     make_room(blobs, tmp_path, 10, Limits(), {digests[0]})

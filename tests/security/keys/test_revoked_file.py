@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from seoro.security.keys import revoked_file
+from seoro.security.keys import revocation
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.folder import KeyFolder, Keys, read_keys
-from seoro.security.keys.revocation import read_list
-from seoro.security.keys.revoked_file import RevokedFile
+from seoro.security.keys.revocation import RevokedFile, read_list
 from seoro.security.keys.roles import Role
 from seoro.security.signing.answers import AnswerSigner, AnswerVerifier, Check
 from seoro.security.signing.commands import CommandSigner, prove
@@ -27,7 +26,7 @@ NONCE, EXCHANGE = b"0" * 16, b"1" * 32
 
 @pytest.fixture(autouse=True)
 def look_always(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(revoked_file, "PERIOD", 0.0)
+    monkeypatch.setattr(revocation, "PERIOD", 0.0)
 
 
 @pytest.fixture
