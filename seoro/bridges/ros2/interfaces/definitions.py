@@ -116,12 +116,12 @@ class Structure:
 
 
 # Member of empty structures on the wire and in type hashes, since IDL does not allow empty structures.
-_FILLER: Final = (Field("structure_needs_at_least_one_member", Scalar("uint8")),)
+FILLER: Final = (Field("structure_needs_at_least_one_member", Scalar("uint8")),)
 
 
 def wire_fields(structure: Structure) -> tuple[Field, ...]:
     """Return the fields of a structure on the wire."""
-    return structure.fields or _FILLER
+    return structure.fields or FILLER
 
 
 def element_of(type_: FieldType) -> Element:

@@ -11,16 +11,7 @@ import json
 from collections.abc import Callable
 from typing import Any, Final, assert_never
 
-from seoro.bridges.ros2.interfaces.definitions import (
-    Array,
-    Field,
-    Named,
-    Scalar,
-    Sequence,
-    Structure,
-    element_of,
-    wire_fields,
-)
+from seoro.bridges.ros2.interfaces import definitions
 
 NESTED: Final = 1
 IDS: Final = {  # type_description_interfaces/msg/FieldType; `char` is uint8 in IDL
@@ -44,7 +35,7 @@ BOUNDED_TEXT: Final = 4  # a bounded string is 21, a bounded wstring 22
 ARRAY, BOUNDED_SEQUENCE, SEQUENCE = 48, 96, 144
 
 
-def type_hash(name: str, lookup: Callable[[str], Structure]) -> str:
+def type_hash(name: str, lookup: Callable[[str], definitions.Structure]) -> str:
     """Return the hash of a structure, such as `RIHS01_6398fe76...`.
 
     Args:
@@ -55,7 +46,7 @@ def type_hash(name: str, lookup: Callable[[str], Structure]) -> str:
     return f"RIHS01_{hashlib.sha256(description.encode()).hexdigest()}"
 
 
-def described(name: str, lookup: Callable[[str], Structure]) -> dict[str, Any]:
+def described(name: str, lookup: Callable[[str], definitions.Structure]) -> dict[str, Any]:
     """Return the description of a structure, as members of a `type_description_interfaces/msg/TypeDescription`.
 
     Args:
@@ -68,9 +59,10 @@ def described(name: str, lookup: Callable[[str], Structure]) -> dict[str, Any]:
         structure = lookup(missing.pop())
         if structure.name in found:
             continue
-        fields = wire_fields(structure)
+        fields = definitions.wire_fields(structure)
         found[structure.name] = {"type_name": structure.name, "fields": [_field(field) for field in fields]}
-        missing.extend(element.name for field in fields if isinstance(element := element_of(field.type), Named))
+        elements = [definitions.element_of(field.type) for field in fields]
+        missing.extend(element.name for element in elements if isinstance(element, definitions.Named))
     top = found.pop(name)
     return {
         "type_description": top,
@@ -78,20 +70,20 @@ def described(name: str, lookup: Callable[[str], Structure]) -> dict[str, Any]:
     }
 
 
-def _field(field: Field) -> dict[str, Any]:
+def _field(field: definitions.Field) -> dict[str, Any]:
     match field.type:
-        case Array(_, length):
+        case definitions.Array(_, length):
             offset, capacity = ARRAY, length
-        case Sequence(_, bound):
+        case definitions.Sequence(_, bound):
             offset, capacity = (BOUNDED_SEQUENCE if bound else SEQUENCE), bound
-        case Scalar() | Named():
+        case definitions.Scalar() | definitions.Named():
             offset, capacity = 0, 0
         case _:
             assert_never(field.type)
-    match element_of(field.type):
-        case Named(nested):
+    match definitions.element_of(field.type):
+        case definitions.Named(nested):
             number, length, name = NESTED, 0, nested
-        case Scalar(primitive, bound):
+        case definitions.Scalar(primitive, bound):
             number, length, name = IDS[primitive] + (BOUNDED_TEXT if bound else 0), bound, ""
     return {
         "name": field.name,

@@ -9,17 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from seoro.bridges.ros2.interfaces.definitions import (
-    Array,
-    Element,
-    Field,
-    FieldType,
-    Named,
-    Scalar,
-    Sequence,
-    Structure,
-    wire_fields,
-)
+from seoro.bridges.ros2.interfaces import definitions
 from seoro.bridges.ros2.interfaces.derived import SUFFIXES
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.hashes import ARRAY, BOUNDED_SEQUENCE, BOUNDED_TEXT, IDS, NESTED, SEQUENCE
@@ -64,30 +54,29 @@ def remote_packages(description: Any, packages: Mapping[str, Package], origin: s
     return {package: RemotePackage(found, packages.get(package), origin) for package, found in sources.items()}
 
 
-def _structure(description: Any, origin: str) -> Structure:
-    empty = Structure(description.type_name, ())
+def _structure(description: Any, origin: str) -> definitions.Structure:
     fields = tuple(_field(field, origin) for field in description.fields)
-    return empty if fields == wire_fields(empty) else Structure(description.type_name, fields)
+    return definitions.Structure(description.type_name, () if fields == definitions.FILLER else fields)
 
 
-def _field(description: Any, origin: str) -> Field:
+def _field(description: Any, origin: str) -> definitions.Field:
     number = int(description.type.type_id)
     kind = max(each for each in _KINDS if each <= number)
     element = _element(description.type, number - kind)
     if element is None:
         raise InvalidDefinition(f"{origin}: unsupported type {number} of `{description.name}`")
-    return Field(description.name, _type(element, kind, int(description.type.capacity)))
+    return definitions.Field(description.name, _type(element, kind, int(description.type.capacity)))
 
 
-def _type(element: Element, kind: int, capacity: int) -> FieldType:
+def _type(element: definitions.Element, kind: int, capacity: int) -> definitions.FieldType:
     if kind == ARRAY:
-        return Array(element, capacity)
-    return element if kind == 0 else Sequence(element, capacity if kind == BOUNDED_SEQUENCE else 0)
+        return definitions.Array(element, capacity)
+    return element if kind == 0 else definitions.Sequence(element, capacity if kind == BOUNDED_SEQUENCE else 0)
 
 
-def _element(description: Any, number: int) -> Element | None:
+def _element(description: Any, number: int) -> definitions.Element | None:
     if number == NESTED:
-        return Named(description.nested_type_name)
+        return definitions.Named(description.nested_type_name)
     if number in _TEXTS:
-        return Scalar(_TEXTS[number], int(description.string_capacity))
-    return Scalar(_PRIMITIVES[number]) if number in _PRIMITIVES else None
+        return definitions.Scalar(_TEXTS[number], int(description.string_capacity))
+    return definitions.Scalar(_PRIMITIVES[number]) if number in _PRIMITIVES else None
