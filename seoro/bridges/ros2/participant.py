@@ -136,8 +136,7 @@ class RosNode:
         else:
             type_hash = matching_hash(topic, type_name, others, type_hash)
         check_type(topic, type_name, self._others(self.graph.publishers(topic)))
-        endpoint = self._endpoint(Kind.PUBLISHER, topic, type_name, type_hash, offered)
-        token = self._token(endpoint)
+        token = self._token(Kind.PUBLISHER, topic, type_name, type_hash, offered)
         keep = offered.depth if offered.is_transient_local else 0
         key = system.dialect.key(topic, type_name, type_hash)
         async with (
@@ -188,9 +187,8 @@ class RosNode:
             check_type(topic, type_name, publishers)
         if is_decoded and type_name in system.types.names():
             system.types.prepare(type_name)
-        endpoint = self._endpoint(
-            Kind.SUBSCRIPTION, topic, type_name, announced_hash(type_name, publishers, system.types), requested
-        )
+        type_hash = announced_hash(type_name, publishers, system.types)
+        token = self._token(Kind.SUBSCRIPTION, topic, type_name, type_hash, requested)
         history = requested.depth if requested.is_transient_local else 0
         if bound is None:
             bound = KEEP_ALL if requested.history is History.KEEP_ALL else Bound(requested.depth)
@@ -199,7 +197,7 @@ class RosNode:
         on_sample, recover = subscription.on_sample, requested.is_reliable
         # The token comes first: publishers of large messages look for it before they choose the key.
         async with (
-            system.session.token(self._token(endpoint)),
+            system.session.token(token),
             subscribing(system.session, key, on_sample, history=history, recover=recover),
         ):
             try:
@@ -217,7 +215,7 @@ class RosNode:
         system = self.system
         service, type_name = self.resolve(service), system.types.canonical(type_name)
         type_hash = announced_hash(type_name, self.graph.servers(service), system.types)
-        token = self._token(self._endpoint(Kind.CLIENT, service, type_name, type_hash, SERVICE_QOS))
+        token = self._token(Kind.CLIENT, service, type_name, type_hash, SERVICE_QOS)
         async with system.session.token(token):
             yield Client(service, type_name, system.session, self.graph, system.dialect.gid(token), system.types)
 
@@ -236,7 +234,7 @@ class RosNode:
         system = self.system
         service, type_name = self.resolve(service), system.types.canonical(type_name)
         type_hash = system.types.type_hash(type_name)
-        token = self._token(self._endpoint(Kind.SERVER, service, type_name, type_hash, SERVICE_QOS))
+        token = self._token(Kind.SERVER, service, type_name, type_hash, SERVICE_QOS)
         key = system.dialect.key(service, type_name, type_hash)
         server = Server(type_name, handler, system.dialect, system.types)
         async with (
@@ -251,11 +249,10 @@ class RosNode:
         """Return the endpoints of other sessions."""
         return tuple(each for each in endpoints if each.session != self.node.session)
 
-    def _endpoint(self, kind: Kind, name: str, type_name: str, type_hash: str | None, qos: Qos) -> Endpoint:
+    def _token(self, kind: Kind, name: str, type_name: str, type_hash: str | None, qos: Qos) -> str:
+        """Return the token of a new endpoint."""
         session, number = self.system.session.identity, self.system.number()
-        return Endpoint(kind, name, type_name, session, type_hash, qos, number, self.node)
-
-    def _token(self, endpoint: Endpoint) -> str:
+        endpoint = Endpoint(kind, name, type_name, session, type_hash, qos, number, self.node)
         token = self.system.dialect.token(endpoint)
         assert token is not None, "all dialects announce topics and services"
         return token

@@ -7,8 +7,8 @@ import asyncio
 import sys
 from typing import Any
 
-from seoro.bridges.ros2.clients.errors import GoalRejected
 from seoro.bridges.ros2.clients.goals import Goal, sending_goal
+from seoro.bridges.ros2.errors import GoalRejected
 from seoro.bridges.ros2.participant import RosNode
 from seoro.cli.exit_status import Exit
 from seoro.cli.ros.system import connected, resolve_type

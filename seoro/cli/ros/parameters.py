@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from seoro.bridges.ros2.clients.errors import NodeRefused
 from seoro.bridges.ros2.clients.parameters import get_parameters, list_parameters, set_parameter
+from seoro.bridges.ros2.errors import NodeRefused
 from seoro.cli.exit_status import Exit
 from seoro.cli.ros.system import connected, find_node
 from seoro.cli.ros.values import as_json, as_yaml

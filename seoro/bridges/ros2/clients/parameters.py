@@ -12,9 +12,8 @@ from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, Final
 
-from seoro.bridges.ros2.clients.errors import NodeRefused
 from seoro.bridges.ros2.clients.members import Members
-from seoro.bridges.ros2.errors import NoServiceServer
+from seoro.bridges.ros2.errors import NodeRefused, NoServiceServer
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.errors import UsageError

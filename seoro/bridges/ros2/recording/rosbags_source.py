@@ -5,11 +5,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from enum import Enum
 from pathlib import Path
 from sqlite3 import Error as SqliteError
 from typing import Any, Final
 
-from rosbags.interfaces import Connection
+from rosbags.interfaces import Connection, QosTime
 from rosbags.rosbag2 import Reader, ReaderError
 
 from seoro.bridges.ros2.recording.errors import UnreadableBag
@@ -60,22 +61,21 @@ class RosbagsSource:
 
 
 def _topic(connection: Connection) -> BagTopic:
-    profiles: list[Any] = [
-        {
-            "history": each.history.name.lower(),
-            "depth": each.depth,
-            "reliability": each.reliability.name.lower(),
-            "durability": each.durability.name.lower(),
-            "deadline": {"sec": each.deadline.sec, "nsec": each.deadline.nsec},
-            "lifespan": {"sec": each.lifespan.sec, "nsec": each.lifespan.nsec},
-            "liveliness": each.liveliness.name.lower(),
-            "liveliness_lease_duration": {
-                "sec": each.liveliness_lease_duration.sec,
-                "nsec": each.liveliness_lease_duration.nsec,
-            },
-        }
+    profiles = [
+        {name: _policy(value) for name, value in each._asdict().items()}
         for each in getattr(connection.ext, "offered_qos_profiles", ())
     ]
     return BagTopic(
         connection.topic, connection.msgtype, connection.digest, read_profiles(profiles), connection.msgcount
     )
+
+
+def _policy(value: Any) -> Any:
+    """Convert a policy of rosbags to its form in `metadata.yaml`."""
+    match value:
+        case Enum():
+            return value.name.lower()
+        case QosTime():
+            return value._asdict()
+        case _:
+            return value
