@@ -61,12 +61,8 @@ class RosSystem:
         Raises:
             InvalidName: The name or the namespace is invalid.
         """
-        node = wire.Node(
-            self.session.identity,
-            next(self._numbers),
-            wire.check_node_name(name),
-            wire.resolve_namespace(namespace),
-        )
+        names = wire.check_node_name(name), wire.resolve_namespace(namespace)
+        node = wire.Node(self.session.identity, self.number(), *names)
         token = self.dialect.token(node)
         if token is None:
             yield RosNode(self, node)

@@ -127,10 +127,6 @@ class ExposedNode:
             if self._on_feedback.get(robot) is on_feedback:
                 del self._on_feedback[robot]
 
-    async def last_number(self) -> int:
-        """Return the number of the last event."""
-        return (await self.ask(wire.AWAIT_EVENTS, wire.AwaitEvents())).number
-
     async def follow(self, number: int) -> None:
         """Dispatch ends, feedback and world changes after an event number, without end.
 
@@ -180,7 +176,7 @@ async def following_node(address: NodeAddress) -> AsyncIterator[ExposedNode]:
         BackendLost: The node has disappeared.
     """
     node = ExposedNode(address)
-    number = await node.last_number()
+    number = (await node.ask(wire.AWAIT_EVENTS, wire.AwaitEvents())).number  # of the last event
     async with background() as tasks:
         tasks.start_soon(node.follow, number)
         yield node
