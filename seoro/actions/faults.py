@@ -5,7 +5,7 @@ The backend measures the effect of each fault; the measurement is logged in the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from inspect import Parameter, Signature, signature
 from types import MappingProxyType
@@ -13,22 +13,7 @@ from typing import Any
 
 from seoro.actions.cameras import check_exists, name_of
 from seoro.actions.reports import finish
-from seoro.robotics.faults import (
-    BeamLoss,
-    Bias,
-    DeadArea,
-    DeadBeams,
-    DeadPixels,
-    DeadSector,
-    Delay,
-    Fault,
-    Freeze,
-    GaussianNoise,
-    MessageLoss,
-    PowerLoss,
-    Quantity,
-    WheelSlip,
-)
+from seoro.robotics import faults as kinds
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.pending import Notifier
 from seoro.runtime.contracts.sensors import Cameras, Faults
@@ -36,82 +21,70 @@ from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
 
-def _amounts(*amounts: float) -> dict[Quantity, float]:
-    """Return the amounts that are not zero, from the amounts of all quantities."""
-    return {quantity: amount for quantity, amount in zip(Quantity, amounts, strict=True) if amount}
+class _ByQuantity:
+    """Function that makes a fault from amounts by quantity, with parameters such as `length_deviation`.
+
+    Args:
+        kind: Kind of the fault.
+        amount: Name of the amounts.
+        quantities: Quantities that the fault affects.
+    """
+
+    def __init__(
+        self,
+        kind: Callable[[kinds.Amounts], kinds.Fault],
+        amount: str,
+        quantities: Iterable[kinds.Quantity] = kinds.Quantity,
+    ) -> None:
+        self._kind = kind
+        self._quantities = {f"{quantity.value}_{amount}": quantity for quantity in quantities}
+        self.__signature__ = Signature([_parameter(name, float) for name in self._quantities])
+
+    def __call__(self, **amounts: float) -> kinds.Fault:
+        """Make the fault; amounts of zero are left out."""
+        return self._kind({each: amounts[name] for name, each in self._quantities.items() if amounts[name]})
 
 
-def _noise(
-    length_deviation: float,
-    angle_deviation: float,
-    acceleration_deviation: float,
-    angular_rate_deviation: float,
-    brightness_deviation: float,
-) -> Fault:
-    return GaussianNoise(
-        _amounts(
-            length_deviation,
-            angle_deviation,
-            acceleration_deviation,
-            angular_rate_deviation,
-            brightness_deviation,
-        )
-    )
+def _parameter(name: str, hint: type) -> Parameter:
+    return Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, annotation=hint)
 
 
-def _bias(
-    length_offset: float,
-    angle_offset: float,
-    acceleration_offset: float,
-    angular_rate_offset: float,
-    brightness_offset: float,
-) -> Fault:
-    return Bias(_amounts(length_offset, angle_offset, acceleration_offset, angular_rate_offset, brightness_offset))
+def _dead_sector(from_bearing: float, to_bearing: float) -> kinds.Fault:
+    return kinds.DeadSector(from_bearing, to_bearing)
 
 
-def _brightness_noise(brightness_deviation: float) -> Fault:
-    return GaussianNoise(_amounts(0.0, 0.0, 0.0, 0.0, brightness_deviation))
+def _delay(delay: float) -> kinds.Fault:
+    return kinds.Delay(delay)
 
 
-def _brightness_bias(brightness_offset: float) -> Fault:
-    return Bias(_amounts(0.0, 0.0, 0.0, 0.0, brightness_offset))
-
-
-def _dead_sector(from_bearing: float, to_bearing: float) -> Fault:
-    return DeadSector(from_bearing, to_bearing)
-
-
-def _delay(delay: float) -> Fault:
-    return Delay(delay)
-
-
-_MAKERS: Mapping[str, Callable[..., Fault]] = MappingProxyType(
+_COMMON: Mapping[str, Callable[..., kinds.Fault]] = MappingProxyType(
     {
-        "robot.inject_noise": _noise,
-        "robot.inject_bias": _bias,
-        "robot.inject_beam_loss": BeamLoss,
+        "inject_dead_pixels": kinds.DeadPixels,
+        "inject_dead_area": kinds.DeadArea,
+        "inject_message_loss": kinds.MessageLoss,
+        "inject_freeze": kinds.Freeze,
+        "inject_delay": _delay,
+        "inject_power_loss": kinds.PowerLoss,
+    }
+)
+"""Functions by action of both robots and cameras."""
+
+_MAKERS: Mapping[str, Callable[..., kinds.Fault]] = MappingProxyType(
+    {
+        **{f"{actor}.{name}": make for actor in ("robot", "camera") for name, make in _COMMON.items()},
+        "robot.inject_noise": _ByQuantity(kinds.GaussianNoise, "deviation"),
+        "robot.inject_bias": _ByQuantity(kinds.Bias, "offset"),
+        "robot.inject_beam_loss": kinds.BeamLoss,
         "robot.inject_dead_sector": _dead_sector,
-        "robot.inject_dead_beams": DeadBeams,
-        "robot.inject_dead_pixels": DeadPixels,
-        "robot.inject_dead_area": DeadArea,
-        "robot.inject_message_loss": MessageLoss,
-        "robot.inject_freeze": Freeze,
-        "robot.inject_delay": _delay,
-        "robot.inject_power_loss": PowerLoss,
-        "camera.inject_noise": _brightness_noise,
-        "camera.inject_bias": _brightness_bias,
-        "camera.inject_dead_pixels": DeadPixels,
-        "camera.inject_dead_area": DeadArea,
-        "camera.inject_message_loss": MessageLoss,
-        "camera.inject_freeze": Freeze,
-        "camera.inject_delay": _delay,
-        "camera.inject_power_loss": PowerLoss,
+        "robot.inject_dead_beams": kinds.DeadBeams,
+        "camera.inject_noise": _ByQuantity(kinds.GaussianNoise, "deviation", [kinds.Quantity.BRIGHTNESS]),
+        "camera.inject_bias": _ByQuantity(kinds.Bias, "offset", [kinds.Quantity.BRIGHTNESS]),
     }
 )
 """Functions by action, which return the fault for the parameters of the action."""
 
 
-def _define(name: str, make: Callable[..., Fault]) -> None:
+def _define(name: str, make: Callable[..., kinds.Fault]) -> None:
     """Define the action of a fault: its parameters are those of `make`, `device` for robots, `confirm_within`."""
     is_camera = name.startswith("camera.")
 
@@ -127,7 +100,7 @@ def _define(name: str, make: Callable[..., Fault]) -> None:
     hints = {"ctx": ActionContext, "actor": Actor, "confirm_within": float} | (
         {} if is_camera else {"device": str}
     )
-    own = [Parameter(key, Parameter.POSITIONAL_OR_KEYWORD, annotation=hint) for key, hint in hints.items()]
+    own = [_parameter(key, hint) for key, hint in hints.items()]
     made = [each for each in signature(make, eval_str=True).parameters.values() if each.name != "kind"]
     inject_fault.__signature__ = Signature([*own, *made])  # type: ignore[attr-defined]
     inject_fault.__name__ = inject_fault.__qualname__ = name.replace(".", "_")
@@ -145,7 +118,7 @@ async def inject_wheel_slip(
 ) -> None:
     """Make the wheels slip by shares of their rotation."""
     faults, name = ctx.home(robot, Faults)
-    await inject(ctx, faults, name, "motors", WheelSlip(left, right), confirm_within)
+    await inject(ctx, faults, name, "motors", kinds.WheelSlip(left, right), confirm_within)
 
 
 @action("robot.clear_faults", home=Faults)
@@ -190,7 +163,9 @@ async def _found(ctx: ActionContext, camera: Actor) -> tuple[str, str]:
     return robot, device
 
 
-async def inject(ctx: ActionContext, faults: Faults, robot: str, device: str, fault: Fault, limit: float) -> None:
+async def inject(
+    ctx: ActionContext, faults: Faults, robot: str, device: str, fault: kinds.Fault, limit: float
+) -> None:
     """Inject a fault, wait for the measurement of its effect, and log that.
 
     Raises:

@@ -54,7 +54,8 @@ async def move_to_joint_pose(
     start: Callable[[Reporter], Awaitable[str]]
     part = move_group.member
     if part == GRIPPER:
-        _refuse_planning(plan_only)
+        if plan_only:
+            raise ActionFailed("`plan_only` applies to the arm only; omit it for the gripper")
         start = partial(arms.move_gripper, name, _opening(goal_pose), None, options)
     else:
         start = partial(arms.move_joints, name, goal_pose, _strings(arm, "arm_joints"), options)
@@ -84,11 +85,6 @@ async def move_to_pose(
         return arms.move_tool(name, goal_pose, frame, options, report, straight=False)
 
     await pursue(ctx, arm, ARM, start, arms.cancel_goal, success_on_acceptance=success_on_acceptance)
-
-
-def _refuse_planning(plan_only: bool) -> None:
-    if plan_only:
-        raise ActionFailed("`plan_only` applies to the arm only; omit it for the gripper")
 
 
 def _opening(goal_pose: Sequence[float]) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
 
 from seoro.actions.reports import meanwhile
@@ -65,7 +66,7 @@ async def action_call(
         raise ActionFailed("`success_on_acceptance` excludes `result_variable`: it waits for no result; omit one")
     goal = to_members(data, f"a goal of {action_name}")
     _note_absence(ctx, Wanted("action", action_name))
-    feedback = _Feedback(ctx, action_name).log
+    feedback = _feedback_logger(ctx, action_name)
     sending = system_of(ctx).sending_goal(
         action_name,
         action_type,
@@ -90,25 +91,18 @@ async def _wait_for_result(sending: AbstractAsyncContextManager[RosGoal]) -> Goa
         return await goal.ended()
 
 
-class _Feedback:
-    """Logs the feedback of a goal, at most once per second.
+def _feedback_logger(ctx: ActionContext, name: str) -> Callable[[Members], None]:
+    """Return a function that logs the feedback of a goal of an action, at most once per second."""
+    logged = -FEEDBACK_PERIOD
 
-    Args:
-        ctx: Context of the action.
-        name: Name of the ROS action.
-    """
-
-    def __init__(self, ctx: ActionContext, name: str) -> None:
-        self._ctx = ctx
-        self._name = name
-        self._logged = -FEEDBACK_PERIOD
-
-    def log(self, feedback: Members) -> None:
-        """Log feedback, unless the last log is recent."""
+    def log(feedback: Members) -> None:
+        nonlocal logged
         now = time.monotonic()
-        if now - self._logged >= FEEDBACK_PERIOD:
-            self._logged = now
-            self._ctx.relay([f"feedback of {self._name}: {shown(feedback)}"], "debug")
+        if now - logged >= FEEDBACK_PERIOD:
+            logged = now
+            ctx.relay([f"feedback of {name}: {shown(feedback)}"], "debug")
+
+    return log
 
 
 def _note_absence(ctx: ActionContext, wanted: Wanted) -> None:

@@ -11,14 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seoro.errors import UsageError
-from seoro.robotics.geometry import (
-    Orientation3D,
-    OrientationRate3D,
-    Pose3D,
-    Position3D,
-    TranslationalVelocity3D,
-    Velocity6D,
-)
+from seoro.robotics import geometry
 
 MAX_SIZE = 256 * 1024  # characters; typical messages are far smaller
 
@@ -64,7 +57,7 @@ def _member(value: Any, name: str, path: str) -> Any:
             raise UsageError(f"unknown member '{name}' in '{path}': the value before it has no members")
 
 
-def to_pose_3d(in_value: str) -> Pose3D:
+def to_pose_3d(in_value: str) -> geometry.Pose3D:
     """Return the pose of a `geometry_msgs` message: `Pose`, or a message with a member `pose`.
 
     Raises:
@@ -76,10 +69,10 @@ def to_pose_3d(in_value: str) -> Pose3D:
     if not isinstance(found, dict) or not {"position", "orientation"} <= found.keys():
         raise UsageError("invalid pose: expected the members `position` and `orientation`")
     x, y, z = _numbers(found["position"], "xyz")
-    return Pose3D(Position3D(x, y, z), _angles(*_numbers(found["orientation"], "xyzw")))
+    return geometry.Pose3D(geometry.Position3D(x, y, z), _angles(*_numbers(found["orientation"], "xyzw")))
 
 
-def to_twist(message: Mapping[str, Any]) -> Velocity6D:
+def to_twist(message: Mapping[str, Any]) -> geometry.Velocity6D:
     """Return the velocity of a `geometry_msgs` message, `Twist` or `TwistStamped`; missing members are 0.
 
     Raises:
@@ -93,9 +86,9 @@ def to_twist(message: Mapping[str, Any]) -> Velocity6D:
         if not isinstance(part, Mapping) or not part.keys() <= still.keys():
             raise UsageError("invalid twist: expected parts with the members `x`, `y` and `z` only")
     linear, angular = ({**still, **found.get(part, {})} for part in ("linear", "angular"))
-    return Velocity6D(
-        TranslationalVelocity3D(*_numbers(linear, "xyz", "twist")),
-        OrientationRate3D(*_numbers(angular, "xyz", "twist")),
+    return geometry.Velocity6D(
+        geometry.TranslationalVelocity3D(*_numbers(linear, "xyz", "twist")),
+        geometry.OrientationRate3D(*_numbers(angular, "xyz", "twist")),
     )
 
 
@@ -105,7 +98,7 @@ def _numbers(value: Any, names: str, what: str = "pose") -> tuple[float, ...]:
     return tuple(float(value[name]) for name in names)
 
 
-def _angles(x: float, y: float, z: float, w: float) -> Orientation3D:
+def _angles(x: float, y: float, z: float, w: float) -> geometry.Orientation3D:
     """Return roll, pitch and yaw of a quaternion of any length, yaw first (ISO 8855).
 
     The angles are computed from elements of the rotation matrix, each multiplied by the square of the length.
@@ -113,7 +106,7 @@ def _angles(x: float, y: float, z: float, w: float) -> Orientation3D:
     square = x * x + y * y + z * z + w * w
     if not math.isfinite(square) or square == 0:
         raise UsageError("invalid pose: its quaternion has no direction")
-    return Orientation3D(
+    return geometry.Orientation3D(
         roll=math.atan2(2 * (y * z + w * x), w * w - x * x - y * y + z * z),
         pitch=math.asin(max(-1.0, min(1.0, 2 * (w * y - x * z) / square))),
         yaw=math.atan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z),

@@ -135,10 +135,10 @@ def _add_topics(topics: Commands) -> None:
 
 
 def _add_services(services: Commands) -> None:
-    listing = _leaf(services, "list", "list services with their types", "services.list_services")
+    listing = _leaf(services, "list", "list services with their types", "requests.list_services")
     _add_hidden(listing)
     _add_json(listing)
-    calling = _leaf(services, "call", "call a service", "services.call", "SERVICE")
+    calling = _leaf(services, "call", "call a service", "requests.call_service", "SERVICE")
     calling.add_argument("value", metavar="VALUE", nargs="?", default="", help="request as YAML")
     _add_type(calling)
     add_option(calling, "--timeout SECONDS", "wait for the response at most this long (default: 10)", default=10.0)
@@ -146,10 +146,10 @@ def _add_services(services: Commands) -> None:
 
 
 def _add_actions(actions: Commands) -> None:
-    listing = _leaf(actions, "list", "list actions with their types", "actions.list_actions")
+    listing = _leaf(actions, "list", "list actions with their types", "requests.list_actions")
     _add_json(listing)
     sending = _leaf(
-        actions, "send", "send a goal and wait for its result; a signal cancels it", "actions.send", "ACTION"
+        actions, "send", "send a goal and wait for its result; a signal cancels it", "requests.send_goal", "ACTION"
     )
     sending.add_argument("value", metavar="VALUE", nargs="?", default="", help="goal as YAML")
     add_option(sending, "--feedback", "print feedback")
@@ -158,11 +158,11 @@ def _add_actions(actions: Commands) -> None:
 
 
 def _add_parameters(parameters: Commands) -> None:
-    getting = _leaf(parameters, "get", "print parameters", "parameters.show")
+    getting = _leaf(parameters, "get", "print parameters", "requests.show_parameters")
     getting.add_argument("node", metavar="NODE")
     getting.add_argument("names", metavar="NAME", nargs="*", help="names of parameters (default: all)")
     _add_form(getting)
-    setting = _leaf(parameters, "set", "set a parameter", "parameters.set_value")
+    setting = _leaf(parameters, "set", "set a parameter", "requests.set_parameter_value")
     setting.add_argument("node", metavar="NODE")
     setting.add_argument("name", metavar="NAME")
     setting.add_argument("value", metavar="VALUE", help="value as YAML: true, 0.5, text, [1, 2]")

@@ -107,26 +107,24 @@ Execute = Callable[[GoalHandle], Awaitable[GoalEnd]]
 Accept = Callable[[GoalHandle], bool]
 
 
+@dataclass(eq=False)
 class ActionServer:
     """Server of an action. Made by `serving_action`.
 
     Args:
-        accept: Returns whether a goal is accepted. Each accepted goal is executed, though maybe canceled at once.
-        execute: Executes a goal; cancelled with the goal. A `SeoroError` aborts the goal.
-        feedback: Publisher of feedback.
-        tasks: Task group of the goals.
-        statuses: Publisher of the goal statuses.
+        _accept: Returns whether a goal is accepted. Each accepted goal is executed, though maybe canceled at once.
+        _execute: Executes a goal; cancelled with the goal. A `SeoroError` aborts the goal.
+        _feedback: Publisher of feedback.
+        _tasks: Task group of the goals.
+        _statuses: Publisher of the goal statuses.
     """
 
-    def __init__(
-        self, accept: Accept, execute: Execute, feedback: Publication, tasks: TaskGroup, statuses: Publication
-    ) -> None:
-        self._accept = accept
-        self._execute = execute
-        self._feedback = feedback
-        self._tasks = tasks
-        self._statuses = statuses
-        self._goals: dict[bytes, GoalHandle] = {}
+    _accept: Accept
+    _execute: Execute
+    _feedback: Publication
+    _tasks: TaskGroup
+    _statuses: Publication
+    _goals: dict[bytes, GoalHandle] = field(default_factory=dict)
 
     async def on_goal(self, request: Any) -> dict[str, Any]:
         """Accept or reject a goal."""

@@ -38,6 +38,7 @@ from seoro.runtime.contracts.backends import EventHandler, LossHandler
 ROBOT = "robot"  # base type of all robots
 
 
+@dataclass(slots=True)
 class ReceivedMessage:
     """A received message.
 
@@ -46,11 +47,8 @@ class ReceivedMessage:
         arrived: Time of arrival [s since the epoch].
     """
 
-    __slots__ = ("arrived", "message")
-
-    def __init__(self, message: Message, arrived: float) -> None:
-        self.message: Any = message
-        self.arrived = arrived
+    message: Any
+    arrived: float
 
     @property
     def members(self) -> Members:
@@ -208,16 +206,11 @@ class RosBackend:
 
     def __init__(self, node: RosNode, name: str, tasks: TaskGroup, outages: Outages) -> None:
         self._node = node
-        self._name = name
+        self.name = name
         self._outages = outages
         self._presence = Presence(node)
         self._clock = SharedClock(node, tasks)
         self._tasks = tasks
-
-    @property
-    def name(self) -> str:
-        """Name in messages."""
-        return self._name
 
     def loss_since(self, moment: float) -> str:
         """See `Connected`. Messages sent during an outage are lost, so each outage counts."""

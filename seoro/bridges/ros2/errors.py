@@ -5,10 +5,12 @@ UsageError
 `-- DefinitionMismatch  the type has the expected name, and another definition
 BackendError
 |-- NoSystem            no ROS 2 system was found
-`-- CallFailed          a service call has no response
-    |-- NoServiceServer     the service has no server
-    |-- NoResponse          the server took too long, or disappeared
-    `-- ServerFailed        the server reported a failure
+|-- CallFailed          a service call has no response
+|   |-- NoServiceServer     the service has no server
+|   |-- NoResponse          the server took too long, or disappeared
+|   `-- ServerFailed        the server reported a failure
+|-- GoalRejected        the server of an action rejected a goal
+`-- NodeRefused         a node is missing, or rejected a request
 BackendLost
 `-- SystemLost          the connection to the ROS 2 system is lost
 """
@@ -60,6 +62,14 @@ class NoResponse(CallFailed):
 
 class ServerFailed(CallFailed):
     """The server reported a failure instead of a response."""
+
+
+class GoalRejected(BackendError):
+    """The server of an action rejected a goal."""
+
+
+class NodeRefused(BackendError):
+    """A node is missing, lacks a parameter or a life cycle, or rejected a value."""
 
 
 class SystemLost(BackendLost):

@@ -11,24 +11,13 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 
 from seoro.bridges.addresses import ROS_ROUTER
+from seoro.bridges.ros2 import wire
 from seoro.bridges.ros2.errors import NoSystem
 from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.services import BUSY, WAITING, Client, Handler, Server
 from seoro.bridges.ros2.topics import KEEP_ALL, Publication, Subscription
 from seoro.bridges.ros2.type_matching import announced_hash, check_type, match_types, matching_hash
-from seoro.bridges.ros2.wire import (
-    PRESETS,
-    Dialect,
-    Endpoint,
-    History,
-    Kind,
-    Node,
-    Qos,
-    check_node_name,
-    resolve,
-    resolve_namespace,
-)
 from seoro.bridges.session import (
     AsyncSession,
     Bound,
@@ -42,7 +31,7 @@ from seoro.concurrency.background import background
 from seoro.errors import UsageError
 
 DISCOVERY_TIMEOUT = 3.0  # [s] to detect the dialect of a system
-SERVICE_QOS = PRESETS["services_default"]
+SERVICE_QOS = wire.PRESETS["services_default"]
 
 
 @dataclass(frozen=True)
@@ -61,7 +50,7 @@ class RosSystem:
     _numbers: itertools.count[int] = field(default_factory=itertools.count, repr=False)
 
     @property
-    def dialect(self) -> Dialect:
+    def dialect(self) -> wire.Dialect:
         """Mapping of ROS 2 to Zenoh."""
         return self.graph.dialect
 
@@ -72,9 +61,8 @@ class RosSystem:
         Raises:
             InvalidName: The name or the namespace is invalid.
         """
-        node = Node(
-            self.session.identity, next(self._numbers), check_node_name(name), resolve_namespace(namespace)
-        )
+        names = wire.check_node_name(name), wire.resolve_namespace(namespace)
+        node = wire.Node(self.session.identity, self.number(), *names)
         token = self.dialect.token(node)
         if token is None:
             yield RosNode(self, node)
@@ -95,7 +83,7 @@ class RosNode:
     """
 
     system: RosSystem
-    node: Node
+    node: wire.Node
 
     @property
     def graph(self) -> RosGraph:
@@ -108,11 +96,11 @@ class RosNode:
         Raises:
             InvalidName: The name is invalid.
         """
-        return resolve(name, self.node.namespace, self.node.name)
+        return wire.resolve(name, self.node.namespace, self.node.name)
 
     @asynccontextmanager
     async def publishing(
-        self, topic: str, type_name: str, qos: Qos | None = None, *, type_hash: str | None = None
+        self, topic: str, type_name: str, qos: wire.Qos | None = None, *, type_hash: str | None = None
     ) -> AsyncIterator[Publication]:
         """Create a publisher for the duration of the block.
 
@@ -127,7 +115,7 @@ class RosNode:
             InvalidName, UnknownInterface: The name or type is invalid.
             WrongType, DefinitionMismatch: The subscriptions have another type, or another definition of it.
         """
-        system, offered = self.system, qos or Qos()
+        system, offered = self.system, qos or wire.Qos()
         topic, types = self.resolve(topic), system.types
         others = self._others(self.graph.subscriptions(topic))
         if type_hash is None:
@@ -136,8 +124,7 @@ class RosNode:
         else:
             type_hash = matching_hash(topic, type_name, others, type_hash)
         check_type(topic, type_name, self._others(self.graph.publishers(topic)))
-        endpoint = self._endpoint(Kind.PUBLISHER, topic, type_name, type_hash, offered)
-        token = self._token(endpoint)
+        token = self._token(wire.Kind.PUBLISHER, topic, type_name, type_hash, offered)
         keep = offered.depth if offered.is_transient_local else 0
         key = system.dialect.key(topic, type_name, type_hash)
         async with (
@@ -159,7 +146,7 @@ class RosNode:
         self,
         topic: str,
         type_name: str,
-        qos: Qos | None = None,
+        qos: wire.Qos | None = None,
         bound: Bound | None = None,
         *,
         is_decoded: bool = True,
@@ -179,7 +166,7 @@ class RosNode:
             InvalidName: The name is invalid.
             WrongType: The topic has another type.
         """
-        system, requested = self.system, qos or Qos()
+        system, requested = self.system, qos or wire.Qos()
         topic = self.resolve(topic)
         publishers = self._others(self.graph.publishers(topic))
         if type_name not in {publisher.type for publisher in publishers}:
@@ -188,18 +175,17 @@ class RosNode:
             check_type(topic, type_name, publishers)
         if is_decoded and type_name in system.types.names():
             system.types.prepare(type_name)
-        endpoint = self._endpoint(
-            Kind.SUBSCRIPTION, topic, type_name, announced_hash(type_name, publishers, system.types), requested
-        )
+        type_hash = announced_hash(type_name, publishers, system.types)
+        token = self._token(wire.Kind.SUBSCRIPTION, topic, type_name, type_hash, requested)
         history = requested.depth if requested.is_transient_local else 0
         if bound is None:
-            bound = KEEP_ALL if requested.history is History.KEEP_ALL else Bound(requested.depth)
+            bound = KEEP_ALL if requested.history is wire.History.KEEP_ALL else Bound(requested.depth)
         key = system.dialect.key_expression(topic, type_name)
         subscription = Subscription(topic, type_name, bound, system.dialect, system.types)
         on_sample, recover = subscription.on_sample, requested.is_reliable
         # The token comes first: publishers of large messages look for it before they choose the key.
         async with (
-            system.session.token(self._token(endpoint)),
+            system.session.token(token),
             subscribing(system.session, key, on_sample, history=history, recover=recover),
         ):
             try:
@@ -217,7 +203,7 @@ class RosNode:
         system = self.system
         service, type_name = self.resolve(service), system.types.canonical(type_name)
         type_hash = announced_hash(type_name, self.graph.servers(service), system.types)
-        token = self._token(self._endpoint(Kind.CLIENT, service, type_name, type_hash, SERVICE_QOS))
+        token = self._token(wire.Kind.CLIENT, service, type_name, type_hash, SERVICE_QOS)
         async with system.session.token(token):
             yield Client(service, type_name, system.session, self.graph, system.dialect.gid(token), system.types)
 
@@ -236,7 +222,7 @@ class RosNode:
         system = self.system
         service, type_name = self.resolve(service), system.types.canonical(type_name)
         type_hash = system.types.type_hash(type_name)
-        token = self._token(self._endpoint(Kind.SERVER, service, type_name, type_hash, SERVICE_QOS))
+        token = self._token(wire.Kind.SERVER, service, type_name, type_hash, SERVICE_QOS)
         key = system.dialect.key(service, type_name, type_hash)
         server = Server(type_name, handler, system.dialect, system.types)
         async with (
@@ -247,15 +233,14 @@ class RosNode:
             tasks.start_soon(server.run, requests)
             yield
 
-    def _others(self, endpoints: Sequence[Endpoint]) -> tuple[Endpoint, ...]:
+    def _others(self, endpoints: Sequence[wire.Endpoint]) -> tuple[wire.Endpoint, ...]:
         """Return the endpoints of other sessions."""
         return tuple(each for each in endpoints if each.session != self.node.session)
 
-    def _endpoint(self, kind: Kind, name: str, type_name: str, type_hash: str | None, qos: Qos) -> Endpoint:
+    def _token(self, kind: wire.Kind, name: str, type_name: str, type_hash: str | None, qos: wire.Qos) -> str:
+        """Return the token of a new endpoint."""
         session, number = self.system.session.identity, self.system.number()
-        return Endpoint(kind, name, type_name, session, type_hash, qos, number, self.node)
-
-    def _token(self, endpoint: Endpoint) -> str:
+        endpoint = wire.Endpoint(kind, name, type_name, session, type_hash, qos, number, self.node)
         token = self.system.dialect.token(endpoint)
         assert token is not None, "all dialects announce topics and services"
         return token
@@ -263,7 +248,7 @@ class RosNode:
 
 @asynccontextmanager
 async def open_system(
-    session: AsyncSession, types: TypeStore, *, dialect: Dialect | None = None, domain: int = 0
+    session: AsyncSession, types: TypeStore, *, dialect: wire.Dialect | None = None, domain: int = 0
 ) -> AsyncIterator[RosSystem]:
     """Open the ROS 2 system behind a session.
 
@@ -284,7 +269,11 @@ async def open_system(
 
 @asynccontextmanager
 async def connect(
-    endpoint: str = ROS_ROUTER, *, types: TypeStore | None = None, dialect: Dialect | None = None, domain: int = 0
+    endpoint: str = ROS_ROUTER,
+    *,
+    types: TypeStore | None = None,
+    dialect: wire.Dialect | None = None,
+    domain: int = 0,
 ) -> AsyncIterator[RosSystem]:
     """Connect to a router, and open the ROS 2 system behind it; see `open_system`.
 

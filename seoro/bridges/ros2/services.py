@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import anyio
@@ -27,6 +28,7 @@ LOSS_DETECTION = 0.2  # [s] from the loss of a server until the session notices 
 FOREVER = 1e7  # [s]; timeout of calls without a timeout, since Zenoh requires a number
 
 
+@dataclass(eq=False)
 class Client:
     """Client of a service. Made by `RosNode.calling`.
 
@@ -35,16 +37,13 @@ class Client:
         type: Full name of the type of the service.
     """
 
-    def __init__(
-        self, service: str, type_name: str, session: AsyncSession, graph: RosGraph, gid: bytes, types: TypeStore
-    ) -> None:
-        self.service = service
-        self.type = type_name
-        self._session = session
-        self._graph = graph
-        self._gid = gid
-        self._types = types
-        self._numbers = itertools.count(1)
+    service: str
+    type: str
+    _session: AsyncSession
+    _graph: RosGraph
+    _gid: bytes
+    _types: TypeStore
+    _numbers: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
 
     async def wait_for_server(self, timeout: float | None = None) -> None:
         """Wait for a server of the service.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import AsyncIterator, Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import anyio
@@ -19,6 +20,7 @@ KEEP_ALL = Bound(10_000)  # queue of a subscription with the history policy "kee
 MAX_SENDERS = 1024  # number of senders whose sequence numbers are tracked
 
 
+@dataclass(eq=False)
 class Publication:
     """Publisher of a topic. Made by `RosNode.publishing`.
 
@@ -28,26 +30,15 @@ class Publication:
         qos: Offered QoS.
     """
 
-    def __init__(
-        self,
-        topic: str,
-        type_name: str,
-        qos: Qos,
-        publisher: Publisher,
-        dialect: Dialect,
-        gid: bytes,
-        types: TypeStore,
-        check: Callable[[], object],
-    ) -> None:
-        self.topic = topic
-        self.type = type_name
-        self.qos = qos
-        self._publisher = publisher
-        self._dialect = dialect
-        self._gid = gid
-        self._types = types
-        self._check = check
-        self._numbers = itertools.count(1)
+    topic: str
+    type: str
+    qos: Qos
+    _publisher: Publisher
+    _dialect: Dialect
+    _gid: bytes
+    _types: TypeStore
+    _check: Callable[[], object]
+    _numbers: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
 
     def publish(self, value: Mapping[str, Any] | Message) -> None:
         """Publish a message without waiting; missing members have the defaults of the definition.

@@ -1,1 +1,1 @@
-"""Commands of `seoro ros`: one module per kind of entity of a ROS 2 system."""
+"""Commands of `seoro ros`: the graph, topics, requests to nodes, and bags of a ROS 2 system."""

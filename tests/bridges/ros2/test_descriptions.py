@@ -10,7 +10,7 @@ import pytest
 from seoro.bridges.ros2.descriptions import SERVICE, decode_message, node_for_service
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
-from seoro.bridges.ros2.interfaces.hashes import described
+from seoro.bridges.ros2.interfaces.type_descriptions import described
 from tests.bridges.ros2.systems import STRING, two_nodes, with_another_string
 
 STATE = "own_msgs/msg/State"

@@ -20,9 +20,9 @@ from typing import Any
 import anyio
 
 from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL, ENDED, UNKNOWN, is_rejected
-from seoro.bridges.ros2.clients.errors import GoalRejected
 from seoro.bridges.ros2.clients.goal_ids import new_goal_id
 from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.errors import GoalRejected
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.services import Client
 from seoro.bridges.ros2.topics import Subscription

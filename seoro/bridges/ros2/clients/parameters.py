@@ -12,9 +12,8 @@ from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, Final
 
-from seoro.bridges.ros2.clients.errors import NodeRefused
 from seoro.bridges.ros2.clients.members import Members
-from seoro.bridges.ros2.errors import NoServiceServer
+from seoro.bridges.ros2.errors import NodeRefused, NoServiceServer
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.errors import UsageError
@@ -25,17 +24,11 @@ ANSWER_TIMEOUT = 10.0  # [s] for services of nodes that respond at once
 NOT_SET, BOOL, INTEGER, DOUBLE, STRING, BYTE_ARRAY, BOOL_ARRAY, INTEGER_ARRAY, DOUBLE_ARRAY, STRING_ARRAY = range(
     10
 )
+_NAMES: Final = ("bool", "integer", "double", "string")
 _MEMBERS: Final[Mapping[int, str]] = MappingProxyType(
     {
-        BOOL: "bool_value",
-        INTEGER: "integer_value",
-        DOUBLE: "double_value",
-        STRING: "string_value",
-        BYTE_ARRAY: "byte_array_value",
-        BOOL_ARRAY: "bool_array_value",
-        INTEGER_ARRAY: "integer_array_value",
-        DOUBLE_ARRAY: "double_array_value",
-        STRING_ARRAY: "string_array_value",
+        **{kind: f"{name}_value" for kind, name in enumerate(_NAMES, BOOL)},
+        **{kind: f"{name}_array_value" for kind, name in enumerate(("byte", *_NAMES), BYTE_ARRAY)},
     }
 )
 _KINDS: Final[Mapping[type, int]] = MappingProxyType({bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING})

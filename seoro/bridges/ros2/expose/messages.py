@@ -63,15 +63,10 @@ def imu(sample: wire.ImuSample, base: str, time: float) -> Fields:
 
 def battery_state(charge: float, base: str, time: float) -> Fields:
     """Make a `sensor_msgs/BatteryState` of a charge from 0 to 1; unknown fields are NaN."""
-    unknown = math.nan
+    unknown = ("voltage", "temperature", "current", "charge", "capacity", "design_capacity")
     return {
         "header": header(base, time),
-        "voltage": unknown,
-        "temperature": unknown,
-        "current": unknown,
-        "charge": unknown,
-        "capacity": unknown,
-        "design_capacity": unknown,
+        **dict.fromkeys(unknown, math.nan),
         "percentage": charge,
         "power_supply_status": DISCHARGING,
         "present": True,

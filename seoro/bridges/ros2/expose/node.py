@@ -11,10 +11,10 @@ from itertools import count
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.ros2.expose.worlds import Worlds
 from seoro.bridges.session import Bound, Mailbox, Sample, subscribing
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.concurrency.background import background
+from seoro.concurrency.condition import Condition
 from seoro.errors import BackendError
 
 EVENTS_TIMEOUT = 5.0  # [s] of a request for events
@@ -22,6 +22,43 @@ ANSWER_TIMEOUT = 3600.0  # [s]; a node may be busy with many steps, and the loss
 WAITING = Bound(500)  # queue of a stream: 10 s
 
 OnFeedback = Callable[[wire.NavigationFeedback], None]
+
+
+class Worlds:
+    """Worlds of a node: requests to expose another world, and world numbers reported by the node.
+
+    Attributes:
+        request: Number of the last request to expose another world.
+    """
+
+    def __init__(self) -> None:
+        self.request = 0
+        self._exposed = 0  # last request whose world is exposed
+        self._number = 0
+        self._changes = Condition()
+
+    async def replace(self) -> None:
+        """Request that the robots of another world are exposed, and wait until they are."""
+        self.request += 1
+        request = self.request
+        self._changes.notify_all()
+        await self._changes.wait_for(lambda: self._exposed >= request)
+
+    def set_number(self, number: int) -> None:
+        """Set the number of the present world of the node."""
+        self._number = number
+        self._changes.notify_all()
+
+    async def wait_replaced(self, request: int, number: int) -> None:
+        """Note that a world is exposed, and wait for another one.
+
+        Args:
+            request: Number of the last request before the world was read from the node.
+            number: Number of the world at the node.
+        """
+        self._exposed = request
+        self._changes.notify_all()
+        await self._changes.wait_for(lambda: self.request > request or self._number > number)
 
 
 class ExposedNode:
@@ -90,10 +127,6 @@ class ExposedNode:
             if self._on_feedback.get(robot) is on_feedback:
                 del self._on_feedback[robot]
 
-    async def last_number(self) -> int:
-        """Return the number of the last event."""
-        return (await self.ask(wire.AWAIT_EVENTS, wire.AwaitEvents())).number
-
     async def follow(self, number: int) -> None:
         """Dispatch ends, feedback and world changes after an event number, without end.
 
@@ -143,7 +176,7 @@ async def following_node(address: NodeAddress) -> AsyncIterator[ExposedNode]:
         BackendLost: The node has disappeared.
     """
     node = ExposedNode(address)
-    number = await node.last_number()
+    number = (await node.ask(wire.AWAIT_EVENTS, wire.AwaitEvents())).number  # of the last event
     async with background() as tasks:
         tasks.start_soon(node.follow, number)
         yield node

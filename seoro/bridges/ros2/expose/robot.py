@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -58,17 +58,17 @@ class ExposedRobot:
         """Whether the robot has a driving base."""
         return self.description.max_speed > 0.0
 
-    @property
-    def stream(self) -> wire.OpenStream:
-        """Stream of the data of the robot."""
-        sensors = tuple(name for name in SENSED if name in self.description.sensors)
-        return wire.OpenStream(
-            id="",
-            sensors=tuple(wire.SensorName(robot=self.name, sensor=sensor) for sensor in sensors),
-            poses=(self.name,) if self.drives and self.navigates else (),
-            joints=(self.name,),
-            batteries=(self.name,) if self.description.has_battery else (),
-        )
+
+def stream_of(robots: Sequence[ExposedRobot]) -> wire.OpenStream:
+    """Return the stream of the data of robots."""
+    sensed = [(each.name, sensor) for each in robots for sensor in SENSED if sensor in each.description.sensors]
+    return wire.OpenStream(
+        id="",
+        sensors=tuple(wire.SensorName(robot=name, sensor=sensor) for name, sensor in sensed),
+        poses=tuple(each.name for each in robots if each.drives and each.navigates),
+        joints=tuple(each.name for each in robots),
+        batteries=tuple(each.name for each in robots if each.description.has_battery),
+    )
 
 
 class RobotTopics:

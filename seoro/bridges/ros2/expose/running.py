@@ -11,7 +11,7 @@ from seoro.bridges import wire
 from seoro.bridges.launch import find_simulator
 from seoro.bridges.ros2.expose import messages
 from seoro.bridges.ros2.expose.node import ExposedNode, following_node
-from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_robot
+from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_robot, stream_of
 from seoro.bridges.ros2.expose.simulation import serving_simulation
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, open_system
@@ -146,29 +146,19 @@ async def _exposing_world(
     """Expose the robots of the present world during the block."""
     async with AsyncExitStack() as stack:
         robots: dict[str, RobotTopics] = {}
-        stream = wire.OpenStream(id="")
+        exposed: list[ExposedRobot] = []
         for name in [robot.name for robot in features.robots]:
             description = await node.ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot=name))
             robot = ExposedRobot(name, description, settings.stamped, settings.navigation)
             namespace = "/" if name == settings.root else f"/{name}"
             ros = await stack.enter_async_context(system.node(f"seoro_{name}", namespace))
             robots[name] = await stack.enter_async_context(exposing_robot(ros, node, robot))
-            stream = _joined(stream, robot.stream)
+            exposed.append(robot)
         if features.state is not wire.SimulationState.NO_WORLD:
-            updates = await stack.enter_async_context(node.streaming(stream))
+            updates = await stack.enter_async_context(node.streaming(stream_of(exposed)))
             tasks = await stack.enter_async_context(background())
             tasks.start_soon(_publish_updates, updates, clock, robots)
         yield
-
-
-def _joined(one: wire.OpenStream, other: wire.OpenStream) -> wire.OpenStream:
-    return wire.OpenStream(
-        id="",
-        sensors=one.sensors + other.sensors,
-        poses=one.poses + other.poses,
-        joints=one.joints + other.joints,
-        batteries=one.batteries + other.batteries,
-    )
 
 
 async def _has_another_world(node: ExposedNode, before: wire.SimulatorFeatures) -> bool:

@@ -16,16 +16,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.serde import SerdeError
 from rosbags.serde.cdr import generate_deserialize_cdr, generate_getsize_cdr, generate_serialize_cdr
 
-from seoro.bridges.ros2.interfaces.definitions import (
-    Array,
-    Element,
-    FieldType,
-    Named,
-    Scalar,
-    Sequence,
-    Structure,
-    wire_fields,
-)
+from seoro.bridges.ros2.interfaces import definitions
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, InvalidPayload, InvalidValue
 from seoro.bridges.ros2.interfaces.messages import Message, attribute, message_class
 
@@ -45,7 +36,7 @@ class Codec:
         lookup: Returns a structure by its full name.
     """
 
-    def __init__(self, lookup: Callable[[str], Structure]) -> None:
+    def __init__(self, lookup: Callable[[str], definitions.Structure]) -> None:
         self.max_sequence_length = MAX_PAYLOAD
         self._lookup = lookup
         self._coders: dict[str, _Coder] = {}
@@ -108,13 +99,13 @@ class Codec:
 class _Coder:
     """Message definition for rosbags: a factory of messages, and their code, generated on demand."""
 
-    def __init__(self, structure: Structure, codec: Codec) -> None:
+    def __init__(self, structure: definitions.Structure, codec: Codec) -> None:
         self.name = structure.name
         self.message_class = message_class(structure)
         self.cls = _maker(self.message_class)
         self.fields = [
             (attribute(field.name), _described(field.type, f"{structure.name}, `{field.name}`"))
-            for field in wire_fields(structure)
+            for field in definitions.wire_fields(structure)
         ]
         self._codec: Any = codec
 
@@ -154,27 +145,27 @@ def _maker(message: type[Message]) -> Callable[..., Message]:
     return lambda *members: make(message, members)  # type: ignore[type-var]
 
 
-def _described(type_: FieldType, place: str) -> Any:
+def _described(type_: definitions.FieldType, place: str) -> Any:
     """Return the description of a type for rosbags."""
     match type_:
-        case Array(element, length):
+        case definitions.Array(element, length):
             return (Nodetype.ARRAY, (_element(element, place), length))
-        case Sequence(element, bound):
+        case definitions.Sequence(element, bound):
             return (Nodetype.SEQUENCE, (_element(element, place), bound))
-        case Scalar() | Named():
+        case definitions.Scalar() | definitions.Named():
             return _element(type_, place)
 
 
-def _element(element: Element, place: str) -> Any:
+def _element(element: definitions.Element, place: str) -> Any:
     match element:
-        case Named(name):
+        case definitions.Named(name):
             return (Nodetype.NAME, name)
-        case Scalar("wstring"):
+        case definitions.Scalar("wstring"):
             raise InvalidDefinition(
                 f"{place}: unsupported type `wstring`",
                 help="its format differs between ROS 2 middlewares; use `string`, which is UTF-8",
             )
-        case Scalar(name, bound):
+        case definitions.Scalar(name, bound):
             return (Nodetype.BASE, ("uint8" if name in _OCTETS else name, bound))
 
 

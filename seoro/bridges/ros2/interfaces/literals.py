@@ -5,15 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from seoro.bridges.ros2.interfaces.definitions import (
-    FLOATS,
-    INTEGERS,
-    Array,
-    FieldType,
-    Literal,
-    Scalar,
-    Sequence,
-)
+from seoro.bridges.ros2.interfaces import definitions
 
 _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
 _ITEM: Final = r"""\s*(?:("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')\s*(?=,|$)|([^,]*))"""
@@ -23,27 +15,27 @@ class InvalidLiteral(Exception):
     """The text is not a value of the type."""
 
 
-def read_default(type_: FieldType, text: str) -> Literal | tuple[Literal, ...]:
+def read_default(type_: definitions.FieldType, text: str) -> definitions.Literal | tuple[definitions.Literal, ...]:
     """Parse the default of a field.
 
     Raises:
         InvalidLiteral: The text is not a value of the type, or the type has no defaults.
     """
     match type_:
-        case Scalar():
+        case definitions.Scalar():
             return read_scalar(type_, text)
-        case Array(Scalar() as element) | Sequence(Scalar() as element):
+        case definitions.Array(element) | definitions.Sequence(element) if isinstance(element, definitions.Scalar):
             values = tuple(read_scalar(element, item) for item in _items(text))
         case _:
             raise InvalidLiteral(f"{type_} cannot have a default")
-    if isinstance(type_, Array) and len(values) != type_.length:
+    if isinstance(type_, definitions.Array) and len(values) != type_.length:
         raise InvalidLiteral(f"expected {type_.length} elements ({type_}), got {len(values)}")
-    if isinstance(type_, Sequence) and 0 < type_.bound < len(values):
+    if isinstance(type_, definitions.Sequence) and 0 < type_.bound < len(values):
         raise InvalidLiteral(f"expected at most {type_.bound} elements ({type_}), got {len(values)}")
     return values
 
 
-def read_scalar(type_: Scalar, text: str) -> Literal:
+def read_scalar(type_: definitions.Scalar, text: str) -> definitions.Literal:
     """Parse a number, a boolean or a string.
 
     Raises:
@@ -54,9 +46,9 @@ def read_scalar(type_: Scalar, text: str) -> Literal:
         if text.lower() not in _TRUTH:
             raise InvalidLiteral(f"`{text}` is not a bool; expected true or false")
         return _TRUTH[text.lower()]
-    if name in INTEGERS:
+    if name in definitions.INTEGERS:
         return _integer(name, text)
-    if name in FLOATS:
+    if name in definitions.FLOATS:
         try:
             return float(text)
         except ValueError:
@@ -69,7 +61,7 @@ def read_scalar(type_: Scalar, text: str) -> Literal:
 
 def _integer(name: str, text: str) -> int:
     """Parse an integer, in decimal, or with 0x, 0o or 0b."""
-    low, high = INTEGERS[name]
+    low, high = definitions.INTEGERS[name]
     digits = text if len(text) < 80 else ""  # Python rejects much longer numbers
     try:
         value = int(digits)

@@ -5,8 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from seoro.bridges.ros2.interfaces.definitions import Field, Named, Structure, element_of
-from seoro.bridges.ros2.interfaces.derived import SUFFIXES, derive, is_sent
+from seoro.bridges.ros2.interfaces.definitions import (
+    SUFFIXES,
+    Field,
+    Named,
+    Structure,
+    derive,
+    element_of,
+    is_sent,
+)
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, UnknownInterface, near
 from seoro.bridges.ros2.interfaces.names import PARTS, Name, parse_name
 from seoro.bridges.ros2.interfaces.packages import Package, Source

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from seoro.bridges.ros2.interfaces.definitions import Structure
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, InvalidValue, UnknownInterface
-from seoro.bridges.ros2.interfaces.hashes import type_hash
 from seoro.bridges.ros2.interfaces.messages import Message, plain
 from seoro.bridges.ros2.interfaces.packages import Package, bundled_packages, editions, packages_in
 from seoro.bridges.ros2.interfaces.registry import Registry
-from seoro.bridges.ros2.interfaces.remote_definitions import remote_packages
 from seoro.bridges.ros2.interfaces.text import schema
+from seoro.bridges.ros2.interfaces.type_descriptions import remote_packages, type_hash
 from seoro.errors import UsageError
 
 if TYPE_CHECKING:

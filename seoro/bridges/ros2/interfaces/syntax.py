@@ -10,20 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from seoro.bridges.ros2.interfaces.definitions import (
-    PRIMITIVES,
-    TEXTS,
-    Array,
-    Constant,
-    Element,
-    Field,
-    FieldType,
-    Literal,
-    Named,
-    Scalar,
-    Sequence,
-    Structure,
-)
+from seoro.bridges.ros2.interfaces import definitions
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.literals import InvalidLiteral, read_default, read_scalar
 from seoro.bridges.ros2.interfaces.names import PARTS, is_constant_name, is_interface_name, is_package_name
@@ -34,7 +21,7 @@ MAX_ARRAY: Final = 2**20  # elements of a fixed array of numbers
 MAX_ARRAY_OF_STRUCTURES: Final = 4096  # the codec has a line of code for each element of such an array
 
 
-def read_interface(name: str, text: str, origin: str, first_line: int = 1) -> tuple[Structure, ...]:
+def read_interface(name: str, text: str, origin: str, first_line: int = 1) -> tuple[definitions.Structure, ...]:
     """Return the structures that a file defines: one for a message, two for a service, three for an action.
 
     Args:
@@ -81,22 +68,24 @@ class _Section:
         self._origin = origin
         self._line = 0
 
-    def read(self, name: str, lines: list[tuple[int, str]]) -> Structure:
+    def read(self, name: str, lines: list[tuple[int, str]]) -> definitions.Structure:
         """Parse the structure of a name from numbered lines."""
-        fields: list[Field] = []
-        constants: list[Constant] = []
+        fields: list[definitions.Field] = []
+        constants: list[definitions.Constant] = []
         names: dict[str, int] = {}
         for number, member in self._members(lines):
             if member.name in names:
                 raise self._invalid(f"duplicate name `{member.name}` (first in line {names[member.name]})")
             names[member.name] = number
-            if isinstance(member, Field):
+            if isinstance(member, definitions.Field):
                 fields.append(member)
             else:
                 constants.append(member)
-        return Structure(name, tuple(fields), tuple(constants), self._origin)
+        return definitions.Structure(name, tuple(fields), tuple(constants), self._origin)
 
-    def _members(self, lines: list[tuple[int, str]]) -> Iterator[tuple[int, Field | Constant]]:
+    def _members(
+        self, lines: list[tuple[int, str]]
+    ) -> Iterator[tuple[int, definitions.Field | definitions.Constant]]:
         for number, line in lines:
             self._line = number
             words = line.replace("\t", " ").partition("#")[0].split(maxsplit=1)
@@ -114,9 +103,9 @@ class _Section:
             else:
                 yield number, self._field(type_text, rest)
 
-    def _constant(self, type_text: str, name: str, value: str) -> Constant:
+    def _constant(self, type_text: str, name: str, value: str) -> definitions.Constant:
         type_ = self._type(type_text)
-        if not isinstance(type_, Scalar):
+        if not isinstance(type_, definitions.Scalar):
             raise self._invalid(
                 f"constant `{name}` is of type `{type_text}`", "constants are numbers, bool or string"
             )
@@ -124,11 +113,11 @@ class _Section:
             raise self._invalid(
                 f"`{name}` is an invalid constant name", "write it in capitals, such as `MAX_SPEED`"
             )
-        if not value and type_.name not in TEXTS:
+        if not value and type_.name not in definitions.TEXTS:
             raise self._invalid(f"constant `{name}` has no value")
-        return Constant(name, type_, self._literal(type_, value))
+        return definitions.Constant(name, type_, self._literal(type_, value))
 
-    def _field(self, type_text: str, rest: str) -> Field:
+    def _field(self, type_text: str, rest: str) -> definitions.Field:
         type_ = self._type(type_text)
         name, _, default = rest.partition(" ")
         if not is_package_name(name):
@@ -138,19 +127,19 @@ class _Section:
             )
         default = default.strip()
         if not default:
-            return Field(name, type_, None, self._line)
+            return definitions.Field(name, type_, None, self._line)
         try:
-            return Field(name, type_, read_default(type_, default), self._line)
+            return definitions.Field(name, type_, read_default(type_, default), self._line)
         except InvalidLiteral as error:
             raise self._invalid(f"default of `{name}`: {error}") from None
 
-    def _literal(self, type_: Scalar, value: str) -> Literal:
+    def _literal(self, type_: definitions.Scalar, value: str) -> definitions.Literal:
         try:
             return read_scalar(type_, value)
         except InvalidLiteral as error:
             raise self._invalid(str(error)) from None
 
-    def _type(self, text: str) -> FieldType:
+    def _type(self, text: str) -> definitions.FieldType:
         single, opened, rest = text.partition("[")
         size, closed, behind = rest.partition("]")
         if bool(opened) != bool(closed) or behind:
@@ -159,32 +148,31 @@ class _Section:
         if not opened:
             return element
         if not size:
-            return Sequence(element)
-        most = MAX_ARRAY if isinstance(element, Scalar) and element.name not in TEXTS else MAX_ARRAY_OF_STRUCTURES
+            return definitions.Sequence(element)
+        has_numbers = isinstance(element, definitions.Scalar) and element.name not in definitions.TEXTS
+        most = MAX_ARRAY if has_numbers else MAX_ARRAY_OF_STRUCTURES
         if size.startswith("<="):
-            return Sequence(element, self._number(size[2:], MAX_BOUND, text))
-        return Array(element, self._number(size, most, text))
+            return definitions.Sequence(element, self._number(size[2:], MAX_BOUND, text))
+        return definitions.Array(element, self._number(size, most, text))
 
-    def _element(self, text: str, type_text: str) -> Element:
+    def _element(self, text: str, type_text: str) -> definitions.Element:
         base, bounded, most = text.partition("<=")
-        if bounded and base not in TEXTS:
+        if bounded and base not in definitions.TEXTS:
             raise self._invalid(
                 f"invalid length of `{type_text}`", "only `string` has one; for arrays it is in brackets: `[<=N]`"
             )
-        if base in PRIMITIVES:
-            return Scalar(base, self._number(most, MAX_BOUND, type_text) if bounded else 0)
+        if base in definitions.PRIMITIVES:
+            return definitions.Scalar(base, self._number(most, MAX_BOUND, type_text) if bounded else 0)
         package, slash, name = base.replace("/msg/", "/").rpartition("/")
         if slash and not is_package_name(package):
             raise self._invalid(f"`{package}` is an invalid package name")
         if not is_interface_name(name):
             times = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
-            known = (
-                f"types are {', '.join(sorted(PRIMITIVES))} and names of messages, alone or in arrays: `int8[3]`"
-            )
-            raise self._invalid(
-                f"invalid type `{type_text}`", f"ROS 2 has `{times[name]}`" if name in times else known
-            )
-        return Named(f"{package or self._package}/msg/{name}")
+            primitives = ", ".join(sorted(definitions.PRIMITIVES))
+            known = f"types are {primitives} and names of messages, alone or in arrays: `int8[3]`"
+            valid = f"ROS 2 has `{times[name]}`" if name in times else known
+            raise self._invalid(f"invalid type `{type_text}`", valid)
+        return definitions.Named(f"{package or self._package}/msg/{name}")
 
     def _number(self, text: str, most: int, type_text: str) -> int:
         """Return the number of elements or characters of a type."""

@@ -9,22 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
-from seoro.bridges.ros2.interfaces.arrays import array_converter, list_converter
-from seoro.bridges.ros2.interfaces.definitions import (
-    FLOATS,
-    Array,
-    Element,
-    Field,
-    FieldType,
-    Named,
-    Scalar,
-    Sequence,
-    Structure,
-)
+from seoro.bridges.ros2.interfaces import converters, definitions
 from seoro.bridges.ros2.interfaces.errors import InvalidValue, near
 from seoro.bridges.ros2.interfaces.messages import Message, attribute
-from seoro.bridges.ros2.interfaces.mismatch import Mismatch, mismatch_of
-from seoro.bridges.ros2.interfaces.scalars import Convert, scalar_converter
 
 
 class Builder:
@@ -35,7 +22,9 @@ class Builder:
         class_of: Returns the message class of a structure by its full name.
     """
 
-    def __init__(self, lookup: Callable[[str], Structure], class_of: Callable[[str], type[Message]]) -> None:
+    def __init__(
+        self, lookup: Callable[[str], definitions.Structure], class_of: Callable[[str], type[Message]]
+    ) -> None:
         self._lookup = lookup
         self._class_of = class_of
         self._structures: dict[str, _StructureConverter] = {}
@@ -52,7 +41,7 @@ class Builder:
         """
         try:
             return self.converter(name)(value)
-        except Mismatch as mismatch:
+        except converters.Mismatch as mismatch:
             raise InvalidValue(name, mismatch.path, str(mismatch), mismatch.help) from None
 
     def converter(self, name: str) -> _StructureConverter:
@@ -73,7 +62,7 @@ class _StructureConverter:
         builder: Builder of nested structures.
     """
 
-    def __init__(self, structure: Structure, cls: Callable[..., Message], builder: Builder) -> None:
+    def __init__(self, structure: definitions.Structure, cls: Callable[..., Message], builder: Builder) -> None:
         self._name = structure.name
         self._cls = cls
         self._members = tuple(
@@ -87,10 +76,10 @@ class _StructureConverter:
     def __call__(self, value: Any) -> Message:
         if isinstance(value, Message):
             if value.__msgtype__ != self._name:
-                raise mismatch_of(f"a {self._name}", value)
+                raise converters.mismatch_of(f"a {self._name}", value)
             return self._made({name: getattr(value, attribute_) for name, attribute_, _, _ in self._members})
         if not isinstance(value, Mapping):
-            raise mismatch_of(f"a {self._name}", value, f"write a mapping; {self._list()}")
+            raise converters.mismatch_of(f"a {self._name}", value, f"write a mapping; {self._list()}")
         if not value.keys() <= self._names:
             self._refuse_unknown(value)
         return self._made(value)
@@ -102,14 +91,14 @@ class _StructureConverter:
         try:
             for name, _, convert, default in self._members:
                 made.append(convert(value[name]) if name in value else default)
-        except Mismatch as mismatch:
+        except converters.Mismatch as mismatch:
             mismatch.within(self._members[len(made)][0])
             raise
         return self._cls(*made)
 
     def _refuse_unknown(self, value: Mapping[Any, Any]) -> NoReturn:
         unknown = next(name for name in value if name not in self._names)
-        raise Mismatch(
+        raise converters.Mismatch(
             f"unknown member `{unknown}` of {self._name}", near(str(unknown), self._names) or self._list()
         )
 
@@ -118,40 +107,40 @@ class _StructureConverter:
         return f"its members are {members}" if members else "it has no members"
 
 
-def _default(field: Field, builder: Builder) -> Any:
+def _default(field: definitions.Field, builder: Builder) -> Any:
     """Return the default of a member: that of the definition, or else zero or empty."""
     convert = _converter(field.type, builder)
     if field.default is not None:
         return convert(field.default)
     match field.type:
-        case Array(element, length):
+        case definitions.Array(element, length):
             return convert([_zero(element, builder)] * length)
-        case Sequence():
+        case definitions.Sequence():
             return convert(())
-        case Scalar() | Named() as element:
+        case definitions.Scalar() | definitions.Named() as element:
             return _zero(element, builder)
 
 
-def _zero(element: Element, builder: Builder) -> Any:
+def _zero(element: definitions.Element, builder: Builder) -> Any:
     match element:
-        case Named(name):
+        case definitions.Named(name):
             return builder.converter(name).default
-        case Scalar("bool"):
+        case definitions.Scalar("bool"):
             return False
-        case Scalar("string"):
+        case definitions.Scalar("string"):
             return ""
-        case Scalar(name):
-            return 0.0 if name in FLOATS else 0
+        case definitions.Scalar(name):
+            return 0.0 if name in definitions.FLOATS else 0
 
 
-def _converter(type_: FieldType, builder: Builder) -> Convert:
+def _converter(type_: definitions.FieldType, builder: Builder) -> converters.Convert:
     """Return a converter to a type."""
     match type_:
-        case Named(name):
+        case definitions.Named(name):
             return builder.converter(name)
-        case Scalar():
-            return scalar_converter(type_)
-        case Array(Scalar(name)) | Sequence(Scalar(name)) if name != "string":
-            return array_converter(type_, Scalar(name))
-        case Array(element) | Sequence(element):
-            return list_converter(type_, _converter(element, builder))
+        case definitions.Scalar():
+            return converters.scalar_converter(type_)
+        case definitions.Array(element) | definitions.Sequence(element):
+            if isinstance(element, definitions.Scalar) and element.name != "string":
+                return converters.array_converter(type_, element)
+            return converters.list_converter(type_, _converter(element, builder))

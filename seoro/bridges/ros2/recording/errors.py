@@ -10,6 +10,9 @@ BackendError
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from seoro.errors import BackendError, UsageError
 
 
@@ -27,3 +30,15 @@ class RefusedRecording(UsageError):
 
 class RecordingFailed(BackendError):
     """The bag can no longer be written; earlier messages can be read."""
+
+
+@contextmanager
+def unwrapped() -> Iterator[None]:
+    """Raise the only exception of an exception group instead of the group."""
+    try:
+        yield
+    except BaseExceptionGroup as group:
+        error: BaseException = group
+        while isinstance(error, BaseExceptionGroup) and len(error.exceptions) == 1:
+            error = error.exceptions[0]
+        raise error from None

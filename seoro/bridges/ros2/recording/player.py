@@ -17,9 +17,9 @@ from anyio.abc import ObjectSendStream
 
 from seoro.bridges.ros2.clock import CLOCK_QOS, SECOND, TOPIC, TYPE
 from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.recording.errors import unwrapped
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic
 from seoro.bridges.ros2.recording.reader import Bag
-from seoro.bridges.ros2.recording.unwrapping import unwrapped
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import Durability, History, Qos, Reliability
 from seoro.concurrency.background import background

@@ -24,10 +24,9 @@ from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import TypeStore, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.recording.errors import RefusedRecording
+from seoro.bridges.ros2.recording.errors import RefusedRecording, unwrapped
 from seoro.bridges.ros2.recording.mcap_file import Compression
 from seoro.bridges.ros2.recording.metadata import BagTopic
-from seoro.bridges.ros2.recording.unwrapping import unwrapped
 from seoro.bridges.ros2.recording.writer import BagWriter, write_bag
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Endpoint, Qos, is_hidden

@@ -62,20 +62,20 @@ class RosbagsSource:
 
 def _topic(connection: Connection) -> BagTopic:
     profiles = [
-        {name: _plain(policy) for name, policy in offered._asdict().items()}
-        for offered in getattr(connection.ext, "offered_qos_profiles", ())
+        {name: _policy(value) for name, value in each._asdict().items()}
+        for each in getattr(connection.ext, "offered_qos_profiles", ())
     ]
     return BagTopic(
         connection.topic, connection.msgtype, connection.digest, read_profiles(profiles), connection.msgcount
     )
 
 
-def _plain(policy: Any) -> Any:
-    """Return a QoS policy of rosbags as in `metadata.yaml`."""
-    match policy:
+def _policy(value: Any) -> Any:
+    """Convert a policy of rosbags to its form in `metadata.yaml`."""
+    match value:
         case Enum():
-            return policy.name.lower()
+            return value.name.lower()
         case QosTime():
-            return policy._asdict()
+            return value._asdict()
         case _:
-            return policy
+            return value

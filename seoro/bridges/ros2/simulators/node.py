@@ -51,9 +51,10 @@ class RosSimulator:
         self._simulator_features = features
         self._verbs = {verb.name: verb for verb in wire.VERBS if hasattr(self, verb.name)}
 
-    async def answer(self, request: Request) -> None:
-        """Carry out a request and answer it."""
-        await answer(request, self._carry_out, "bridge")
+    async def run(self, requests: Mailbox[Request]) -> None:
+        """Answer requests one after the other."""
+        async for request in requests:
+            await answer(request, self._carry_out, "bridge")
 
     async def _carry_out(self, name: str, payload: bytes) -> wire.Message | None:
         if name not in self._verbs:
@@ -188,7 +189,7 @@ async def serving_simulator(
         requests = await stack.enter_async_context(session.answering(key, WAITING, busy))
         await stack.enter_async_context(session.token(wire.node_token(wire.NAMESPACE, name, token)))
         tasks = await stack.enter_async_context(background())
-        tasks.start_soon(_answer, served, requests)
+        tasks.start_soon(served.run, requests)
         yield served
 
 
@@ -201,9 +202,3 @@ async def _wait_for_services(simulator: SimulationInterfaces, system: RosSystem,
             f"no simulator with the services of `simulation_interfaces` in {namespace}",
             help=f"missing services: {missing}",
         ) from None
-
-
-async def _answer(simulator: RosSimulator, requests: Mailbox[Request]) -> None:
-    """Answer requests one after the other."""
-    async for request in requests:
-        await simulator.answer(request)

@@ -5,8 +5,7 @@ of robots that use DDS.
 """
 
 from seoro.bridges.ros2.wire.attachment import Attachment, InvalidAttachment
-from seoro.bridges.ros2.wire.dialect import Dialect
-from seoro.bridges.ros2.wire.dialects import named_dialect
+from seoro.bridges.ros2.wire.dialects import Dialect, named_dialect
 from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
 from seoro.bridges.ros2.wire.names import InvalidName, check_node_name, is_hidden, resolve, resolve_namespace
 from seoro.bridges.ros2.wire.qos import PRESETS, Durability, History, Liveliness, Qos, Reliability

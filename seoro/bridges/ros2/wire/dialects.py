@@ -1,13 +1,16 @@
-"""Dialects by their names on command lines."""
+"""The two mappings of ROS 2 to Zenoh, and their names on command lines."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeAlias
 
-from seoro.bridges.ros2.wire.dialect import Dialect
 from seoro.bridges.ros2.wire.rmw_zenoh import RmwZenoh
 from seoro.bridges.ros2.wire.ros2dds import Ros2Dds
 from seoro.errors import UsageError
+
+Dialect: TypeAlias = RmwZenoh | Ros2Dds
+"""Mapping of ROS 2 to Zenoh. Both classes have the same methods."""
 
 _DIALECTS: dict[str, Callable[[int], Dialect]] = {"rmw_zenoh": RmwZenoh, "ros2dds": lambda domain: Ros2Dds()}
 

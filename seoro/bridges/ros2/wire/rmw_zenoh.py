@@ -20,7 +20,6 @@ import xxhash
 
 from seoro.bridges.addresses import LARGEST_DOMAIN
 from seoro.bridges.ros2.wire.attachment import Attachment
-from seoro.bridges.ros2.wire.dialect import dds_type, ros_type
 from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
 from seoro.bridges.ros2.wire.qos import INFINITE, Durability, History, Liveliness, Qos, Reliability
 
@@ -43,6 +42,9 @@ _HISTORIES = {"": History.KEEP_LAST, "0": History.KEEP_LAST, "1": History.KEEP_L
 _LIVELINESSES = {"": Liveliness.AUTOMATIC, "0": Liveliness.AUTOMATIC, "1": Liveliness.AUTOMATIC}
 _LIVELINESSES |= {"3": Liveliness.MANUAL_BY_TOPIC}
 _DEFAULT_DEPTH = 42
+
+_ROS_TYPE = re.compile(r"(\w+)/(\w+)/(\w+)")
+_DDS_TYPE = re.compile(r"(\w+)::(\w+)::dds_::(\w+)_")
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,18 @@ class RmwZenoh:
     def attachment(self, sequence: int, stamp: int, gid: bytes) -> bytes:
         """Make the attachment of a message."""
         return Attachment(sequence, stamp, gid).pack()
+
+
+def dds_type(name: str) -> str:
+    """Return the DDS name of a type: `std_msgs::msg::dds_::String_` for `std_msgs/msg/String`."""
+    match = _ROS_TYPE.fullmatch(name)
+    return f"{match[1]}::{match[2]}::dds_::{match[3]}_" if match else name
+
+
+def ros_type(name: str) -> str:
+    """Return the ROS name of a DDS type."""
+    match = _DDS_TYPE.fullmatch(name)
+    return f"{match[1]}/{match[2]}/{match[3]}" if match else name
 
 
 def encode_qos(qos: Qos) -> str:

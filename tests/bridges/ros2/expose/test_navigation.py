@@ -8,9 +8,9 @@ import anyio
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.ros2.clients.errors import GoalRejected
 from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.errors import GoalRejected
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.ros2.expose.exposed import Exposed, exposed, under_way

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from seoro.bridges.ros2.expose.worlds import Worlds
+from seoro.bridges.ros2.expose.node import Worlds
 
 
 async def until_it_waits() -> None:

@@ -5,8 +5,16 @@ import struct
 from typing import Any
 
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.interfaces.definitions import INTEGERS, Array, Element, FieldType, Named, Scalar, Sequence
-from seoro.bridges.ros2.interfaces.derived import SUFFIXES
+from seoro.bridges.ros2.interfaces.definitions import (
+    INTEGERS,
+    SUFFIXES,
+    Array,
+    Element,
+    FieldType,
+    Named,
+    Scalar,
+    Sequence,
+)
 
 LETTERS = "abcdefghij klmnop äöü€😀"
 
