@@ -29,7 +29,7 @@ ACCEPTED, EXECUTING, SUCCEEDED, CANCELED, ABORTED = 1, 2, 4, 5, 6
 class Fibonacci:
     """The action `/fibonacci`: it counts up to its order, one number each 50 ms.
 
-    An order of 13 is rejected, 7 is aborted, and 10 cannot be canceled.
+    An order of 13 is rejected, and 7 is aborted. An order of 10 rejects to be canceled, and succeeds then.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,10 @@ class Fibonacci:
         number = bytes(request.goal_id.uuid)
         cancel, end = asyncio.Event(), asyncio.get_running_loop().create_future()
         self.goals[number] = cancel, end, request.goal.order
-        self.task = asyncio.ensure_future(self.count(number, request.goal.order))
+        if request.goal.order == 10:
+            self.publish_text("goal accepted")
+        else:
+            self.task = asyncio.ensure_future(self.count(number, request.goal.order))
         return {"accepted": True}
 
     async def count(self, number: bytes, order: int) -> None:
@@ -73,6 +76,9 @@ class Fibonacci:
         if goal is None:
             return {"return_code": 2}
         if goal[2] == 10:
+            if not goal[1].done():
+                goal[1].set_result({"status": SUCCEEDED, "result": {}})
+                self.publish_text("goal not canceled")
             return {"return_code": 1}
         goal[0].set()
         return {"goals_canceling": [request.goal_info]}

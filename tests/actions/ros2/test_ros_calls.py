@@ -172,11 +172,19 @@ async def test_a_goal_that_cannot_be_canceled_is_reported(arguments: str, run_ro
     ran = await run_ros(
         f"""
 scenario main:
-    do one_of:
+    event accepted
+    do parallel:
+        one_of:
+            serial:
+                action_call("/fibonacci", "{FIBONACCI}", "{{order: 10}}"{arguments})
+                wait elapsed(20s)
+            serial:
+                wait @accepted
+                wait elapsed(0.15s)
         serial:
-            action_call("/fibonacci", "{FIBONACCI}", "{{order: 10}}"{arguments})
-            wait elapsed(20s)
-        wait elapsed(0.15s)
+            check_data("/echo", "std_msgs/msg/String", "goal accepted", member_name: "data",
+                qos_profile: qos_preset_profiles!system_default_transient_local)
+            emit accepted
 """
     )
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
