@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import inspect
 import re
 import shlex
 from collections.abc import Iterator
@@ -11,7 +12,11 @@ from pathlib import Path
 
 import pytest
 
+import seoro
+from seoro import ActionContext, Client, MethodContext, ModifierContext, Run, ThreadContext, Verdict
 from seoro.cli import main as command_line
+from seoro.client.lab import LabControl
+from seoro.client.runs import RemoteRun
 
 ROOT = Path(__file__).parents[1]
 PAGES = [
@@ -123,8 +128,17 @@ def options_of(command: str) -> frozenset[str]:
     return frozenset((*walk(commands.choices[command]), "--version"))
 
 
+@cache
+def subcommands_of(command: str) -> frozenset[str]:
+    """Return the names of the commands directly below a command."""
+    parser = command_line._parser([command])
+    [commands] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
+    below = [each for each in commands.choices[command]._actions if isinstance(each, argparse._SubParsersAction)]
+    return frozenset(name for action in below for name in action.choices)
+
+
 def unknown_options(line: str) -> list[str]:
-    """Return the options of a command line, and the command, that do not exist."""
+    """Return the commands and options of a command line that do not exist."""
     try:
         words = shlex.split(line, comments=True)
     except ValueError:  # a quote that the page leaves open
@@ -135,7 +149,10 @@ def unknown_options(line: str) -> list[str]:
     if command not in command_line.COMMANDS:
         return [command]
     given = [word.partition("=")[0] for word in words[2:] if re.match(r"--[a-z]", word)]
-    return [option for option in given if option not in options_of(command)]
+    unknown = [option for option in given if option not in options_of(command)]
+    if len(words) > 2 and re.fullmatch(r"[a-z]+", words[2]) and (below := subcommands_of(command)):
+        unknown += sorted({words[2]} - below)
+    return unknown
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -150,6 +167,45 @@ def test_commands_and_options_in_pages_exist(page: Path) -> None:
         if re.fullmatch(r"--[a-z][\w-]+", re.split(r"[ =]", span)[0])
     }
     assert not sorted(named - known), "options of no command"
+
+
+NO_MEMBERS = frozenset(
+    {"run.start", "run.end", "seoro.libraries", "seoro.models", "seoro.engines"}
+)  # not of Python
+MEMBERS = {
+    "ctx": (ActionContext, ThreadContext, ModifierContext),
+    "run": (Run, RemoteRun, MethodContext),
+    "client": (Client,),
+    "lab": (LabControl,),
+    "verdict": (Verdict,),
+    "seoro": (seoro,),
+    "Verdict": (Verdict,),
+    "ActionContext": (ActionContext,),
+    "Run": (Run,),
+}
+
+
+def members_of(owner: object) -> set[str]:
+    """Return the names of the attributes of a class or module, fields of its instances included."""
+    assigned = (
+        re.findall(r"self\.(\w+)(?::[^=\n]+)? =", inspect.getsource(owner)) if isinstance(owner, type) else ()
+    )
+    return {*dir(owner), *assigned, *getattr(owner, "__annotations__", ())}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_members_of_the_library_in_pages_exist(page: Path) -> None:
+    text = page.read_text()
+    blocks = [body for language, body in BLOCK.findall(text) if language == "python"]
+    unknown = set()
+    for part in (*spans(text), *blocks):
+        for name, member in re.findall(r"(?<![\w./\"'@-])(\w+)\.([a-zA-Z]\w*)(?![\w/-])", part):
+            owners = MEMBERS.get(name, ())
+            is_module = name == "seoro" and (ROOT / "seoro" / member).is_dir()
+            if owners and not is_module and not any(member in members_of(owner) for owner in owners):
+                unknown.add(f"{name}.{member}")
+    files = {name for name in unknown if FILE.fullmatch(name)}
+    assert not sorted(unknown - files - NO_MEMBERS), "members that do not exist"
 
 
 @cache
