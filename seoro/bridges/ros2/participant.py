@@ -9,6 +9,9 @@ import itertools
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+
+import anyio.to_thread
 
 from seoro.bridges.addresses import ROS_ROUTER
 from seoro.bridges.ros2 import wire
@@ -35,6 +38,25 @@ SERVICE_QOS = wire.PRESETS["services_default"]
 
 
 @dataclass(frozen=True)
+class RosOptions:
+    """Options of a connection to a ROS 2 system.
+
+    Args:
+        endpoint: Zenoh endpoint of the router that the robot's nodes use, or of the bridge.
+        domain: ROS_DOMAIN_ID.
+        dialect: `rmw_zenoh` or `ros2dds`; None to detect it.
+        interfaces: Folders with interface packages, which replace packages of the same name in seoro.
+        distribution: ROS 2 distribution of the interface packages in seoro.
+    """
+
+    endpoint: str
+    domain: int = 0
+    dialect: str | None = None
+    interfaces: Sequence[Path] = ()
+    distribution: str = "jazzy"
+
+
+@dataclass(frozen=True)
 class RosSystem:
     """A connected ROS 2 system. Made by `open_system`.
 
@@ -53,6 +75,10 @@ class RosSystem:
     def dialect(self) -> wire.Dialect:
         """Mapping of ROS 2 to Zenoh."""
         return self.graph.dialect
+
+    def prepare(self) -> None:
+        """Load the encoder, whose import is slow and would delay the first message."""
+        self.types.encode("std_msgs/msg/Empty", {})
 
     @asynccontextmanager
     async def node(self, name: str = "seoro", namespace: str = "/") -> AsyncIterator[RosNode]:
@@ -297,3 +323,17 @@ async def connect(
             raise NoSystem(f"cannot connect to {endpoint}: no router and no bridge answers there") from error
         system = open_system(session, types or TypeStore.bundled(), dialect=dialect, domain=domain)
         yield await stack.enter_async_context(system)
+
+
+@asynccontextmanager
+async def connect_system(options: RosOptions) -> AsyncIterator[RosSystem]:
+    """Connect to a ROS 2 system for the duration of the block.
+
+    Raises:
+        UsageError: The definitions are unreadable, or the dialect is unknown.
+        BackendError: The endpoint is unreachable, or no ROS 2 system was found.
+    """
+    types = await anyio.to_thread.run_sync(TypeStore.bundled, options.distribution, options.interfaces)
+    dialect = wire.named_dialect(options.dialect, options.domain)
+    async with connect(options.endpoint, types=types, dialect=dialect, domain=options.domain) as system:
+        yield system
