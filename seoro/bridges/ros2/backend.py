@@ -123,11 +123,11 @@ class RosSubscription:
     async def watch_types(self) -> None:
         """Close the subscription when all publishers of its topic have another type."""
         topic, type_name = self._subscription.topic, self._subscription.type
-        node, own = self._node, self._node.node.session
+        node = self._node
 
         def find_mismatch(graph: RosGraph) -> WrongType | None:
             try:
-                check_type(topic, type_name, [each for each in graph.publishers(topic) if each.session != own])
+                check_type(topic, type_name, node.others(graph.publishers(topic)))
             except WrongType as error:
                 return error
             return None

@@ -6,7 +6,7 @@ Each of them is a context manager: it is announced during its block only.
 from __future__ import annotations
 
 import itertools
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -124,6 +124,10 @@ class RosNode:
         """
         return wire.resolve(name, self.node.namespace, self.node.name)
 
+    def others(self, endpoints: Iterable[wire.Endpoint]) -> tuple[wire.Endpoint, ...]:
+        """Return the endpoints of other sessions."""
+        return tuple(each for each in endpoints if each.session != self.node.session)
+
     @asynccontextmanager
     async def publishing(
         self, topic: str, type_name: str, qos: wire.Qos | None = None, *, type_hash: str | None = None
@@ -143,13 +147,13 @@ class RosNode:
         """
         system, offered = self.system, qos or wire.Qos()
         topic, types = self.resolve(topic), system.types
-        others = self._others(self.graph.subscriptions(topic))
+        others = self.others(self.graph.subscriptions(topic))
         if type_hash is None:
             type_name = types.canonical(type_name)
             type_hash, types = match_types(topic, type_name, others, types)
         else:
             type_hash = matching_hash(topic, type_name, others, type_hash)
-        check_type(topic, type_name, self._others(self.graph.publishers(topic)))
+        check_type(topic, type_name, self.others(self.graph.publishers(topic)))
         token = self._token(wire.Kind.PUBLISHER, topic, type_name, type_hash, offered)
         keep = offered.depth if offered.is_transient_local else 0
         key = system.dialect.key(topic, type_name, type_hash)
@@ -162,7 +166,7 @@ class RosNode:
 
             def check() -> None:
                 if type_hash is not None:
-                    matching_hash(topic, type_name, self._others(self.graph.subscriptions(topic)), type_hash)
+                    matching_hash(topic, type_name, self.others(self.graph.subscriptions(topic)), type_hash)
 
             gid = system.dialect.gid(token)
             yield Publication(topic, type_name, offered, publisher, system.dialect, gid, types, check)
@@ -194,7 +198,7 @@ class RosNode:
         """
         system, requested = self.system, qos or wire.Qos()
         topic = self.resolve(topic)
-        publishers = self._others(self.graph.publishers(topic))
+        publishers = self.others(self.graph.publishers(topic))
         if type_name not in {publisher.type for publisher in publishers}:
             type_name = system.types.canonical(type_name)
         if is_checked:
@@ -258,10 +262,6 @@ class RosNode:
         ):
             tasks.start_soon(server.run, requests)
             yield
-
-    def _others(self, endpoints: Sequence[wire.Endpoint]) -> tuple[wire.Endpoint, ...]:
-        """Return the endpoints of other sessions."""
-        return tuple(each for each in endpoints if each.session != self.node.session)
 
     def _token(self, kind: wire.Kind, name: str, type_name: str, type_hash: str | None, qos: wire.Qos) -> str:
         """Return the token of a new endpoint."""

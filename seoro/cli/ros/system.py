@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 
 from seoro.bridges.ros2.clients.presence import full_name
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
-from seoro.bridges.ros2.wire import Endpoint, RmwZenoh
+from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.errors import UsageError
 from seoro.lang.diagnostics import near
 
@@ -44,11 +44,6 @@ def find_node(node: RosNode, name: str) -> str:
     if lists_nodes(node) and full not in known:
         raise UsageError(f"unknown node {full}", help=near(full, known) or f"nodes: {', '.join(known) or 'none'}")
     return full
-
-
-def without_own(node: RosNode, endpoints: Iterable[Endpoint]) -> tuple[Endpoint, ...]:
-    """Return the endpoints of other nodes."""
-    return tuple(each for each in endpoints if each.session != node.node.session)
 
 
 def resolve_type(what: str, name: str, given: str | None, found: Sequence[str], known: Iterable[str]) -> str:

@@ -38,8 +38,9 @@ from seoro.bridges.ros2.robots.guard import (
 )
 from seoro.bridges.ros2.robots.guard_state import GuardState
 from seoro.bridges.ros2.robots.guarded import Heartbeats
-from seoro.bridges.ros2.robots.orphaned_goals import GONE_FOR, LATCHED, STATUSES, GoalSenders
+from seoro.bridges.ros2.robots.orphaned_goals import GONE_FOR, STATUSES, GoalSenders
 from seoro.bridges.ros2.robots.profile import Arm, BridgedRobot, Profile
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.bridges.ros2.robots.test_safety import (
