@@ -78,8 +78,7 @@ class Localisation:
 
     async def open(self) -> None:
         """Subscribe to the pose, and prepare to publish the initial pose."""
-        await self._link.listen(self._base.pose, POSE, self._on_pose, LATCHED)
-        self._link.tasks.start_soon(self._link.watch_end, self._base.pose, self._forget)
+        await self._link.listen(self._base.pose, POSE, self._on_pose, LATCHED, self._forget)
         self._link.tasks.start_soon(self._initial_poses.run)
 
     def _forget(self) -> None:
