@@ -163,6 +163,7 @@ def _ros_options(ros: Ros) -> RosOptions:
         UsageError: The extra `ros2` is not installed.
     """
     try:
+        import seoro.bridges.ros2.backend  # noqa: F401, PLC0415 - needs all packages of the extra
         from seoro.bridges.ros2.participant import RosOptions  # noqa: PLC0415 - an extra
     except ModuleNotFoundError as error:
         raise UsageError(
