@@ -18,7 +18,7 @@ from seoro.errors import UsageError
 from seoro.text.printable import log_to_stderr
 
 if TYPE_CHECKING:
-    from seoro.bridges.ros2.robots.running import BridgedRobot
+    from seoro.bridges.ros2.robots.profile import BridgedRobot
     from seoro.bridges.wire import SimulatorFeatures
 
 SIMULATOR = "tcp/127.0.0.1:7450"
@@ -138,6 +138,7 @@ async def _run_robots(options: argparse.Namespace, ros: str) -> None:
         options: Options of the command line.
         ros: Zenoh endpoint of the router of the ROS 2 system.
     """
+    from seoro.bridges.ros2.participant import RosOptions  # noqa: PLC0415 - Zenoh
     from seoro.bridges.ros2.robots.running import BridgeOptions, bridging  # noqa: PLC0415 - Zenoh and numpy
     from seoro.security.network.listener import node_name  # noqa: PLC0415 - Zenoh
 
@@ -146,17 +147,15 @@ async def _run_robots(options: argparse.Namespace, ros: str) -> None:
     endpoint = listen or options.connect
     name = node_name(endpoint, options.name, _NAME)
     check_name(name, "a bridge")
+    dialect = None if options.dialect == "auto" else options.dialect
     settings = BridgeOptions(
         robots,
-        ros,
-        options.domain,
-        options.ros_interfaces,
+        RosOptions(ros, options.domain, dialect, options.ros_interfaces),
         name,
         listen,
         options.connect,
         node_file("bridges", name, endpoint, "stop.json"),
         node_file("bridges", name, endpoint, "audit.jsonl"),
-        None if options.dialect == "auto" else options.dialect,
     )
 
     with endpoint_errors():
@@ -171,8 +170,7 @@ async def _run_robots(options: argparse.Namespace, ros: str) -> None:
 
 
 def _robots(texts: Sequence[str]) -> list[BridgedRobot]:
-    from seoro.bridges.ros2.robots.profile import read_profile  # noqa: PLC0415 - the form of profiles
-    from seoro.bridges.ros2.robots.running import BridgedRobot  # noqa: PLC0415 - Zenoh and numpy
+    from seoro.bridges.ros2.robots.profile import BridgedRobot, read_profile  # noqa: PLC0415 - pydantic
     from seoro.bridges.ros2.wire.names import InvalidName, resolve_namespace  # noqa: PLC0415 - the same
 
     robots: list[BridgedRobot] = []

@@ -20,7 +20,8 @@ from seoro.runtime.kernel.clock import Clock, RealClock, SimulatorClock, Virtual
 from seoro.runtime.trace.reader import ReadClock, Readers
 
 if TYPE_CHECKING:
-    from seoro.bridges.ros2.backend import RosBackend, RosOptions
+    from seoro.bridges.ros2.backend import RosBackend
+    from seoro.bridges.ros2.participant import RosOptions
     from seoro.bridges.sim.node import SimulatorNode
     from seoro.lab.resetting import Reset
     from seoro.lab.selectors import Selector
@@ -162,7 +163,8 @@ def _ros_options(ros: Ros) -> RosOptions:
         UsageError: The extra `ros2` is not installed.
     """
     try:
-        from seoro.bridges.ros2.backend import RosOptions  # noqa: PLC0415 - an extra
+        import seoro.bridges.ros2.backend  # noqa: F401, PLC0415 - needs all packages of the extra
+        from seoro.bridges.ros2.participant import RosOptions  # noqa: PLC0415 - an extra
     except ModuleNotFoundError as error:
         raise UsageError(
             f"ROS 2 support is not installed: module '{error.name}' not found",

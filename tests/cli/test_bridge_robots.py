@@ -60,6 +60,6 @@ def test_the_dialect_option_reaches_the_connection(
         dialects.append(dialect)
         raise UsageError("not in this test")
 
-    monkeypatch.setattr("seoro.bridges.ros2.robots.running.connect", connect)
+    monkeypatch.setattr("seoro.bridges.ros2.participant.connect", connect)
     assert main(["bridge", "ros2", "--robot", "turtlebot4", *arguments]) == Exit.INVALID
     assert dialects == [dialect]

@@ -22,7 +22,7 @@ from seoro.bridges.ros2.geometry import seconds, stamp
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication
-from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.concurrency.background import background
 from seoro.errors import SeoroError
 
@@ -112,35 +112,35 @@ class ActionServer:
     """Server of an action. Made by `serving_action`.
 
     Args:
-        _accept: Returns whether a goal is accepted. Each accepted goal is executed, though maybe canceled at once.
-        _execute: Executes a goal; cancelled with the goal. A `SeoroError` aborts the goal.
-        _feedback: Publisher of feedback.
-        _tasks: Task group of the goals.
-        _statuses: Publisher of the goal statuses.
+        accept: Returns whether a goal is accepted. Each accepted goal is executed, though maybe canceled at once.
+        execute: Executes a goal; cancelled with the goal. A `SeoroError` aborts the goal.
+        feedback: Publisher of feedback.
+        tasks: Task group of the goals.
+        statuses: Publisher of the goal statuses.
     """
 
-    _accept: Accept
-    _execute: Execute
-    _feedback: Publication
-    _tasks: TaskGroup
-    _statuses: Publication
+    accept: Accept
+    execute: Execute
+    feedback: Publication
+    tasks: TaskGroup
+    statuses: Publication
     _goals: dict[bytes, GoalHandle] = field(default_factory=dict)
 
     async def on_goal(self, request: Any) -> dict[str, Any]:
         """Accept or reject a goal."""
         goal_id = bytes(request.goal_id.uuid)
-        goal = GoalHandle(goal_id, request.goal, self._feedback.publish)
-        if goal_id in self._goals or not self._accept(goal):
+        goal = GoalHandle(goal_id, request.goal, self.feedback.publish)
+        if goal_id in self._goals or not self.accept(goal):
             return {"accepted": False}
         self._goals[goal_id] = goal
         self._publish()
-        self._tasks.start_soon(self._run, goal)
+        self.tasks.start_soon(self._run, goal)
         return {"accepted": True, "stamp": stamp(goal.accepted)}
 
     async def _run(self, goal: GoalHandle) -> None:
         goal.status = Status.EXECUTING
         self._publish()
-        end = await goal.run(self._execute)
+        end = await goal.run(self.execute)
         goal.status = end.status
         goal.end.set_result(end)
         self._drop_old_goals()
@@ -178,7 +178,7 @@ class ActionServer:
 
     def _publish(self) -> None:
         statuses = [{"goal_info": _info(goal), "status": goal.status} for goal in self._goals.values()]
-        self._statuses.publish({"status_list": statuses})
+        self.statuses.publish({"status_list": statuses})
 
 
 def _info(goal: GoalHandle) -> dict[str, Any]:
@@ -202,10 +202,9 @@ async def serving_action(
         InvalidName, UnknownInterface: The name or type is invalid.
     """
     kind, below = node.system.types.canonical(type_name), f"{node.resolve(name)}/_action"
-    latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
     async with (
         node.publishing(f"{below}/feedback", f"{kind}_FeedbackMessage") as feedback,
-        node.publishing(f"{below}/status", "action_msgs/msg/GoalStatusArray", latched) as statuses,
+        node.publishing(f"{below}/status", "action_msgs/msg/GoalStatusArray", LATCHED) as statuses,
         background() as tasks,
     ):
         server = ActionServer(accept, execute, feedback, tasks, statuses)

@@ -22,14 +22,14 @@ from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.descriptions import decode_message, node_for_service
 from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
 from seoro.bridges.ros2.graph import RosGraph
-from seoro.bridges.ros2.interfaces import Message, TypeStore, UnknownInterface
-from seoro.bridges.ros2.participant import RosNode, RosSystem, connect
+from seoro.bridges.ros2.interfaces import Message, UnknownInterface
+from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
 from seoro.bridges.ros2.recording import Playback, Recording, check_storage, open_bag, play, record
 from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
 from seoro.bridges.ros2.tf.listener import TransformListener, listen
 from seoro.bridges.ros2.topics import Publication, ReceivedPayload, Subscription
 from seoro.bridges.ros2.type_matching import check_type
-from seoro.bridges.ros2.wire import PRESETS, named_dialect
+from seoro.bridges.ros2.wire import PRESETS
 from seoro.bridges.session import Outages
 from seoro.concurrency.background import background
 from seoro.runtime.contracts import ros2 as contract
@@ -123,11 +123,11 @@ class RosSubscription:
     async def watch_types(self) -> None:
         """Close the subscription when all publishers of its topic have another type."""
         topic, type_name = self._subscription.topic, self._subscription.type
-        node, own = self._node, self._node.node.session
+        node = self._node
 
         def find_mismatch(graph: RosGraph) -> WrongType | None:
             try:
-                check_type(topic, type_name, [each for each in graph.publishers(topic) if each.session != own])
+                check_type(topic, type_name, node.others(graph.publishers(topic)))
             except WrongType as error:
                 return error
             return None
@@ -150,7 +150,7 @@ class RosPublisher:
         self.publish = publication.publish
 
     async def wait_for_subscription(self, timeout: float) -> bool:
-        """Wait until messages connect_system the subscriptions; return False at once without subscriptions."""
+        """Wait until messages reach the subscriptions; return False at once without subscriptions."""
         if not self._node.graph.subscriptions(self._publication.topic):
             return False
         try:
@@ -350,44 +350,6 @@ def _summary(recording: Recording) -> str:
     return f"recorded {counts} in {recording.folder}{f'; {lost} messages were lost' if lost else ''}"
 
 
-@dataclass(frozen=True)
-class RosOptions:
-    """Options of a connection to a ROS 2 system.
-
-    Args:
-        endpoint: Zenoh endpoint of the router that the robot's nodes use, or of the bridge.
-        domain: ROS_DOMAIN_ID.
-        dialect: `rmw_zenoh` or `ros2dds`; None to detect it.
-        interfaces: Folders with interface packages, which replace packages of the same name in seoro.
-    """
-
-    endpoint: str
-    domain: int = 0
-    dialect: str | None = None
-    interfaces: Sequence[Path] = ()
-
-
-def _load_types(folders: Sequence[Path]) -> TypeStore:
-    """Load the definitions and the encoder, whose import is slow and would delay a run later."""
-    types = TypeStore.bundled(folders=folders)
-    types.encode("std_msgs/msg/Empty", {})
-    return types
-
-
-@asynccontextmanager
-async def connect_system(options: RosOptions) -> AsyncIterator[RosSystem]:
-    """Connect to a ROS 2 system for the duration of the block.
-
-    Raises:
-        UsageError: The definitions are unreadable, or the dialect is unknown.
-        BackendError: The endpoint is unreachable, or no ROS 2 system was found.
-    """
-    types = await anyio.to_thread.run_sync(_load_types, options.interfaces)
-    dialect = named_dialect(options.dialect, options.domain)
-    async with connect(options.endpoint, types=types, dialect=dialect, domain=options.domain) as system:
-        yield system
-
-
 @asynccontextmanager
 async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
     """Join a ROS 2 system for the duration of the block; see `connect_system` for the errors."""
@@ -396,5 +358,6 @@ async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
         system.node(f"seoro_{system.session.identity[:6]}") as node,
         background() as tasks,
     ):
+        await anyio.to_thread.run_sync(system.prepare)
         outages = await anyio.to_thread.run_sync(system.session.blocking.outages)
         yield RosBackend(node, f"the ROS 2 system at {options.endpoint}", tasks, outages)

@@ -14,7 +14,7 @@ from typing import TypeVar
 import anyio
 
 from seoro.bridges.addresses import LARGEST_DOMAIN
-from seoro.bridges.ros2.errors import NoSystem, WrongType
+from seoro.bridges.ros2.errors import NoSystem
 from seoro.bridges.ros2.wire import Dialect, Endpoint, Entity, Kind, Node, RmwZenoh, Ros2Dds, is_hidden
 from seoro.bridges.session import AsyncSession, Mailbox
 from seoro.concurrency.background import background
@@ -42,7 +42,6 @@ class RosGraph:
 
     def __init__(self, dialect: Dialect) -> None:
         self.dialect = dialect
-        self._nodes: dict[str, Node] = {}
         self._endpoints: dict[tuple[Kind, str], dict[str, Endpoint]] = {}
         self._entities: dict[str, Entity] = {}
         self._changes = Condition()
@@ -57,7 +56,7 @@ class RosGraph:
 
     def nodes(self) -> tuple[str, ...]:
         """Return the full names of all nodes, sorted; none behind a bridge for DDS, which announces no nodes."""
-        return tuple(sorted({node.full_name for node in self._nodes.values()}))
+        return tuple(sorted({each.full_name for each in self._entities.values() if isinstance(each, Node)}))
 
     def endpoints(self) -> tuple[Endpoint, ...]:
         """Return all publishers, subscriptions, servers and clients."""
@@ -105,22 +104,6 @@ class RosGraph:
         }
         return {name: types_of(self.action_servers(name)) for name in sorted(found)}
 
-    def topic_type(self, topic: str) -> str | None:
-        """Return the type of a topic; None if the topic is unknown.
-
-        Raises:
-            WrongType: The topic has several types.
-        """
-        return _one_type(topic, (*self.publishers(topic), *self.subscriptions(topic)))
-
-    def service_type(self, service: str) -> str | None:
-        """Return the type of a service; None if the service has no server.
-
-        Raises:
-            WrongType: The service has several types.
-        """
-        return _one_type(service, self.servers(service))
-
     async def wait_for(self, condition: Callable[[RosGraph], T], timeout: float | None = None) -> T:
         """Wait until a condition holds; check it now and after each change of the system.
 
@@ -154,22 +137,16 @@ class RosGraph:
         if entity is None:
             return
         self._entities[token] = entity
-        if isinstance(entity, Node):
-            self._nodes[token] = entity
-        else:
+        if isinstance(entity, Endpoint):
             self._endpoints.setdefault((entity.kind, entity.name), {})[token] = entity
 
     def _remove(self, token: str) -> None:
         entity = self._entities.pop(token, None)
-        if entity is None:
-            return
-        if isinstance(entity, Node):
-            del self._nodes[token]
-            return
-        key = (entity.kind, entity.name)
-        del self._endpoints[key][token]
-        if not self._endpoints[key]:
-            del self._endpoints[key]
+        if isinstance(entity, Endpoint):
+            key = (entity.kind, entity.name)
+            del self._endpoints[key][token]
+            if not self._endpoints[key]:
+                del self._endpoints[key]
 
     def _of(self, kind: Kind, name: str) -> tuple[Endpoint, ...]:
         return tuple(self._endpoints.get((kind, name), {}).values())
@@ -280,13 +257,6 @@ def _waiting(changes: Mailbox[tuple[str, bool]]) -> Iterator[tuple[str, bool]]:
 def types_of(endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
     """Return the types of endpoints without duplicates, sorted."""
     return tuple(sorted({endpoint.type for endpoint in endpoints}))
-
-
-def _one_type(name: str, endpoints: Iterable[Endpoint]) -> str | None:
-    types = types_of(endpoints)
-    if len(types) > 1:
-        raise WrongType(f"{name} has several types: {', '.join(types)}", help="select one of them")
-    return types[0] if types else None
 
 
 def _as_action(server: Endpoint) -> Endpoint:

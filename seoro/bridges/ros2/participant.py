@@ -6,9 +6,12 @@ Each of them is a context manager: it is announced during its block only.
 from __future__ import annotations
 
 import itertools
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+
+import anyio.to_thread
 
 from seoro.bridges.addresses import ROS_ROUTER
 from seoro.bridges.ros2 import wire
@@ -35,6 +38,25 @@ SERVICE_QOS = wire.PRESETS["services_default"]
 
 
 @dataclass(frozen=True)
+class RosOptions:
+    """Options of a connection to a ROS 2 system.
+
+    Args:
+        endpoint: Zenoh endpoint of the router that the robot's nodes use, or of the bridge.
+        domain: ROS_DOMAIN_ID.
+        dialect: `rmw_zenoh` or `ros2dds`; None to detect it.
+        interfaces: Folders with interface packages, which replace packages of the same name in seoro.
+        distribution: ROS 2 distribution of the interface packages in seoro.
+    """
+
+    endpoint: str
+    domain: int = 0
+    dialect: str | None = None
+    interfaces: Sequence[Path] = ()
+    distribution: str = "jazzy"
+
+
+@dataclass(frozen=True)
 class RosSystem:
     """A connected ROS 2 system. Made by `open_system`.
 
@@ -53,6 +75,10 @@ class RosSystem:
     def dialect(self) -> wire.Dialect:
         """Mapping of ROS 2 to Zenoh."""
         return self.graph.dialect
+
+    def prepare(self) -> None:
+        """Load the encoder, whose import is slow and would delay the first message."""
+        self.types.encode("std_msgs/msg/Empty", {})
 
     @asynccontextmanager
     async def node(self, name: str = "seoro", namespace: str = "/") -> AsyncIterator[RosNode]:
@@ -98,6 +124,10 @@ class RosNode:
         """
         return wire.resolve(name, self.node.namespace, self.node.name)
 
+    def others(self, endpoints: Iterable[wire.Endpoint]) -> tuple[wire.Endpoint, ...]:
+        """Return the endpoints of other sessions."""
+        return tuple(each for each in endpoints if each.session != self.node.session)
+
     @asynccontextmanager
     async def publishing(
         self, topic: str, type_name: str, qos: wire.Qos | None = None, *, type_hash: str | None = None
@@ -117,13 +147,13 @@ class RosNode:
         """
         system, offered = self.system, qos or wire.Qos()
         topic, types = self.resolve(topic), system.types
-        others = self._others(self.graph.subscriptions(topic))
+        others = self.others(self.graph.subscriptions(topic))
         if type_hash is None:
             type_name = types.canonical(type_name)
             type_hash, types = match_types(topic, type_name, others, types)
         else:
             type_hash = matching_hash(topic, type_name, others, type_hash)
-        check_type(topic, type_name, self._others(self.graph.publishers(topic)))
+        check_type(topic, type_name, self.others(self.graph.publishers(topic)))
         token = self._token(wire.Kind.PUBLISHER, topic, type_name, type_hash, offered)
         keep = offered.depth if offered.is_transient_local else 0
         key = system.dialect.key(topic, type_name, type_hash)
@@ -136,7 +166,7 @@ class RosNode:
 
             def check() -> None:
                 if type_hash is not None:
-                    matching_hash(topic, type_name, self._others(self.graph.subscriptions(topic)), type_hash)
+                    matching_hash(topic, type_name, self.others(self.graph.subscriptions(topic)), type_hash)
 
             gid = system.dialect.gid(token)
             yield Publication(topic, type_name, offered, publisher, system.dialect, gid, types, check)
@@ -168,7 +198,7 @@ class RosNode:
         """
         system, requested = self.system, qos or wire.Qos()
         topic = self.resolve(topic)
-        publishers = self._others(self.graph.publishers(topic))
+        publishers = self.others(self.graph.publishers(topic))
         if type_name not in {publisher.type for publisher in publishers}:
             type_name = system.types.canonical(type_name)
         if is_checked:
@@ -233,10 +263,6 @@ class RosNode:
             tasks.start_soon(server.run, requests)
             yield
 
-    def _others(self, endpoints: Sequence[wire.Endpoint]) -> tuple[wire.Endpoint, ...]:
-        """Return the endpoints of other sessions."""
-        return tuple(each for each in endpoints if each.session != self.node.session)
-
     def _token(self, kind: wire.Kind, name: str, type_name: str, type_hash: str | None, qos: wire.Qos) -> str:
         """Return the token of a new endpoint."""
         session, number = self.system.session.identity, self.system.number()
@@ -297,3 +323,17 @@ async def connect(
             raise NoSystem(f"cannot connect to {endpoint}: no router and no bridge answers there") from error
         system = open_system(session, types or TypeStore.bundled(), dialect=dialect, domain=domain)
         yield await stack.enter_async_context(system)
+
+
+@asynccontextmanager
+async def connect_system(options: RosOptions) -> AsyncIterator[RosSystem]:
+    """Connect to a ROS 2 system for the duration of the block.
+
+    Raises:
+        UsageError: The definitions are unreadable, or the dialect is unknown.
+        BackendError: The endpoint is unreachable, or no ROS 2 system was found.
+    """
+    types = await anyio.to_thread.run_sync(TypeStore.bundled, options.distribution, options.interfaces)
+    dialect = wire.named_dialect(options.dialect, options.domain)
+    async with connect(options.endpoint, types=types, dialect=dialect, domain=options.domain) as system:
+        yield system

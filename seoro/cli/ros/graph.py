@@ -12,7 +12,7 @@ from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.wire import Endpoint, Kind
 from seoro.cli.exit_status import Exit
-from seoro.cli.ros.system import connected, find_node, lists_nodes, without_own
+from seoro.cli.ros.system import connected, find_node, lists_nodes
 from seoro.cli.ros.values import as_json, count_of
 from seoro.cli.tables import table
 from seoro.errors import UsageError
@@ -50,8 +50,8 @@ def _system(node: RosNode, *, hidden: bool) -> dict[str, Any]:
             {
                 "name": name,
                 "types": list(types),
-                "publishers": len(without_own(node, graph.publishers(name))),
-                "subscriptions": len(without_own(node, graph.subscriptions(name))),
+                "publishers": len(node.others(graph.publishers(name))),
+                "subscriptions": len(node.others(graph.subscriptions(name))),
             }
             for name, types in graph.topics(hidden=hidden).items()
         ],

@@ -7,9 +7,8 @@ from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
 
 from seoro.bridges.ros2.clients.presence import full_name
-from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.participant import RosNode, connect
-from seoro.bridges.ros2.wire import Endpoint, RmwZenoh, named_dialect
+from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
+from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.errors import UsageError
 from seoro.lang.diagnostics import near
 
@@ -23,10 +22,9 @@ async def connected(options: argparse.Namespace) -> AsyncIterator[RosNode]:
     Raises:
         UsageError, BackendError: The system is unreachable, or empty.
     """
-    types = TypeStore.bundled(options.distribution, options.interfaces)
-    dialect = named_dialect(None if options.dialect == "auto" else options.dialect, options.domain)
-    system = connect(options.ros, types=types, dialect=dialect, domain=options.domain)
-    async with system as participant, participant.node(NAME) as node:
+    dialect = None if options.dialect == "auto" else options.dialect
+    ros = RosOptions(options.ros, options.domain, dialect, options.interfaces, options.distribution)
+    async with connect_system(ros) as system, system.node(NAME) as node:
         yield node
 
 
@@ -46,11 +44,6 @@ def find_node(node: RosNode, name: str) -> str:
     if lists_nodes(node) and full not in known:
         raise UsageError(f"unknown node {full}", help=near(full, known) or f"nodes: {', '.join(known) or 'none'}")
     return full
-
-
-def without_own(node: RosNode, endpoints: Iterable[Endpoint]) -> tuple[Endpoint, ...]:
-    """Return the endpoints of other nodes."""
-    return tuple(each for each in endpoints if each.session != node.node.session)
 
 
 def resolve_type(what: str, name: str, given: str | None, found: Sequence[str], known: Iterable[str]) -> str:

@@ -25,7 +25,7 @@ from seoro.bridges.ros2.wire import PRESETS, Endpoint, Qos
 from seoro.bridges.ros2.wire.qos import matching_qos
 from seoro.bridges.session import Bound
 from seoro.cli.exit_status import Exit
-from seoro.cli.ros.system import connected, resolve_type, without_own
+from seoro.cli.ros.system import connected, resolve_type
 from seoro.cli.ros.values import as_json, as_yaml, count_of, print_types, read_value
 from seoro.cli.tables import table
 from seoro.errors import BackendError
@@ -48,7 +48,7 @@ async def show_info(options: argparse.Namespace) -> int:
     async with connected(options) as node:
         topic = node.resolve(options.name)
         publishers, subscriptions = (
-            without_own(node, found) for found in (node.graph.publishers(topic), node.graph.subscriptions(topic))
+            node.others(found) for found in (node.graph.publishers(topic), node.graph.subscriptions(topic))
         )
         resolve_type("topic", topic, None, types_of((*publishers, *subscriptions)), node.graph.topics(hidden=True))
         for name, found in (("publisher", publishers), ("subscription", subscriptions)):
@@ -146,8 +146,8 @@ async def _subscribed(
     """Subscribe to the topic of the options, with the type and QoS of its publishers."""
     async with connected(options) as node:
         topic = node.resolve(options.name)
-        publishers = without_own(node, node.graph.publishers(topic))
-        found = types_of((*publishers, *without_own(node, node.graph.subscriptions(topic))))
+        publishers = node.others(node.graph.publishers(topic))
+        found = types_of((*publishers, *node.others(node.graph.subscriptions(topic))))
         type_name = resolve_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
         offered = [each.qos for each in publishers if each.qos is not None]
         qos = PRESETS[options.qos] if options.qos else matching_qos(offered)
@@ -163,7 +163,7 @@ async def publish(options: argparse.Namespace) -> int:
     value = read_value(options.value)
     async with connected(options) as node:
         topic = node.resolve(options.name)
-        found = types_of(without_own(node, (*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
+        found = types_of(node.others((*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
         type_name = resolve_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
         node.system.types.encode(type_name, value)  # reports errors before it waits
         qos = PRESETS[options.qos] if options.qos else None

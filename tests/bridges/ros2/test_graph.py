@@ -10,8 +10,8 @@ import anyio
 import pytest
 
 import seoro.bridges.ros2.graph as graph_module
-from seoro.bridges.ros2.errors import NoResponse, NoSystem, WrongType
-from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph
+from seoro.bridges.ros2.errors import NoResponse, NoSystem
+from seoro.bridges.ros2.graph import RosGraph, find_graph, open_graph, types_of
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import Dialect, RmwZenoh, Ros2Dds
@@ -89,12 +89,12 @@ async def test_nodes_and_endpoints_have_names_and_types(router: str) -> None:
             "nav2_msgs/action/Spin",
             "/robot/talker",
         )
-        assert graph.topic_type("/chatter") == STRING
-        assert graph.topic_type("/nothing") is None
-        assert (graph.service_type("/add"), graph.service_type("/reset")) == (ADD, None)
+        assert types_of((*graph.publishers("/chatter"), *graph.subscriptions("/chatter"))) == (STRING,)
+        assert graph.publishers("/nothing") == graph.subscriptions("/nothing") == ()
+        assert types_of(graph.servers("/add")) == (ADD,)
+        assert graph.servers("/reset") == ()
         assert len(graph.clients("/reset")) == 1
-        with pytest.raises(WrongType, match="std_msgs/msg/Int32, std_msgs/msg/String"):
-            graph.topic_type("/mixed")
+        assert graph.topics()["/mixed"] == ("std_msgs/msg/Int32", "std_msgs/msg/String")
 
 
 async def test_parts_of_announced_actions_have_types(router: str) -> None:
@@ -106,11 +106,11 @@ async def test_parts_of_announced_actions_have_types(router: str) -> None:
     ):
         assert graph.actions() == {"/bot1/spin": ("nav2_msgs/action/Spin",)}
         part = "/bot1/spin/_action"
-        assert graph.service_type(f"{part}/send_goal") == "nav2_msgs/action/Spin_SendGoal"
-        assert graph.service_type(f"{part}/get_result") == "nav2_msgs/action/Spin_GetResult"
-        assert graph.service_type(f"{part}/cancel_goal") == "action_msgs/srv/CancelGoal"
-        assert graph.topic_type(f"{part}/feedback") == "nav2_msgs/action/Spin_FeedbackMessage"
-        assert graph.topic_type(f"{part}/status") == "action_msgs/msg/GoalStatusArray"
+        assert types_of(graph.servers(f"{part}/send_goal")) == ("nav2_msgs/action/Spin_SendGoal",)
+        assert types_of(graph.servers(f"{part}/get_result")) == ("nav2_msgs/action/Spin_GetResult",)
+        assert types_of(graph.servers(f"{part}/cancel_goal")) == ("action_msgs/srv/CancelGoal",)
+        assert types_of(graph.publishers(f"{part}/feedback")) == ("nav2_msgs/action/Spin_FeedbackMessage",)
+        assert types_of(graph.publishers(f"{part}/status")) == ("action_msgs/msg/GoalStatusArray",)
         assert graph.servers(f"{part}/other") == graph.servers("/bot1/spin") == ()
 
 

@@ -24,12 +24,11 @@ from seoro.bridges.ros2.expose.node import ExposedNode
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
-from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.bridges.ros2.wire import LATCHED, Qos
 from seoro.bridges.session import Bound
 from seoro.concurrency.background import background
 from seoro.errors import BackendRefused
 
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
 LATEST = Bound(1)  # queue of commands
 POSED = "geometry_msgs/msg/PoseWithCovarianceStamped"
 SENSED = ("lidar", "odometry", "imu")

@@ -27,11 +27,6 @@ CHUNK: Final = 1024 * 1024  # [bytes] of a chunk
 
 Compression = Literal["none", "lz4", "zstd"]
 
-_COMPRESSIONS: Final = {
-    "none": CompressionType.NONE,
-    "lz4": CompressionType.LZ4,
-    "zstd": CompressionType.ZSTD,
-}
 _PART: Final = 512 * 1024  # [bytes] of a single write
 _SEQUENCE: Final = 0xFFFF_FFFF  # sequence numbers of MCAP have 32 bits
 
@@ -60,7 +55,7 @@ class McapFile:
         self._stream = _Stream(FileIO(path, "xb"), CHUNK)
         with contextlib.suppress(OSError):  # some file systems have no locks
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # prevents a repair meanwhile
-        self._writer = Writer(self._stream, chunk_size=CHUNK, compression=_COMPRESSIONS[compression])
+        self._writer = Writer(self._stream, chunk_size=CHUNK, compression=CompressionType[compression.upper()])
         self._writer.start(profile=Profile.ROS2, library=f"seoro-{__version__}")
         self._stream.flush()  # makes the file readable
         self._schemas: dict[str, int] = {}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ import anyio
 from anyio import TASK_STATUS_IGNORED
 from anyio.abc import TaskGroup, TaskStatus
 
-from seoro.bridges.ros2.clock import CLOCK_QOS, TOPIC, TYPE, SimClock
+from seoro.bridges.ros2.clock import CLOCK_QOS, TOPIC, TYPE, Note, SimClock
 from seoro.bridges.ros2.descriptions import fetch_types
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.graph import RosGraph
@@ -34,8 +34,6 @@ from seoro.bridges.ros2.wire.qos import matching_qos
 from seoro.bridges.session import Bound
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
-
-Note = Callable[[str], None]
 
 WAITING: Final = Bound(10_000, 64 * 1024 * 1024)  # queue of a topic, before the queue of the writer
 

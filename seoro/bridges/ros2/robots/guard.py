@@ -29,13 +29,12 @@ from pydantic import BaseModel, ConfigDict
 
 from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL
 from seoro.bridges.ros2.own_nodes import GUARD
-from seoro.bridges.ros2.participant import RosSystem, connect
+from seoro.bridges.ros2.participant import RosOptions, RosSystem, connect_system
 from seoro.bridges.ros2.robots.guard_state import SILENCE
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.orphaned_goals import GoalSenders, cancel_orphaned_goals
-from seoro.bridges.ros2.robots.profile import Limits
+from seoro.bridges.ros2.robots.profile import BridgedRobot
 from seoro.bridges.ros2.robots.velocity import STOPPING, TYPES, Velocity
-from seoro.bridges.ros2.wire import RmwZenoh, Ros2Dds
 from seoro.bridges.wire.refusal import name_list
 from seoro.concurrency.background import background
 from seoro.errors import SeoroError
@@ -54,28 +53,14 @@ LINGER: Final = (
 log = logging.getLogger(__name__)
 
 
-class GuardedRobot(BaseModel):
-    """Robot that the guard stops: its name and namespace, its velocity topic, and its actions."""
-
-    model_config = ConfigDict(frozen=True)
-
-    name: str
-    namespace: str
-    cmd_vel: str
-    limits: Limits | None
-    actions: tuple[str, ...]
-
-
 class GuardSettings(BaseModel):
-    """Settings of a guard: the endpoint of the ROS 2 system, the session of the bridge, and its robots."""
+    """Settings of a guard: the connection to the ROS 2 system, the session of the bridge, and its robots."""
 
     model_config = ConfigDict(frozen=True)
 
-    ros: str
-    domain: int
-    is_rmw_zenoh: bool
+    ros: RosOptions
     session: str
-    robots: tuple[GuardedRobot, ...]
+    robots: tuple[BridgedRobot, ...]
 
 
 @dataclass(frozen=True)
@@ -103,9 +88,8 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
     Raises:
         BackendError: The ROS 2 system is unreachable.
     """
-    dialect = RmwZenoh(settings.domain) if settings.is_rmw_zenoh else Ros2Dds()
     async with (
-        connect(settings.ros, dialect=dialect, domain=settings.domain) as system,
+        connect_system(settings.ros) as system,
         AsyncExitStack() as stack,
         background() as tasks,
     ):
@@ -135,7 +119,7 @@ async def guard(settings: GuardSettings, pipe: int, ready: Callable[[], None]) -
 
 
 async def _follow_robots(
-    robots: Sequence[GuardedRobot],
+    robots: Sequence[BridgedRobot],
     system: RosSystem,
     senders: GoalSenders,
     stack: AsyncExitStack,
@@ -147,15 +131,16 @@ async def _follow_robots(
     handles: list[_Handle] = []
     for robot in robots:
         node = await stack.enter_async_context(system.node(GUARD, robot.namespace))
-        for action in robot.actions:
+        base, actions = robot.profile.base, robot.profile.actions
+        for action in actions:
             await tasks.start(cancel_orphaned_goals, node, action, senders, log.warning)
         velocity = None
-        if robot.limits is not None:
+        if base is not None:
             link = Link(node, stack, tasks)
-            velocity = Velocity(link, robot.cmd_vel, robot.limits, lambda _: None)  # the bridge logs it, too
+            velocity = Velocity(link, base.cmd_vel, base.limits, lambda _: None)  # the bridge logs it, too
             tasks.start_soon(velocity.find)
             tasks.start_soon(velocity.run)
-        handles.append(_Handle(robot.name, tuple(map(node.resolve, robot.actions)), velocity))
+        handles.append(_Handle(robot.name, tuple(map(node.resolve, actions)), velocity))
     return handles
 
 

@@ -58,8 +58,7 @@ class Joints:
 
     async def open(self) -> None:
         """Subscribe to the joint states."""
-        await self._link.listen(self._topic, "sensor_msgs/msg/JointState", self._on_states)
-        self._link.tasks.start_soon(self._link.watch_end, self._topic, self._forget)
+        await self._link.listen(self._topic, "sensor_msgs/msg/JointState", self._on_states, forget=self._forget)
 
     def _forget(self) -> None:
         """Forget all states: their publisher has disappeared, and may restart."""

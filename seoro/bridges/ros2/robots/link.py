@@ -23,6 +23,7 @@ from seoro.bridges.wire import Result, TopicState
 from seoro.bridges.wire.refusal import RequestRefused
 
 SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
+WAITING = Bound(100)  # queue of a topic
 DISCOVERY_TIMEOUT = 5.0  # [s] for endpoints and messages that a request needs
 ANSWER_TIMEOUT = 5.0  # [s] for the response of a service
 
@@ -47,15 +48,30 @@ class Link:
     _statuses: dict[str, _TopicStatus] = field(default_factory=dict, repr=False)
 
     async def listen(
-        self, topic: str, type_name: str, take: Callable[[Message], None], qos: Qos = SENSED, keep: int = 100
+        self,
+        topic: str,
+        type_name: str,
+        take: Callable[[Message], None],
+        qos: Qos = SENSED,
+        forget: Callable[[], None] | None = None,
     ) -> None:
-        """Subscribe to a topic until the bridge ends; log once if its publishers have another type."""
+        """Subscribe to a topic until the bridge ends; log once if its publishers have another type.
+
+        Args:
+            topic: Name of the topic.
+            type_name: Type of the messages.
+            take: Called with each message.
+            qos: Requested QoS profile.
+            forget: Called whenever the last publisher of the topic disappears.
+        """
         subscription = await self.stack.enter_async_context(
-            self.node.subscribing(topic, type_name, qos, Bound(keep), is_checked=False)
+            self.node.subscribing(topic, type_name, qos, WAITING, is_checked=False)
         )
         status = self._statuses[subscription.topic] = _TopicStatus(subscription.type)
         self.tasks.start_soon(_forward_messages, subscription, take, status)
         self.tasks.start_soon(self._warn_of_type, subscription.topic, status.type)
+        if forget is not None:
+            self.tasks.start_soon(self._watch_end, subscription.topic, forget)
 
     async def _warn_of_type(self, topic: str, type_name: str) -> None:
         """Log once if a topic has another type."""
@@ -67,12 +83,12 @@ class Link:
         await self.node.graph.wait_for(is_other)
         log.warning("%s: %s", topic, self.explain_silence(topic))
 
-    async def watch_end(self, topic: str, forget: Callable[[], None]) -> None:
+    async def _watch_end(self, topic: str, forget: Callable[[], None]) -> None:
         """Call `forget` whenever the last publisher of a topic disappears, without end."""
-        graph, name = self.node.graph, self.node.resolve(topic)
+        graph = self.node.graph
         while True:
-            await graph.wait_for(lambda seen: seen.publishers(name))
-            await graph.wait_for(lambda seen: not seen.publishers(name))
+            await graph.wait_for(lambda seen: seen.publishers(topic))
+            await graph.wait_for(lambda seen: not seen.publishers(topic))
             forget()
 
     def explain_silence(self, topic: str) -> str:

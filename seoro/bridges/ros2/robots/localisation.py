@@ -15,7 +15,7 @@ from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.lazy_publisher import LazyPublisher
 from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
 from seoro.bridges.ros2.robots.profile import Base
-from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
@@ -23,7 +23,6 @@ from seoro.bridges.wire.refusal import RequestRefused
 from seoro.concurrency.condition import Condition
 
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
 POSE_TIMEOUT = 10.0  # [s] from an initial pose to a pose of the localisation
 RETRY = 1.0  # [s] between initial poses: the first may arrive before the localisation is ready
 VARIANCES = {0: 0.25, 7: 0.25, 35: 0.0685}  # of x, y [m^2] and yaw [rad^2]: 0.5 m and 15 degrees, as RViz sends
@@ -79,8 +78,7 @@ class Localisation:
 
     async def open(self) -> None:
         """Subscribe to the pose, and prepare to publish the initial pose."""
-        await self._link.listen(self._base.pose, POSE, self._on_pose, LATCHED)
-        self._link.tasks.start_soon(self._link.watch_end, self._base.pose, self._forget)
+        await self._link.listen(self._base.pose, POSE, self._on_pose, LATCHED, self._forget)
         self._link.tasks.start_soon(self._initial_poses.run)
 
     def _forget(self) -> None:

@@ -18,11 +18,10 @@ from seoro.bridges.ros2.clients.goal_ids import decode_sender, session_digest
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.wire import Durability, Qos
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.session import Bound
 
 STATUSES: Final = "action_msgs/msg/GoalStatusArray"
-LATCHED: Final = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
 ACTIVE: Final = (1, 2)  # accepted, executing: action_msgs/msg/GoalStatus
 WAITING: Final = Bound(100)  # so that messages of other publishers do not displace a status
 GONE_FOR: Final = 1.0  # [s]; after the restart of a router, tokens come back one after the other

@@ -6,6 +6,7 @@ Names without a leading slash are below the namespace of the robot.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Self
@@ -174,6 +175,15 @@ class Profile(_Part):
         if arm is not None:
             names += [arm.trajectory, *(each.action for each in (arm.move_group, arm.gripper) if each is not None)]
         return tuple(names)
+
+
+@dataclass(frozen=True)
+class BridgedRobot:
+    """A robot of a bridge: its name in scenarios, its profile, and its namespace in ROS 2."""
+
+    name: str
+    profile: Profile
+    namespace: str = "/"
 
 
 def available_profiles() -> tuple[str, ...]:

@@ -80,11 +80,9 @@ class RosRobot:
     async def open(self) -> None:
         """Subscribe to the topics of the robot, and prepare commands."""
         put_static = partial(self._frames.put, is_static=True)
-        await self._link.listen(self._profile.battery, BATTERY, self._on_battery)
-        await self._link.listen(self._profile.tf, TRANSFORMS, self._frames.put, DYNAMIC)
+        await self._link.listen(self._profile.battery, BATTERY, self._on_battery, forget=self._forget_battery)
+        await self._link.listen(self._profile.tf, TRANSFORMS, self._frames.put, DYNAMIC, self.forget)
         await self._link.listen(self._profile.tf_static, TRANSFORMS, put_static, STATIC)
-        self._link.tasks.start_soon(self._link.watch_end, self._profile.tf, self.forget)
-        self._link.tasks.start_soon(self._link.watch_end, self._profile.battery, self._forget_battery)
         if self._base is not None:
             await self._base.open()
         if self._arm is not None:

@@ -5,22 +5,20 @@ from __future__ import annotations
 import logging
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import anyio
 
 from seoro.bridges.ros2.clock import SharedClock
-from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
-from seoro.bridges.ros2.participant import RosSystem, connect
-from seoro.bridges.ros2.robots.guard import PERIOD, GuardedRobot, GuardSettings
+from seoro.bridges.ros2.participant import RosOptions, RosSystem, connect_system
+from seoro.bridges.ros2.robots.guard import PERIOD, GuardSettings
 from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, GuardState, Standstills
 from seoro.bridges.ros2.robots.guarded import guarded
 from seoro.bridges.ros2.robots.link import Link
-from seoro.bridges.ros2.robots.profile import Profile
+from seoro.bridges.ros2.robots.profile import BridgedRobot
 from seoro.bridges.ros2.robots.robot import RosRobot
-from seoro.bridges.ros2.wire import RmwZenoh, named_dialect
 from seoro.bridges.ros2.wire.names import resolve
 from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import RobotServer, serving
@@ -32,41 +30,26 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class BridgedRobot:
-    """A robot to bridge: its name in scenarios, its profile, and its namespace in ROS 2."""
-
-    name: str
-    profile: Profile
-    namespace: str = "/"
-
-
-@dataclass(frozen=True)
 class BridgeOptions:
     """Options of a bridge.
 
     Args:
         robots: The robots.
-        ros: Zenoh endpoint of the router of the ROS 2 system, or of its bridge for DDS.
-        domain: ROS_DOMAIN_ID.
-        interfaces: Folders with interface packages, which replace packages of the same name in seoro.
+        ros: Options of the connection to the ROS 2 system.
         node: Name of the bridge, for runs.
         listen: Zenoh endpoint to listen on for runs; alternative to `connect`.
         connect: Zenoh endpoint of a router for runs.
         state: File that keeps an emergency stop after the end of the bridge, if any.
         log: Log file of the requests to a bridge with keys.
-        dialect: `rmw_zenoh` or `ros2dds`; None to detect it.
     """
 
     robots: Sequence[BridgedRobot]
-    ros: str
-    domain: int = 0
-    interfaces: Sequence[Path] = ()
+    ros: RosOptions
     node: str = "ros2"
     listen: str | None = None
     connect: str | None = None
     state: Path | None = None
     log: Path | None = None
-    dialect: str | None = None
 
 
 @asynccontextmanager
@@ -78,13 +61,13 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
         SessionError: An endpoint does not work.
         BackendError: The ROS 2 system was not found, or the guard of the bridge does not start.
     """
-    types = TypeStore.bundled(folders=options.interfaces)
-    dialect = named_dialect(options.dialect, options.domain)
     listener = node_listener(options.listen, options.connect, options.node)
-    async with connect(options.ros, types=types, dialect=dialect, domain=options.domain) as system:
+    async with connect_system(options.ros) as system:
         warn_if_shared(options.robots, system)
+        ros = replace(options.ros, dialect=system.dialect.name, interfaces=())
+        settings = GuardSettings(ros=ros, session=system.session.identity, robots=tuple(options.robots))
         async with (
-            guarded(_guard_settings(options, system)) as state,
+            guarded(settings) as state,
             _serving_robots(options, listener, system, state),
         ):
             yield
@@ -168,23 +151,3 @@ def warn_if_shared(robots: Sequence[BridgedRobot], system: RosSystem) -> None:
                 robot.namespace,
                 robot.name,
             )
-
-
-def _guard_settings(options: BridgeOptions, system: RosSystem) -> GuardSettings:
-    robots = [
-        GuardedRobot(
-            name=robot.name,
-            namespace=robot.namespace,
-            cmd_vel="" if robot.profile.base is None else robot.profile.base.cmd_vel,
-            limits=None if robot.profile.base is None else robot.profile.base.limits,
-            actions=robot.profile.actions,
-        )
-        for robot in options.robots
-    ]
-    return GuardSettings(
-        ros=options.ros,
-        domain=options.domain,
-        is_rmw_zenoh=isinstance(system.dialect, RmwZenoh),
-        session=system.session.identity,
-        robots=tuple(robots),
-    )

@@ -7,8 +7,10 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import anyio.to_thread
+
 from seoro.bridges.launch import SimulatorOptions, connect_simulator, folder_for_sockets
-from seoro.bridges.ros2.backend import RosOptions, connect_system
+from seoro.bridges.ros2.participant import RosOptions, connect_system
 from seoro.bridges.ros2.simulators.node import serving_simulator
 from seoro.bridges.session import SessionError, open_session
 from seoro.bridges.sim.node import SimulatorNode
@@ -32,12 +34,13 @@ async def open_simulator(system: RosOptions, options: SimulatorOptions) -> Async
     with tempfile.TemporaryDirectory(prefix="seoro-", dir=folder_for_sockets()) as folder:
         endpoint = f"unixsock-stream/{Path(folder) / 'hub.sock'}"
         try:
-            async with (
-                connect_system(system) as reached,
-                open_session(listen=endpoint) as hub,
-                serving_simulator(hub, NODE, reached),
-                connect_simulator(endpoint, options) as node,
-            ):
-                yield node
+            async with connect_system(system) as reached:
+                await anyio.to_thread.run_sync(reached.prepare)
+                async with (
+                    open_session(listen=endpoint) as hub,
+                    serving_simulator(hub, NODE, reached),
+                    connect_simulator(endpoint, options) as node,
+                ):
+                    yield node
         except SessionError as error:
             raise UsageError(str(error), help="`--ros ENDPOINT` sets the router") from error

@@ -8,11 +8,12 @@ from seoro.bridges.ros2.wire.attachment import Attachment, InvalidAttachment
 from seoro.bridges.ros2.wire.dialects import Dialect, named_dialect
 from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
 from seoro.bridges.ros2.wire.names import InvalidName, check_node_name, is_hidden, resolve, resolve_namespace
-from seoro.bridges.ros2.wire.qos import PRESETS, Durability, History, Liveliness, Qos, Reliability
+from seoro.bridges.ros2.wire.qos import LATCHED, PRESETS, Durability, History, Liveliness, Qos, Reliability
 from seoro.bridges.ros2.wire.rmw_zenoh import RmwZenoh
 from seoro.bridges.ros2.wire.ros2dds import Ros2Dds
 
 __all__ = [
+    "LATCHED",
     "PRESETS",
     "Attachment",
     "Dialect",

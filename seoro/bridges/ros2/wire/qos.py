@@ -74,6 +74,7 @@ class Qos:
         return self.durability is Durability.TRANSIENT_LOCAL
 
 
+LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)  # late subscriptions get the last message
 INFINITE = (1 << 63) - 1  # [ns]; infinite duration of rmw
 
 

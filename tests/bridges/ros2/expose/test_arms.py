@@ -8,8 +8,8 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.clients.goals import sending_goal
-from seoro.bridges.ros2.expose.robot import LATCHED
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.ros2.expose.exposed import Exposed, exposed, first, step
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.ros2.expose.robot import LATCHED
 from seoro.bridges.ros2.geometry import seconds
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.topics import Subscription
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.expose.exposed import KEEPING, exposed, first, step
 from tests.routers import free_endpoint

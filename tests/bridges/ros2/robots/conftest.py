@@ -17,14 +17,15 @@ FAKE_ROBOT = Path(__file__).with_name("fake_robot.py")
 BRIDGE = """
 import sys
 import anyio
-from seoro.bridges.ros2.robots.profile import read_profile
-from seoro.bridges.ros2.robots.running import BridgedRobot, BridgeOptions, bridging
+from seoro.bridges.ros2.participant import RosOptions
+from seoro.bridges.ros2.robots.profile import BridgedRobot, read_profile
+from seoro.bridges.ros2.robots.running import BridgeOptions, bridging
 
 async def main():
     ros, listen, *robots = sys.argv[1:]
     profile = read_profile("turtlebot4")
     bridged = [BridgedRobot(name, profile, f"/{name}") for name in robots]
-    async with bridging(BridgeOptions(bridged, ros, listen=listen)):
+    async with bridging(BridgeOptions(bridged, RosOptions(ros), listen=listen)):
         print("ready", flush=True)
         await anyio.sleep_forever()
 

@@ -12,10 +12,10 @@ from anyio.abc import TaskStatus
 
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.participant import RosNode, RosOptions
 from seoro.bridges.ros2.robots.guard_state import GuardState
-from seoro.bridges.ros2.robots.profile import read_profile
-from seoro.bridges.ros2.robots.running import BridgedRobot, BridgeOptions, bridging
+from seoro.bridges.ros2.robots.profile import BridgedRobot, read_profile
+from seoro.bridges.ros2.robots.running import BridgeOptions, bridging
 from seoro.bridges.ros2.robots.velocity import STOPPING
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.systems import two_nodes
@@ -53,7 +53,9 @@ async def test_an_ending_bridge_repeats_zero_for_half_a_second(
     # The guard, a process that takes a second to start, has nothing to do where the bridge ends by itself.
     monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda _: nullcontext(GuardState()))
     endpoint, commands, ends = f"unixsock-stream/{tmp_path}/bridge", Commands(), anyio.Event()
-    options = BridgeOptions([BridgedRobot("tb", read_profile("turtlebot4"), "/tb")], router, listen=endpoint)
+    options = BridgeOptions(
+        [BridgedRobot("tb", read_profile("turtlebot4"), "/tb")], RosOptions(router), listen=endpoint
+    )
     bridge = anyio.CancelScope()
 
     async def serve(*, task_status: TaskStatus[None]) -> None:

@@ -24,14 +24,13 @@ from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL
 from seoro.bridges.ros2.clients.goal_ids import new_goal_id, session_digest
 from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.participant import RosNode, connect
+from seoro.bridges.ros2.participant import RosNode, RosOptions, connect
 from seoro.bridges.ros2.robots.guard import (
     ALARM,
     ALARMS,
     END,
     HEARTBEAT,
     PENDING,
-    GuardedRobot,
     GuardSettings,
     encode_alarms,
     guard,
@@ -39,7 +38,9 @@ from seoro.bridges.ros2.robots.guard import (
 )
 from seoro.bridges.ros2.robots.guard_state import GuardState
 from seoro.bridges.ros2.robots.guarded import Heartbeats
-from seoro.bridges.ros2.robots.orphaned_goals import GONE_FOR, LATCHED, STATUSES, GoalSenders
+from seoro.bridges.ros2.robots.orphaned_goals import GONE_FOR, STATUSES, GoalSenders
+from seoro.bridges.ros2.robots.profile import Arm, BridgedRobot, Profile
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.session import open_session
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.bridges.ros2.robots.test_safety import (
@@ -341,8 +342,9 @@ async def test_a_goal_accepted_after_the_death_of_its_bridge_is_canceled(
         there.publishing("/spin/_action/status", STATUSES, LATCHED) as statuses,
         anyio.create_task_group() as tasks,
     ):
-        robot = GuardedRobot(name="spot", namespace="/", cmd_vel="", limits=None, actions=("spin",))
-        settings = GuardSettings(ros=router, domain=0, is_rmw_zenoh=True, session="gone", robots=(robot,))
+        profile = Profile(model="spot", kinds=("robot",), arm=Arm(joints={"waist": 1.0}, trajectory="spin"))
+        ros = RosOptions(router, dialect="rmw_zenoh")
+        settings = GuardSettings(ros=ros, session="gone", robots=(BridgedRobot("spot", profile),))
 
         async def guarding() -> None:
             await guard(settings, theirs, ready.set)

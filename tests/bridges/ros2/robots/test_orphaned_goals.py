@@ -13,7 +13,8 @@ from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL
 from seoro.bridges.ros2.clients.goal_ids import new_goal_id
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.robots.link import Link
-from seoro.bridges.ros2.robots.orphaned_goals import LATCHED, STATUSES, GoalSenders, cancel_orphaned_goals
+from seoro.bridges.ros2.robots.orphaned_goals import STATUSES, GoalSenders, cancel_orphaned_goals
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.concurrency.background import background
 from tests.bridges.ros2.systems import STRING, two_nodes
 

@@ -7,8 +7,8 @@ import pytest
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
 from seoro.bridges.ros2.participant import connect
-from seoro.bridges.ros2.robots.profile import read_profile
-from seoro.bridges.ros2.robots.running import BridgedRobot, warn_if_shared
+from seoro.bridges.ros2.robots.profile import BridgedRobot, read_profile
+from seoro.bridges.ros2.robots.running import warn_if_shared
 from seoro.bridges.ros2.wire import RmwZenoh
 
 pytestmark = pytest.mark.anyio

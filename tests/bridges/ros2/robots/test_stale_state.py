@@ -11,10 +11,11 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.robots.localisation import LATCHED, POSE
+from seoro.bridges.ros2.robots.localisation import POSE
 from seoro.bridges.ros2.robots.profile import read_profile
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.topics import Publication
+from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.wire.refusal import RequestRefused
 from tests.bridges.ros2.robots.test_types import DEADLINE, served

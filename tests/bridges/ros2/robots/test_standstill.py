@@ -13,10 +13,11 @@ import pytest
 
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import RosOptions
 from seoro.bridges.ros2.robots import running
 from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, GuardState, Standstills
-from seoro.bridges.ros2.robots.profile import read_profile
-from seoro.bridges.ros2.robots.running import BridgedRobot, BridgeOptions, bridging
+from seoro.bridges.ros2.robots.profile import BridgedRobot, read_profile
+from seoro.bridges.ros2.robots.running import BridgeOptions, bridging
 from seoro.robotics.geometry import Pose3D, Position3D
 from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.robot.test_connecting import Ends
@@ -38,7 +39,9 @@ async def test_a_drive_ends_with_a_standstill(
     monkeypatch.setattr("seoro.bridges.ros2.robots.guard_state.SILENCE", 0.05)
     monkeypatch.setattr("seoro.bridges.ros2.robots.velocity.STOPPING", 0.2)
     endpoint = f"unixsock-stream/{tmp_path}/bridge"
-    options = BridgeOptions([BridgedRobot("tb", read_profile("turtlebot4"), "/tb")], router, listen=endpoint)
+    options = BridgeOptions(
+        [BridgedRobot("tb", read_profile("turtlebot4"), "/tb")], RosOptions(router), listen=endpoint
+    )
     async with two_nodes(router, types) as (base, _), anyio.create_task_group() as tasks:
         await tasks.start(commands.take, base)
         async with bridging(options), connect_robots(endpoint, "a test") as node:
