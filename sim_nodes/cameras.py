@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import assert_never
 
@@ -19,7 +18,7 @@ from seoro.bridges.wire import CameraFault, Delay, Freeze
 from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix, vector
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
-from sim_nodes.physics import BodyState, Engine, PlacedRobot
+from sim_nodes.physics import BodyState, Engine
 from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
@@ -81,7 +80,9 @@ class Cameras(Stateful):
             for name, view in world.cameras.items()
         }
         for robot in world.robots:
-            self._first |= _cameras_of(robot)
+            for camera in robot.declaration.cameras:
+                mount = Mounted(robot.name, camera.link, camera.position, camera.orientation)
+                self._first[f"{robot.name}/{camera.name}"] = Camera(camera.lens, mount)
         self.reset()
 
     def reset(self) -> None:
@@ -283,12 +284,6 @@ def png(picture: Picture) -> bytes:
     file = io.BytesIO()
     Image.fromarray(picture).save(file, format="PNG")
     return file.getvalue()
-
-
-def _cameras_of(robot: PlacedRobot) -> Iterable[tuple[str, Camera]]:
-    for camera in robot.declaration.cameras:
-        mount = Mounted(robot.name, camera.link, camera.position, camera.orientation)
-        yield f"{robot.name}/{camera.name}", Camera(camera.lens, mount)
 
 
 def _moved(position: Vector, offset: ArrayLike) -> Vector:

@@ -34,7 +34,7 @@ class Frames:
             if robot.drives:
                 for prefix in ("", f"{robot.name}/") if robot.name == self._first else (f"{robot.name}/",):
                     yield f"{prefix}base_link", robot.mobile.localised_pose
-                    yield f"{prefix}odom", robot.mobile.map_to_odom
+                    yield f"{prefix}odom", robot.mobile.localisation.map_to_odom
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -23,7 +23,6 @@ from seoro.bridges.leasing.event_filter import events_for, scoped_id
 from seoro.bridges.leasing.leases import CONNECTION_LOST, Hold, Leases, describe_silence, expire
 from seoro.bridges.serving.robot import robot_state
 from seoro.bridges.wire import EmergencyStop, SimulationState, StopAcknowledgement
-from seoro.security.signing.replay_window import HolderKey
 from sim_nodes.outcomes import incorrect_state
 from sim_nodes.robots.robot import Robot
 from sim_nodes.simulator import Simulator
@@ -53,12 +52,13 @@ class Leasing:
 
     Attributes:
         latch: State of the emergency stop.
+        leases: The leases.
     """
 
     def __init__(self, simulator: Simulator, stop_file: Path | None = None) -> None:
         self._simulator = simulator
         self.latch = EmergencyStopState(stop_file)
-        self._leases = Leases(lambda: self._robots)
+        self.leases = Leases(lambda: self._robots)
         self.stop_robots(self._robots if self.latch.reason else self.latch.robots)  # a snapshot may have goals
 
     @property
@@ -67,10 +67,6 @@ class Leasing:
         return self._simulator.simulation.robots if has_world else {}
 
     # ------------------------------------------------------------ permissions
-
-    def key_of(self, sender: str) -> HolderKey | None:
-        """Return the key of a client that holds robots, waits for some, or was the last holder of some."""
-        return self._leases.key_of(sender)
 
     def authorize(self, sender: str, verb: wire.Verb[Any, Any], request: wire.Message) -> wire.Message:
         """Refuse a request that the client may not send; returns it with the robot filled in if it names none.
@@ -85,7 +81,7 @@ class Leasing:
         """
         if verb in WORLD_VERBS:
             self.latch.check(*self._stopped_by(sender, verb, request))
-            self._leases.check_all(sender)
+            self.leases.check_all(sender)
             return request
         if verb.is_read_only or verb is wire.STOP_ROBOT:
             return request
@@ -98,7 +94,7 @@ class Leasing:
         if robot and robot in self._robots:
             if verb not in WITHOUT_MOTION:
                 self.latch.check(robot)
-            self._leases.check(sender, robot, has_to_hold=False)
+            self.leases.check(sender, robot, has_to_hold=False)
         return request
 
     def _stopped_by(self, sender: str, verb: wire.Verb[Any, Any], request: wire.Message) -> tuple[str, ...]:
@@ -109,45 +105,29 @@ class Leasing:
         """
         is_state = isinstance(request, wire.SetSimulationState) and request.state is not SimulationState.STOPPED
         if verb in TIME_VERBS or is_state:
-            hold = self._leases.hold_of(sender)
-            return () if hold is None else self._leases.robots_of(hold)
+            hold = self.leases.hold_of(sender)
+            return () if hold is None else self.leases.robots_of(hold)
         return tuple(self._robots)
 
     def _first_driven_by(self, sender: str) -> str:
-        hold = self._leases.hold_of(sender)
+        hold = self.leases.hold_of(sender)
         able = [name for name, robot in self._robots.items() if robot.drives]
         return next((name for name in able if hold is not None and hold.holds(name)), next(iter(able), ""))
 
     # ------------------------------------------------------------ signs of life
 
-    def time_to_next(self) -> float | None:
-        """Return the time until the next expiry [s]; None without one."""
-        return self._leases.within()
-
-    def keep_alive(self, holder: str) -> None:
-        """Record a sign of life on arrival, which may be a while before the answer.
-
-        Raises:
-            RequestRefused: The client does not hold robots.
-        """
-        self._leases.renew(holder)
-
     def stop_overdue(self) -> None:
         """Stop the robots of holders without a recent sign of life."""
-        for hold in self._leases.overdue():
+        for hold in self.leases.overdue():
             self._expire(hold, describe_silence(hold))
-
-    def on_reconnect(self) -> None:
-        """Handle a reconnection, after which all tokens are reported anew."""
-        self._leases.lose_connection()
 
     def token_changed(self, token: str, *, is_alive: bool) -> None:
         """Handle the appearance of a holder, or the end of its process."""
-        if (hold := self._leases.token_changed(token, is_alive=is_alive)) is not None:
+        if (hold := self.leases.token_changed(token, is_alive=is_alive)) is not None:
             self._expire(hold, CONNECTION_LOST)
 
     def _expire(self, hold: Hold, reason: str) -> None:
-        self._stop(self._leases.robots_of(hold), expire(hold, reason))
+        self._stop(self.leases.robots_of(hold), expire(hold, reason))
 
     def _stop(self, robots: Iterable[str], reason: str) -> None:
         for robot in robots:
@@ -165,7 +145,7 @@ class Leasing:
             features=features.features,
             robots=tuple(robot for robot in features.robots if robot.name in names),
             number=self._simulator.log.number,
-            holder=self._leases.holder_names(names),
+            holder=self.leases.holder_names(names),
         )
 
     def take_robots(self, holder: wire.Holder) -> wire.RobotFeatures:
@@ -175,22 +155,22 @@ class Leasing:
                 "time passes here only by the grants of one run: declare it a simulator of the lab, or start it "
                 "with `--rate 1`, so that its robots move by themselves"
             )
-        for gone in self._leases.acquire(holder, self._simulator.time):
+        for gone in self.leases.acquire(holder, self._simulator.time):
             self._forget(gone)
-        hold = self._leases.renew(holder.holder)
-        return self._features_of(self._leases.robots_of(hold))
+        hold = self.leases.renew(holder.holder)
+        return self._features_of(self.leases.robots_of(hold))
 
     def hold_robots(self, request: wire.HoldRobots) -> wire.LoggedEvents:
-        hold = self._leases.hold_of(request.holder) or self._leases.renew(request.holder)
-        self.latch.check(*self._leases.robots_of(hold))
+        hold = self.leases.hold_of(request.holder) or self.leases.renew(request.holder)
+        self.latch.check(*self.leases.robots_of(hold))
         return events_for(hold, self._simulator.log.since(request.since))
 
     def release_robots(self, holder: wire.Holder) -> None:
-        hold = self._leases.hold_of(holder.holder)
+        hold = self.leases.hold_of(holder.holder)
         if hold is not None:
-            self._stop(self._leases.robots_of(hold), "the run has ended")
+            self._stop(self.leases.robots_of(hold), "the run has ended")
             self._forget(hold)
-        self._leases.release(holder.holder, waits=holder.waits)
+        self.leases.release(holder.holder, waits=holder.waits)
 
     def _forget(self, hold: Hold) -> None:
         """Cancel the watches of a client."""
@@ -205,7 +185,7 @@ class Leasing:
             robots=tuple(self._state_of(robot) for robot in features.robots),
             stopped=self.latch.stopped,
             clock="real" if features.state is SimulationState.PLAYING else "granted",
-            holder=self._leases.name_of_sole_holder,
+            holder=self.leases.name_of_sole_holder,
             received=received,
             sent=time.time(),
         )
@@ -220,13 +200,13 @@ class Leasing:
             position=None if pose is None else (pose.x, pose.y),
             seen=0.0,
         )
-        return robot_state(info, health, self._leases, self.latch)
+        return robot_state(info, health, self.leases, self.latch)
 
     def lease_robots(self, request: wire.LeaseRobots) -> None:
-        self._leases.lease(request)
+        self.leases.lease(request)
 
     def release_lease(self, request: wire.ReleaseLease) -> None:
-        self._leases.end_lease(request)
+        self.leases.end_lease(request)
 
     def latch_stop(self, request: wire.EmergencyStop) -> tuple[str, ...]:
         """Latch an emergency stop of all or the named robots until its release; from any thread.

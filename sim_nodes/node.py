@@ -177,7 +177,7 @@ class RequestLoop:
             self.leasing.stop_overdue()
         for request in self._waiting.pop_due(clock):
             self.answer(request)
-        times = (delay, self._waiting.time_to_next(clock), self.leasing.time_to_next())
+        times = (delay, self._waiting.time_to_next(clock), self.leasing.leases.within())
         timeout = min((each for each in times if each is not None), default=None)
         try:
             arrived = inbox.get(block=timeout != 0.0, timeout=timeout)
@@ -187,7 +187,7 @@ class RequestLoop:
             case TokenChanged():
                 self.leasing.token_changed(arrived.token, is_alive=arrived.is_alive)
             case Wake.SESSION_OPENED:
-                self.leasing.on_reconnect()
+                self.leasing.leases.lose_connection()  # all tokens are reported anew
             case Request():
                 self._receive(arrived)
             case Wake.STOP_REQUESTED | Wake.SIGNAL_RECEIVED:  # handled at the start of the next call
@@ -214,14 +214,16 @@ class RequestLoop:
         verb = verb_of(request.key)
         if verb not in wire.NODE_VERBS or not wire.NODE_VERBS[verb].waits:
             return False
-        sender = self._authorizer.authenticate(request, self.leasing.key_of) or decode_sender(request.attachment)
+        sender = self._authorizer.authenticate(request, self.leasing.leases.key_of) or decode_sender(
+            request.attachment
+        )
         if verb == wire.HOLD_ROBOTS.name:
             try:
                 asked = wire.HOLD_ROBOTS.read(request.payload)
             except wire.WireError:
                 return False  # the refusal is in the answer
             self._authorizer.check_holder(wire.HOLD_ROBOTS, sender, asked)
-            self.leasing.keep_alive(asked.holder)
+            self.leasing.leases.renew(asked.holder)
         return self._waiting.defer(request, time.monotonic())
 
     def answer(self, request: Request) -> None:
@@ -231,7 +233,7 @@ class RequestLoop:
             if verb == wire.CHALLENGE.name:
                 request.reply(wire.encode(self._authorizer.prove(request.payload)))
                 return
-            with self._authorizer.admitted(request, self.leasing.key_of) as sender:
+            with self._authorizer.admitted(request, self.leasing.leases.key_of) as sender:
                 answer = self._carry_out(sender, verb, request.payload)
             request.reply(answer)
         except RequestRefused as refused:

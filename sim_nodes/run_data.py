@@ -40,34 +40,27 @@ class WallDistance:
         return float(np.hypot(along.clip(0.0), across.clip(0.0)).min(initial=np.inf))
 
 
-class Surroundings:
-    """Obstacles of wheeled robots: walls, spawned bodies, and other robots.
+def clearance(
+    engine: Engine, walls: WallDistance, entities: Entities, radii: Mapping[str, float], robot: str, pose: Pose2
+) -> float:
+    """Return the distance from a robot's circle at a pose to the nearest obstacle [m]; 0 at least.
 
     Args:
         engine: Engine with the present states.
         walls: Walls of the world.
-        entities: Spawned bodies.
-        radii: Radii of the wheeled robots by name [m].
+        entities: Entities; their spawned bodies are obstacles.
+        radii: Radii of the wheeled robots by name [m]; other robots are obstacles.
+        robot: Name of the robot.
+        pose: Pose of the robot.
     """
-
-    def __init__(
-        self, engine: Engine, walls: Sequence[Wall], entities: Entities, radii: Mapping[str, float]
-    ) -> None:
-        self._engine = engine
-        self._walls = WallDistance(walls)
-        self._entities = entities
-        self._radii = radii
-
-    def clearance(self, robot: str, pose: Pose2) -> float:
-        """Return the distance from a robot's circle at a pose to the nearest obstacle [m]; 0 at least."""
-        distances = [self._walls.at(pose.x, pose.y)]
-        for name, spawned in self._entities.spawned.items():
-            distances.append(distance_to_body(spawned.model, self._engine.body_state(name), pose.x, pose.y))
-        for other, radius in self._radii.items():
-            if other != robot:
-                there = self._engine.body_state(other).planar
-                distances.append(pose.distance(there.x, there.y) - radius)
-        return max(0.0, min(distances) - self._radii[robot])
+    distances = [walls.at(pose.x, pose.y)]
+    for name, spawned in entities.spawned.items():
+        distances.append(distance_to_body(spawned.model, engine.body_state(name), pose.x, pose.y))
+    for other, radius in radii.items():
+        if other != robot:
+            there = engine.body_state(other).planar
+            distances.append(pose.distance(there.x, there.y) - radius)
+    return max(0.0, min(distances) - radii[robot])
 
 
 def distance_to_body(model: BodyModel, state: BodyState, x: float, y: float) -> float:
@@ -240,10 +233,6 @@ class RobotTrack(Stateful):
             self.path.append((pose.x, pose.y))
             self.times.append(time)
 
-    def add_tool_position(self, position: Vector) -> None:
-        """Add a position of the tool."""
-        _add(self.tool, position)
-
 
 class BodyTracks(Stateful):
     """Tracks of bodies by name.
@@ -317,9 +306,9 @@ class RunData(Stateful):
         self.trails = BodyTracks()
         driving = [robot for robot in robots.values() if robot.drives]
         radii = {robot.name: robot.mobile.declaration.radius for robot in driving}
-        clearance = Surroundings(engine, world.walls, entities, radii).clearance
+        measure = partial(clearance, engine, WallDistance(world.walls), entities, radii)
         self._measuring = {
-            name: RobotMetrics(frames.true_pose(name), partial(clearance, name), TICK) for name in radii
+            name: RobotMetrics(frames.true_pose(name), partial(measure, name), TICK) for name in radii
         }
 
     def record_pose(self, robot: Robot, time: float, tick: int) -> None:
@@ -335,7 +324,7 @@ class RunData(Stateful):
         for robot in self._robots.values():
             arm = robot.declaration.arm
             if arm is not None and tick % TOOL_TICKS == 0:
-                self.records[robot.name].add_tool_position(self._engine.link_pose(robot.name, arm.tool_link)[0])
+                _add(self.records[robot.name].tool, self._engine.link_pose(robot.name, arm.tool_link)[0])
         if tick % TRAIL_TICKS == 0:
             self.trails.update(self._entities.movable(), lambda name: self._engine.body_state(name).position)
 

@@ -212,7 +212,11 @@ class Simulator:
             engine=self._engine.name,
             engine_version=self._engine.version,
             version=_version(),
-            features=tuple(verb.name for verb in wire.VERBS if self._serves(verb.name)),
+            features=tuple(
+                verb.name
+                for verb in wire.VERBS
+                if isinstance(self._engine, REQUIRED_CAPABILITIES.get(verb.name, object))
+            ),
             spawn_formats=FORMATS,
             world="" if self._simulation is None else self._simulation.world.name,
             available_worlds=available_worlds(),
@@ -241,9 +245,6 @@ class Simulator:
                 devices=robot.faults.devices,
                 senses_contacts=True,
             )
-
-    def _serves(self, verb: str) -> bool:
-        return isinstance(self._engine, REQUIRED_CAPABILITIES.get(verb, object))
 
     # ------------------------------------------------------------ time
 

@@ -110,7 +110,7 @@ class _Stream:
             if name not in robots or not robots[name].drives:
                 continue
             mobile = robots[name].mobile
-            base, odom, deviation = mobile.localised_pose(), mobile.map_to_odom(), mobile.deviation()
+            base, odom, deviation = mobile.localised_pose(), mobile.localisation.map_to_odom(), mobile.deviation()
             if base is not None and odom is not None and deviation is not None:
                 yield wire.StreamedPose(
                     robot=name, base=flat_pose(base), odom=flat_pose(odom), deviation=deviation

@@ -203,6 +203,7 @@ class Watches(Stateful):
 ROUNDING = 1e-9
 
 
+@dataclass(frozen=True)
 class SensorWatch(Watch):
     """A watch on a sensor of a robot."""
 
@@ -219,8 +220,6 @@ class SensorWatch(Watch):
 class SampleWatch(SensorWatch):
     """True after a sample of a sensor has arrived since a tick."""
 
-    robot: str
-    sensor: str
     since: int
 
     def holds(self, world: Watched) -> bool:
@@ -238,8 +237,6 @@ class SampleWatch(SensorWatch):
 class BumperWatch(SensorWatch):
     """True when a zone of a bumper is pressed by an entity; empty names match all."""
 
-    robot: str
-    sensor: str
     zone: str
     entity: str
 
@@ -256,8 +253,6 @@ class BumperWatch(SensorWatch):
 class RangeWatch(SensorWatch):
     """True when a lidar has a range below a distance [m] between two bearings [rad]."""
 
-    robot: str
-    sensor: str
     distance: float
     start: float
     end: float
@@ -276,8 +271,6 @@ class RangeWatch(SensorWatch):
 class RateWatch(SensorWatch):
     """True at the end of a period; the result is whether the rate of samples [1/s] was in bounds."""
 
-    robot: str
-    sensor: str
     count: int  # at the start
     begin: int  # [ticks]
     end: int

@@ -72,10 +72,11 @@ def steps(engine: Engine, count: int) -> None:
         count -= engine.step(count)
 
 
-def drive(engine: Engine, linear: float, angular: float, robot: str = ROBOT) -> None:
-    """Command a forward velocity [m/s] and a left turn rate [rad/s]."""
+def drive(engine: Engine, linear: float, angular: float, robot: str = ROBOT, seconds: float = 0.0) -> None:
+    """Command a forward velocity [m/s] and a left turn rate [rad/s], and simulate for a duration [s]."""
     radius, half = BASE.drive.wheel_radius, BASE.drive.wheel_separation / 2.0
     engine.command_wheels(robot, (linear - half * angular) / radius, (linear + half * angular) / radius)
+    run(engine, seconds)
 
 
 def expect(holds: bool, otherwise: str) -> None:

@@ -150,8 +150,7 @@ def static_bodies_support_loads(make: Make) -> None:
     engine.add_body("table", body(CUBE, static=True), at(0.0, 2.0, 1.0))
     engine.add_body("load", body(CUBE), at(0.0, 2.0, 1.0 + 1.1 * EDGE))
     engine.add_body("wall", body(CUBE, static=True), at(0.5, 0.0, EDGE / 2))
-    drive(engine, 0.3, 0.0)
-    run(engine, 2.0)
+    drive(engine, 0.3, 0.0, seconds=2.0)
     expect_state("a loaded static body", engine.body_state("table"), at(0.0, 2.0, 1.0), ROUNDING)
     expect_near("the position of its load", engine.body_state("load").position, (0.0, 2.0, 1.0 + EDGE), 5e-3)
     expect_state("a static body that a robot pushes", engine.body_state("wall"), at(0.5, 0.0, EDGE / 2), ROUNDING)
@@ -167,8 +166,7 @@ def adding_and_removing_changes_nothing_else(make: Make) -> None:
     engine = built(make, ORIGIN)
     engine.add_body("old", LOPSIDED, MOVING)
     engine.add_body("table", body(CUBE, static=True), at(0.0, 3.0, 1.0))
-    drive(engine, 0.3, 0.5)
-    run(engine, 0.3)
+    drive(engine, 0.3, 0.5, seconds=0.3)
 
     before = _states(engine)
     for static in (False, True):
@@ -258,8 +256,7 @@ def contact_points_are_between_the_entities(make: Make) -> None:
     found = engine.contact_points(ROBOT)
     expect(not found, f"a robot that touches nothing has the points {found}")
     drive(engine, 0.3, 0.0)
-    drive(engine, 0.3, 0.0, OTHER)
-    run(engine, 4.0)
+    drive(engine, 0.3, 0.0, OTHER, seconds=4.0)
     for robot, others in ((ROBOT, {"barrier", OTHER}), (OTHER, {ROBOT})):
         points = engine.contact_points(robot)
         named = {point.entity for point in points}

@@ -137,8 +137,7 @@ def a_reset_restores_everything(make: Make) -> None:
     engine.add_body("box", body(CUBE), at(3.0, 1.0, 1.0))
     engine.add_body("table", body(CUBE, static=True), at(3.0, 3.0, 1.0))
     engine.add_body("gone", body(CUBE), at(-3.0, 3.0, 1.0))
-    drive(engine, 0.3, 0.2)
-    run(engine, 1.0)
+    drive(engine, 0.3, 0.2, seconds=1.0)
     engine.set_body_state("table", at(-3.0, -3.0, 1.0))
     engine.remove_body("gone")
     engine.reset()
@@ -159,8 +158,7 @@ def resets_do_not_drift(make: Make) -> None:
     def follows() -> tuple[BodyState, ...]:
         engine.reset()
         before = engine.body_state(ROBOT), engine.body_state("box")
-        drive(engine, 0.3, 0.2)
-        run(engine, 0.1)
+        drive(engine, 0.3, 0.2, seconds=0.1)
         return *before, engine.body_state(ROBOT), engine.body_state("box")
 
     first = follows()

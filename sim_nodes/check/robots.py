@@ -54,8 +54,7 @@ def wheels_turn_as_commanded(make: Make) -> None:
 def robots_drive_straight(make: Make) -> None:
     """A robot at 0.3 m/s drives 3 m in 10 s within 2 %, straight, and as far as its wheels have turned."""
     engine = built(make, Pose2(-1.0, 1.0, math.pi / 2))
-    drive(engine, 0.3, 0.0)
-    run(engine, 10.0)
+    drive(engine, 0.3, 0.0, seconds=10.0)
     found, angles = engine.body_state(ROBOT), engine.wheel_angles(ROBOT)
     travelled = found.position[1] - 1.0
     expect_near("the distance in 10 s [m]", travelled, 3.0, 0.06)
@@ -70,8 +69,7 @@ def robots_drive_straight(make: Make) -> None:
 def robots_turn_in_place(make: Make) -> None:
     """A robot that turns at 1 rad/s turns left by 3 rad in 3 s within 5 %, in place."""
     engine = built(make, ORIGIN)
-    drive(engine, 0.0, 1.0)
-    run(engine, 3.0)
+    drive(engine, 0.0, 1.0, seconds=3.0)
     found = engine.body_state(ROBOT)
     expect_near("the heading after 3 s [rad]", found.planar.yaw, 3.0, 0.15)
     expect_near("the place after 3 s", found.position, (0.0, 0.0, 0.0), 0.02)
@@ -81,11 +79,9 @@ def robots_turn_in_place(make: Make) -> None:
 def robots_stop_on_command(make: Make) -> None:
     """A robot at 0.3 m/s stops within 5 cm and 0.4 s, and stays level."""
     engine = built(make, ORIGIN)
-    drive(engine, 0.3, 0.0)
-    run(engine, 2.0)
+    drive(engine, 0.3, 0.0, seconds=2.0)
     before = engine.body_state(ROBOT)
-    drive(engine, 0.0, 0.0)
-    run(engine, 0.4)
+    drive(engine, 0.0, 0.0, seconds=0.4)
     after = engine.body_state(ROBOT)
     expect_near("the distance to stop [m]", after.position[0] - before.position[0], 0.025, 0.025)
     expect_near("the velocity after 0.4 s", after.linear, (0.0, 0.0, 0.0), 2e-3)
@@ -95,8 +91,7 @@ def robots_stop_on_command(make: Make) -> None:
 def robots_ignore_commands_of_others(make: Make) -> None:
     """Commands of one robot do not move others."""
     engine = built(make, ORIGIN, Pose2(2.0, 2.0, 0.0))
-    drive(engine, 0.3, 0.0, OTHER)
-    run(engine, 2.0)
+    drive(engine, 0.3, 0.0, OTHER, seconds=2.0)
     expect_near(
         "the place of a robot without commands", engine.body_state(ROBOT).position, (0.0, 0.0, 0.0), STANDING
     )
@@ -108,14 +103,12 @@ def wheels_without_power_roll_freely(make: Make) -> None:
     """Wheels without power come to rest, ignore commands, can be pushed; with power, they obey the last one."""
     engine = built(make, ORIGIN, Pose2(-3.0, 3.0, 0.0))
     drive(engine, 0.3, 0.0)
-    drive(engine, 0.3, 0.0, OTHER)
-    run(engine, 1.0)
+    drive(engine, 0.3, 0.0, OTHER, seconds=1.0)
     engine.power_wheels(ROBOT, False)
     run(engine, 5.0)
     expect_near("the velocity 5 s after", engine.body_state(ROBOT).linear, (0.0, 0.0, 0.0), 5e-3)
     before = engine.body_state(ROBOT).position[0]
-    drive(engine, -0.3, 0.0)
-    run(engine, 1.0)
+    drive(engine, -0.3, 0.0, seconds=1.0)
     expect_near("the place after another command", engine.body_state(ROBOT).position[0], before, 5e-3)
     driven = engine.body_state(OTHER).linear[0]
     expect(driven > 0.25, f"another robot is at {driven:.3f} m/s instead of 0.3 m/s")
@@ -136,16 +129,14 @@ def a_reset_switches_power_on(make: Make) -> None:
     engine = built(make, ORIGIN)
     engine.power_wheels(ROBOT, False)
     engine.reset()
-    drive(engine, 0.3, 0.0)
-    run(engine, 1.0)
+    drive(engine, 0.3, 0.0, seconds=1.0)
     expect_near("the velocity", engine.body_state(ROBOT).linear[0], 0.3, 0.015)
 
 
 def a_robot_stays_where_its_state_is_set(make: Make) -> None:
     """A robot whose state is set stays there, its wheels at rest and their angles unchanged."""
     engine = built(make, ORIGIN)
-    drive(engine, 0.3, 0.4)
-    run(engine, 2.0)
+    drive(engine, 0.3, 0.4, seconds=2.0)
     drive(engine, 0.0, 0.0)
     angles = engine.wheel_angles(ROBOT)
     wanted = BodyState((3.0, -2.0, 0.0), quaternion(0.0, 0.0, 2.0))

@@ -11,17 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from seoro.bridges.wire import (
-    Bias,
-    Delay,
-    Fault,
-    Freeze,
-    GaussianNoise,
-    MessageLoss,
-    PowerLoss,
-    Quantity,
-    WheelSlip,
-)
+from seoro.bridges import wire
 from sim_nodes.faults.checks import Check, Checking, Observation
 from sim_nodes.faults.devices import Device, cannot_have, sensor_check
 from sim_nodes.faults.motor_checks import AT_REST, Motion, SlipCheck, TorqueCheck
@@ -34,7 +24,7 @@ from sim_nodes.ticks import TICK
 
 T = TypeVar("T")
 
-CommandFault = GaussianNoise | Bias | MessageLoss | Freeze | Delay
+CommandFault = wire.GaussianNoise | wire.Bias | wire.MessageLoss | wire.Freeze | wire.Delay
 
 MOST_SPEED = 50.0  # [rad/s] maximum error of wheel commands
 
@@ -46,7 +36,7 @@ class MotorGroup(Protocol[T]):
     """Motors with commands of type T."""
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> wire.Quantity:
         """Quantity of the numbers of a command."""
 
     @property
@@ -120,7 +110,7 @@ class Actuator(Device):
         self._identity = identity
         self._motors = motors
         self._pipeline: SensorPipeline[Any] = SensorPipeline(CommandSensor(motors), noise, always=True)
-        self._own: dict[str, Fault] = {}  # faults outside of the command pipeline, by kind
+        self._own: dict[str, wire.Fault] = {}  # faults outside of the command pipeline, by kind
         self._has_supply = True
 
     @abstractmethod
@@ -128,7 +118,7 @@ class Actuator(Device):
         """Apply the faults outside of the command pipeline."""
 
     @abstractmethod
-    def start_own_check(self, fault: Fault) -> Checking:
+    def start_own_check(self, fault: wire.Fault) -> Checking:
         """Return a new check of a fault outside of the command pipeline."""
 
     @property
@@ -168,15 +158,15 @@ class Actuator(Device):
         """See `Device`."""
         return (*self._own, *self._pipeline.faults)
 
-    def check(self, fault: Fault) -> None:
+    def check(self, fault: wire.Fault) -> None:
         """See `Device`."""
         if isinstance(fault, CommandFault):
             check_fault(fault, self._identity.device, self._pipeline.sensor)
             check_command_limit(fault, self._identity.most)
-        elif not isinstance(fault, PowerLoss):
+        elif not isinstance(fault, wire.PowerLoss):
             raise cannot_have(self._identity.device, fault)
 
-    def add_fault(self, fault: Fault) -> None:
+    def add_fault(self, fault: wire.Fault) -> None:
         """See `Device`."""
         if isinstance(fault, CommandFault):
             self._pipeline.add_fault(fault)
@@ -194,7 +184,7 @@ class Actuator(Device):
         if self._own.pop(kind, None) is not None:
             self.apply()
 
-    def start_check(self, fault: Fault) -> Checking:
+    def start_check(self, fault: wire.Fault) -> Checking:
         """See `Device`."""
         if not isinstance(fault, CommandFault):
             return self.start_own_check(fault)
@@ -222,13 +212,13 @@ class WheelMotors(Actuator):
     def apply(self) -> None:
         """See `Actuator`."""
         slip = self._own.get("wheel_slip")
-        left, right = (slip.left, slip.right) if isinstance(slip, WheelSlip) else (0.0, 0.0)
+        left, right = (slip.left, slip.right) if isinstance(slip, wire.WheelSlip) else (0.0, 0.0)
         self._wheels.slip(left, right)
         self._wheels.set_power(self.has_power)
 
-    def check(self, fault: Fault) -> None:
+    def check(self, fault: wire.Fault) -> None:
         """See `Device`."""
-        if isinstance(fault, WheelSlip):
+        if isinstance(fault, wire.WheelSlip):
             check_slip(fault)
         else:
             super().check(fault)
@@ -238,9 +228,9 @@ class WheelMotors(Actuator):
         """See `Actuator`."""
         return max(map(abs, self._motion().turning)) <= AT_REST
 
-    def start_own_check(self, fault: Fault) -> Checking:
+    def start_own_check(self, fault: wire.Fault) -> Checking:
         """See `Actuator`."""
-        check = SlipCheck(fault) if isinstance(fault, WheelSlip) else TorqueCheck()
+        check = SlipCheck(fault) if isinstance(fault, wire.WheelSlip) else TorqueCheck()
         return check, lambda _tick: self._motion()
 
 
@@ -346,7 +336,7 @@ class ArmActuator(Actuator):
         """See `Actuator`."""
         return self._powered.fastest() <= self._kind.standing
 
-    def start_own_check(self, fault: Fault) -> Checking:
+    def start_own_check(self, fault: wire.Fault) -> Checking:
         """See `Actuator`."""
         powered = self._powered
         return StandstillCheck(self._kind), lambda _tick: (powered.commanded_speed, powered.fastest())

@@ -24,7 +24,7 @@ from sim_nodes.faults.validation import check_camera_fault, check_fault
 from sim_nodes.faults.value_checks import BeamLossCheck, BiasCheck, DeadBeamsCheck, NoiseCheck
 from sim_nodes.outcomes import operation_failed
 from sim_nodes.sensors.camera_pipeline import CameraPipeline
-from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
+from sim_nodes.sensors.sensor_pipeline import DelayLine, Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
 
 
@@ -58,11 +58,29 @@ class Device(Stateful, ABC):
 
 
 class Source(Device):
-    """A device that gives data while it has power."""
+    """A device that gives data while it has power; its faults act in its pipeline."""
 
+    @property
     @abstractmethod
+    def pipeline(self) -> DelayLine[Any, Any, Any]:
+        """Pipeline of its data."""
+
+    @property
+    def kinds(self) -> Sequence[str]:
+        """See `Device`."""
+        return tuple(self.pipeline.faults)
+
+    def add_fault(self, fault: wire.Fault) -> None:
+        """See `Device`."""
+        self.pipeline.add_fault(fault)
+
+    def remove_fault(self, kind: str) -> None:
+        """See `Device`."""
+        self.pipeline.remove_fault(kind)
+
     def set_power(self, on: bool) -> None:
         """Switch the power supply."""
+        self.pipeline.set_power(on)
 
     @abstractmethod
     def observation(self, tick: int) -> Observation[Any]:
@@ -79,12 +97,12 @@ class SensorDevice(Source):
 
     def __init__(self, name: str, pipeline: SensorPipeline[Any]) -> None:
         self._name = name
-        self.pipeline = pipeline
+        self._pipeline = pipeline
 
     @property
-    def kinds(self) -> Sequence[str]:
-        """See `Device`."""
-        return tuple(self.pipeline.faults)
+    def pipeline(self) -> SensorPipeline[Any]:
+        """See `Source`."""
+        return self._pipeline
 
     def check(self, fault: wire.Fault) -> None:
         """See `Device`."""
@@ -94,22 +112,17 @@ class SensorDevice(Source):
 
     def add_fault(self, fault: wire.Fault) -> None:
         """See `Device`; activates the sensor."""
-        assert isinstance(fault, wire.SensorFault)
-        self.pipeline.add_fault(fault)
+        super().add_fault(fault)
         self.pipeline.in_use = True
 
     def set_power(self, on: bool) -> None:
         """See `Source`; activates the sensor."""
-        self.pipeline.set_power(on)
+        super().set_power(on)
         self.pipeline.in_use = True
 
     def observation(self, tick: int) -> Observation[Any]:
         """See `Source`."""
         return Observation(tick, self.pipeline.truth, self.pipeline.arrived, self.pipeline.faults)
-
-    def remove_fault(self, kind: str) -> None:
-        """See `Device`."""
-        self.pipeline.remove_fault(kind)
 
     def start_check(self, fault: wire.Fault) -> Checking:
         """See `Device`."""
@@ -170,43 +183,26 @@ class CameraDevice(Source):
         self._camera = camera
 
     @property
-    def _pipeline(self) -> CameraPipeline:
+    def pipeline(self) -> CameraPipeline:
+        """See `Source`."""
         return self._cameras.pipeline(self._camera)
-
-    @property
-    def kinds(self) -> Sequence[str]:
-        """See `Device`."""
-        return tuple(self._pipeline.faults)
 
     def check(self, fault: Fault) -> None:
         """See `Device`; refuses faults of cameras that do not render, because no check is possible."""
         if not isinstance(fault, CameraFault):
             raise cannot_have(self._name, fault)
-        check_camera_fault(fault, self._name, self._pipeline.lens)
+        check_camera_fault(fault, self._name, self.pipeline.lens)
         self._cameras.check_memory(self._camera, fault)
-        self._pipeline.true_picture()
-
-    def add_fault(self, fault: Fault) -> None:
-        """See `Device`."""
-        assert isinstance(fault, CameraFault)
-        self._pipeline.add_fault(fault)
-
-    def remove_fault(self, kind: str) -> None:
-        """See `Device`."""
-        self._pipeline.remove_fault(kind)
-
-    def set_power(self, on: bool) -> None:
-        """See `Source`."""
-        self._pipeline.set_power(on)
+        self.pipeline.true_picture()
 
     def start_check(self, fault: Fault) -> Checking:
         """See `Device`."""
         assert isinstance(fault, CameraFault)
-        return camera_check(fault, self._pipeline)
+        return camera_check(fault, self.pipeline)
 
     def observation(self, tick: int) -> Observation[Any]:
         """See `Source`."""
-        return arrival(self._pipeline, tick)
+        return arrival(self.pipeline, tick)
 
 
 class FreeCameras(Mapping[str, Device]):

@@ -83,10 +83,10 @@ class Errors:
 
     def add_to(self, tally: Tally, centre: float, power: int, faulty: Levels, true_picture: Levels) -> None:
         """Add a power of the errors about a value, with its expectations with and without the fault."""
-        expected = faulty.expected(self.levels, centre, power)
-        without = true_picture.expected(self.levels, centre, power)
+        mean, variance = faulty.expected(self.levels, centre, power)
+        sound, _ = true_picture.expected(self.levels, centre, power)
         found = float(self.found @ (ERRORS - centre) ** power)
-        tally.add(int(self.found.sum()), found, expected.mean, without.mean, expected.variance)
+        tally.add(int(self.found.sum()), found, mean, sound, variance)
 
 
 class BrightnessCheck(ImageCheck):

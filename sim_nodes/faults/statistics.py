@@ -115,13 +115,6 @@ def _density(x: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Expected:
-    """Expected value and variance of a sum over many errors."""
-
-    mean: float
-    variance: float
-
-
 class Levels:
     """Distribution of the levels of brightness that result from each true level, by errors, rounding and clipping.
 
@@ -130,11 +123,11 @@ class Levels:
         offset: Offset of the values [levels].
     """
 
-    def __init__(self, deviation: float, offset: float) -> None:
-        self._probabilities = _probabilities(deviation, offset)  # by true level and resulting level
+    deviation: float
+    offset: float
 
-    def expected(self, counts: Counts, centre: float, power: int) -> Expected:
-        """Expect the sum of a power of the errors about a value.
+    def expected(self, counts: Counts, centre: float, power: int) -> tuple[float, float]:
+        """Return the expected value and the variance of the sum of a power of the errors about a value.
 
         Args:
             counts: Number of values of each level, shape (256,).
@@ -142,13 +135,15 @@ class Levels:
             power: The power.
         """
         errors = (LEVELS[None, :] - LEVELS[:, None] - centre) ** power
-        means = (self._probabilities * errors).sum(axis=1)
-        variances = (self._probabilities * errors**2).sum(axis=1) - means**2
-        return Expected(float(counts @ means), max(0.0, float(counts @ variances)))
+        probabilities = _probabilities(self.deviation, self.offset)
+        means = (probabilities * errors).sum(axis=1)
+        variances = (probabilities * errors**2).sum(axis=1) - means**2
+        return float(counts @ means), max(0.0, float(counts @ variances))
 
 
 @lru_cache(maxsize=16)
 def _probabilities(deviation: float, offset: float) -> Array:
+    """Return the probabilities by true level and resulting level."""
     from scipy.special import ndtr  # noqa: PLC0415 - slow to load, and seldom needed
 
     middle = LEVELS + offset

@@ -161,7 +161,7 @@ class Gripper(Stateful):
         self.goal = None
         if self.held is None:
             self._target = self._ramp = min(self._declaration.stroke, max(0.0, self.opening()))
-            self._send_command(self._ramp)
+            self.fingers.set_command(self._ramp, self._force)
 
     @property
     def is_busy(self) -> bool:
@@ -219,10 +219,7 @@ class Gripper(Stateful):
         self._ramp = min(before + step, end) if end > before else max(before - step, end)
         if self._opens or not self._touches:
             self.commanded_speed = abs(self._ramp - before) / TICK
-        self._send_command(self._ramp)
-
-    def _send_command(self, opening: float) -> None:
-        self.fingers.set_command(opening, self._force)
+        self.fingers.set_command(self._ramp, self._force)
 
     def _end(self, states: JointStates, goal: GripperGoal) -> GoalResult | None:
         self._ticks = self._ticks + 1 if self._ramp == self._end_of_ramp else 0

@@ -10,7 +10,7 @@ to a solution.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -77,16 +77,24 @@ def solutions(chain: Chain, target: Array, start: Array, home: Array, noise: Noi
     yield from found
     lower, upper = np.maximum(chain.limits.lower, -math.pi), np.minimum(chain.limits.upper, math.pi)
     drawn = noise.at(0).uniform(lower, upper, size=(STARTS, len(start)))
+    others = _solve_from(chain, target, start, (home, *drawn), found)
+    if not found and not others:
+        others = _search(chain, target, start, noise)
+    yield from sorted(others, key=lambda configuration: float(np.abs(configuration - start).max()))
+
+
+def _solve_from(
+    chain: Chain, target: Array, start: Array, starts: Iterable[Array], found: Sequence[Array] = ()
+) -> list[Array]:
+    """Return the solutions from several starts that differ from each other and from those found, near `start`."""
     others: list[Array] = []
-    for begin in (home, *drawn):
+    for begin in starts:
         solution = solve(chain, target, begin)
         if solution is not None:
             near = nearest_turns(chain, solution, start)
             if all(np.abs(near - other).max() > SAME for other in (*found, *others)):
                 others.append(near)
-    if not found and not others:
-        others = _search(chain, target, start, noise)
-    yield from sorted(others, key=lambda configuration: float(np.abs(configuration - start).max()))
+    return others
 
 
 def out_of_reach(chain: Chain, target: Array) -> float:
@@ -104,13 +112,7 @@ def _search(chain: Chain, target: Array, start: Array, noise: Noise) -> list[Arr
     upper = np.where(is_free, np.minimum(chain.limits.upper, math.pi), chain.limits.upper)
     for batch in range(MORE_STARTS // BATCH):
         drawn = noise.at(batch + 1).uniform(lower, upper, size=(BATCH, len(start)))
-        found: list[Array] = []
-        for begin in _approach(chain, target, drawn):
-            solution = solve(chain, target, begin)
-            if solution is not None:
-                near = nearest_turns(chain, solution, start)
-                if all(np.abs(near - other).max() > SAME for other in found):
-                    found.append(near)
+        found = _solve_from(chain, target, start, _approach(chain, target, drawn))
         if found:
             return found
     return []

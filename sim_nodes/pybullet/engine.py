@@ -217,7 +217,8 @@ class PybulletEngine:
             # Bullet removes bodies without a pose from its world for good.
             self.restore(self.save())
             return
-        self._states.restore(checkpoint.saved, self._movable())
+        movable = [body.number for name, body in self._bodies.items() if name in self._arms or not body.static]
+        self._states.restore(checkpoint.saved, movable)
         for name, speeds in checkpoint.drives.items():
             self._drives[name].apply_command(speeds)
         for name, command in checkpoint.arms.items():
@@ -225,10 +226,6 @@ class PybulletEngine:
         self._last = checkpoint.last
         self._stepper.touching = self._last.touching
         self._stepper.invalidate()
-
-    def _movable(self) -> list[int]:
-        """Return the numbers of the bodies that move, or have moving parts."""
-        return [body.number for name, body in self._bodies.items() if name in self._arms or not body.static]
 
     def touching(self) -> frozenset[tuple[str, str]]:
         """See `Engine.touching`."""

@@ -119,6 +119,9 @@ class PybulletArm:
         body: Number of the robot's body.
         links: Its links and joints.
         arm: Declaration of the arm.
+
+    Attributes:
+        all_joints: Numbers of the joints of the arm and the fingers.
     """
 
     def __init__(self, bullet: Any, body: int, links: Links, arm: ArmDeclaration) -> None:
@@ -127,6 +130,7 @@ class PybulletArm:
         self._numbers = links.links
         self._joints = [links.joints[joint.name] for joint in arm.joints]
         self._fingers = [links.joints[name] for name in arm.gripper.joints]
+        self.all_joints = (*self._joints, *self._fingers)
         self._torques = [bullet.getJointInfo(body, joint)[MAX_FORCE] for joint in self._joints]
         home = np.array([joint.home for joint in arm.joints])
         finger = arm.gripper.stroke / 2.0
@@ -159,14 +163,9 @@ class PybulletArm:
         for joint, position in zip(self._joints, positions.tolist(), strict=True):
             self._bullet.resetJointState(self._body, joint, position)
 
-    @property
-    def all_joints(self) -> tuple[int, ...]:
-        """Numbers of the joints of the arm and the fingers."""
-        return (*self._joints, *self._fingers)
-
     def states(self) -> JointStates:
         """See `Engine.joint_states`."""
-        states = self._bullet.getJointStates(self._body, self._joints + self._fingers)
+        states = self._bullet.getJointStates(self._body, self.all_joints)
         positions, velocities, _, efforts = zip(*states, strict=True)
         return JointStates(np.array(positions), np.array(velocities), np.array(efforts))
 

@@ -154,10 +154,6 @@ class MobileBase(Stateful):
         """Return the localised pose in `map`; None before an initial pose."""
         return self.localisation.pose(self.odometry.pose)
 
-    def map_to_odom(self) -> Pose2 | None:
-        """Return the pose of `odom` in `map`; None before an initial pose."""
-        return self.localisation.map_to_odom()
-
     def deviation(self) -> float | None:
         """Return the standard deviation of the localised position [m]; None without a pose."""
         estimate = self.localisation.estimate

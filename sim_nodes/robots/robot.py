@@ -186,11 +186,9 @@ class Robot(Stateful):
 
     def detach_goals(self, goals: Container[str]) -> None:
         """Continue some goals without their client: results are not reported, and any command replaces them."""
-        if self._mobile is not None:
-            self._mobile.detach_goals(goals)
-        if self._arm is not None:
-            self._arm.detach_goals(goals)
-        self.faults.detach_goals(goals)
+        for part in (self._mobile, self._arm, self.faults):
+            if part is not None:
+                part.detach_goals(goals)
 
     def stop(self) -> Iterator[GoalResult]:
         """Stop every part; yields the results of cancelled goals."""

@@ -46,12 +46,15 @@ class CameraPipeline(DelayLine[CameraFault, bytes, bytes]):
 
     Kept images are bytes, which are immutable and need no copy with the state. `_in_transit` has delayed images by
     the tick of their rendering.
+
+    Attributes:
+        true_picture: Renders a true image.
     """
 
     def __init__(self, lens: Lens, look: Callable[[], Picture], noise: Callable[[str], Noise]) -> None:
         super().__init__(noise)
         self.lens = lens
-        self._look = look
+        self.true_picture = look
         self._noise = noise("gaussian_noise/brightness")
         self._noise_of_pixels = noise("dead_pixels")
 
@@ -65,7 +68,7 @@ class CameraPipeline(DelayLine[CameraFault, bytes, bytes]):
         if not self._has_power:
             return
         if "delay" in self.faults and tick % PERIOD == 0:
-            self._in_transit.append((tick, self._look().tobytes()))
+            self._in_transit.append((tick, self.true_picture().tobytes()))
             while len(self._in_transit) > 1 and self._in_transit[1][0] <= tick - self._delay_ticks:
                 self._in_transit.popleft()
         if "freeze" in self.faults and self._frozen is None:
@@ -82,11 +85,7 @@ class CameraPipeline(DelayLine[CameraFault, bytes, bytes]):
 
     def exposure(self, tick: int) -> Exposure | None:
         """Return the delayed image of a tick without other faults; None if none has arrived."""
-        return self._delayed_exposure(tick) if self._delay_ticks else Exposure(tick, self._look())
-
-    def true_picture(self) -> Picture:
-        """Render a true image."""
-        return self._look()
+        return self._delayed_exposure(tick) if self._delay_ticks else Exposure(tick, self.true_picture())
 
     def _delayed_exposure(self, tick: int) -> Exposure | None:
         late_enough = (each for each in reversed(self._in_transit) if each[0] <= tick - self._delay_ticks)

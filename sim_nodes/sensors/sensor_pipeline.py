@@ -17,20 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seoro.bridges import wire
-from seoro.bridges.wire import (
-    BeamLoss,
-    Bias,
-    CameraFault,
-    DeadArea,
-    DeadBeams,
-    DeadPixels,
-    DeadSector,
-    Delay,
-    GaussianNoise,
-    MessageLoss,
-    Quantity,
-    SensorFault,
-)
+from seoro.bridges.wire import CameraFault, Delay, MessageLoss, Quantity, SensorFault
 from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
 from sim_nodes.stateful import Stateful
@@ -38,15 +25,15 @@ from sim_nodes.ticks import TICK
 from sim_nodes.views import Picture
 
 Beams = NDArray[np.intp]
-BeamFault = BeamLoss | DeadSector | DeadBeams
+BeamFault = wire.BeamLoss | wire.DeadSector | wire.DeadBeams
 
 
 def blind_beams(fault: BeamFault, bearings: Array, random: np.random.Generator) -> Beams:
     """Return the indices of the beams that a fault makes blind in a scan; `random` belongs to the scan."""
     match fault:
-        case BeamLoss(share=share):
+        case wire.BeamLoss(share=share):
             return random.choice(len(bearings), lost_beams(share, len(bearings)), replace=False)
-        case DeadSector() | DeadBeams():
+        case wire.DeadSector() | wire.DeadBeams():
             return dead_beams(fault, bearings)
         case _:
             assert_never(fault)
@@ -57,14 +44,14 @@ def lost_beams(share: float, count: int) -> int:
     return int(share * count + 1e-9)
 
 
-def dead_beams(fault: DeadSector | DeadBeams, bearings: Array) -> Beams:
+def dead_beams(fault: wire.DeadSector | wire.DeadBeams, bearings: Array) -> Beams:
     """Return the indices of the beams that a fault makes blind in every scan."""
     match fault:
-        case DeadSector(start=start, end=end):
+        case wire.DeadSector(start=start, end=end):
             turn = 2.0 * math.pi
             width = (end - start) % turn or turn  # a sector that ends where it starts is the full circle
             return np.flatnonzero((bearings - start) % turn <= width)
-        case DeadBeams(beams=beams):
+        case wire.DeadBeams(beams=beams):
             return np.array(beams, dtype=np.intp)
         case _:
             assert_never(fault)
@@ -79,8 +66,8 @@ Mask = NDArray[np.bool_]
 def brightness_faults(faults: Mapping[str, CameraFault]) -> tuple[float, float]:
     """Return the standard deviation and the offset of the errors of a camera's values [levels]."""
     noise, bias = faults.get("gaussian_noise"), faults.get("bias")
-    deviation = noise.deviation.get(Quantity.BRIGHTNESS, 0.0) if isinstance(noise, GaussianNoise) else 0.0
-    offset = bias.offset.get(Quantity.BRIGHTNESS, 0.0) if isinstance(bias, Bias) else 0.0
+    deviation = noise.deviation.get(Quantity.BRIGHTNESS, 0.0) if isinstance(noise, wire.GaussianNoise) else 0.0
+    offset = bias.offset.get(Quantity.BRIGHTNESS, 0.0) if isinstance(bias, wire.Bias) else 0.0
     return deviation * BRIGHTEST, offset * BRIGHTEST
 
 
@@ -93,14 +80,16 @@ def with_errors(picture: Picture, deviation: float, offset: float, random: np.ra
     return levels
 
 
-def dead_pixels(fault: DeadPixels | DeadArea, height: int, width: int, random: np.random.Generator) -> Mask:
+def dead_pixels(
+    fault: wire.DeadPixels | wire.DeadArea, height: int, width: int, random: np.random.Generator
+) -> Mask:
     """Return the pixels that a fault makes black; `random` is the same for all images of a camera."""
     match fault:
-        case DeadPixels(share=share):
+        case wire.DeadPixels(share=share):
             mask = np.zeros(height * width, dtype=np.bool_)
             mask[random.choice(len(mask), lost_beams(share, len(mask)), replace=False)] = True
             return mask.reshape(height, width)
-        case DeadArea(left=left, top=top, right=right, bottom=bottom):
+        case wire.DeadArea(left=left, top=top, right=right, bottom=bottom):
             # A pixel belongs to an area by its centre.
             across, down = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
             rows, columns = (down >= top) & (down <= bottom), (across >= left) & (across <= right)

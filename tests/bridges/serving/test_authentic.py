@@ -256,7 +256,7 @@ async def test_requests_may_overtake_each_other(sim: Held) -> None:
 
 async def test_holding_and_releasing_for_another_holder_is_refused(sim: Held) -> None:
     """The name of the request is missing or differs."""
-    hold = sim.serving.leasing._leases.hold_of(RUN)
+    hold = sim.serving.leasing.leases.hold_of(RUN)
     assert hold is not None
     last = hold.last
     holding = Sent(wire.HOLD_ROBOTS.name, wire.encode(wire.HoldRobots(holder=RUN, since=0, wait=0.05)), b"")
@@ -265,7 +265,7 @@ async def test_holding_and_releasing_for_another_holder_is_refused(sim: Held) ->
         for attachment in (b"", wire.encode_sender("run-8")):
             await sim.router.refused(replace(sent, attachment=attachment), NOT_SENT)
         await sim.router.refused(replace(sent, attachment=wire.encode_sender(RUN)), CODE)
-    assert sim.serving.leasing._leases.hold_of(RUN) is hold
+    assert sim.serving.leasing.leases.hold_of(RUN) is hold
     assert hold.last == last
 
 
