@@ -114,10 +114,10 @@ class Leasing:
         able = [name for name, robot in self._robots.items() if robot.drives]
         return next((name for name in able if hold is not None and hold.holds(name)), next(iter(able), ""))
 
-    # ------------------------------------------------------------ signs of life
+    # ------------------------------------------------------------ heartbeats
 
     def stop_overdue(self) -> None:
-        """Stop the robots of holders without a recent sign of life."""
+        """Stop the robots of holders without a recent heartbeat."""
         for hold in self.leases.overdue():
             self._expire(hold, describe_silence(hold))
 

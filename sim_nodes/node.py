@@ -173,7 +173,7 @@ class RequestLoop:
                 self.answer(request)
         clock = time.monotonic()
         delay = keep_pace(self._simulator, clock)
-        if inbox.empty():  # otherwise a sign of life may be waiting in the queue
+        if inbox.empty():  # otherwise a heartbeat may be waiting in the queue
             self.leasing.stop_overdue()
         for request in self._waiting.pop_due(clock):
             self.answer(request)
@@ -206,7 +206,7 @@ class RequestLoop:
             self.answer(request)
 
     def _defer(self, request: Request) -> bool:
-        """Defer a request if its verb waits for events. Authenticates it and records a sign of life first.
+        """Defer a request if its verb waits for events. Authenticates it and records a heartbeat first.
 
         Raises:
             RequestRefused: The request is not authentic, or the client holds no robots.

@@ -26,7 +26,7 @@ from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
 from seoro.runtime.events.occurrence import Occurrence, occurrence_in, without_attempts
 from seoro.runtime.verdict import Verdict
 
-WAIT: Final = 5.0  # [s] for new records; each request is a sign of life of the client
+WAIT: Final = 5.0  # [s] for new records; each request is a heartbeat of the client
 SHORTEST_WAIT: Final = 0.05  # [s]
 
 

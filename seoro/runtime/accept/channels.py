@@ -180,8 +180,10 @@ class Received:
 
     def check(self, of: int, name: str, t: float) -> bool:
         """Whether a subscriber may receive a derived event at a time [s]."""
-        heard = self._received.get((of, name), ())
-        return any(first - _ROUNDING <= t <= last + _ROUNDING for first, last in heard) or name in self._unknown()
+        received = self._received.get((of, name), ())
+        return (
+            any(first - _ROUNDING <= t <= last + _ROUNDING for first, last in received) or name in self._unknown()
+        )
 
     def _unknown(self) -> set[str]:
         """Names of undecided events, including their sources."""

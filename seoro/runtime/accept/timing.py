@@ -72,7 +72,9 @@ class Timing:
     world: World
     matched: Matched
 
-    def said(self, behavior: plan.Behavior | None, frame: Frame, it: Instance | None) -> list[TimeConstraint]:
+    def constraints_on(
+        self, behavior: plan.Behavior | None, frame: Frame, it: Instance | None
+    ) -> list[TimeConstraint]:
         """Return the constraints on times of the content of a frame.
 
         Raises:
@@ -110,15 +112,17 @@ class Timing:
         Raises:
             Undecided: The trace lacks the data.
         """
-        said = [each for each in self.said(behavior, frame, it) if "duration" in each.names]
-        hard = [each for each in said if not each.constraint.is_default]
+        constraints = [each for each in self.constraints_on(behavior, frame, it) if "duration" in each.names]
+        hard = [each for each in constraints if not each.constraint.is_default]
         if not hard:
-            return Window(Range(0.0, inf), is_all=False) if said else None
-        is_all, said = len(hard) == len(said), hard
-        values = self._values(said, it, frame)
+            return Window(Range(0.0, inf), is_all=False) if constraints else None
+        is_all, constraints = len(hard) == len(constraints), hard
+        values = self._values(constraints, it, frame)
         pairs = ((low, high) for low, high in product(values, values) if low <= high)
         found = [
-            Range(low, high) for low, high in pairs if self._holds(said, it, frame, {"duration": Range(low, high)})
+            Range(low, high)
+            for low, high in pairs
+            if self._holds(constraints, it, frame, {"duration": Range(low, high)})
         ]
         if not found:
             raise Undecided("no duration meets all constraints")
@@ -133,11 +137,11 @@ class Timing:
         Raises:
             Undecided: The trace lacks the data.
         """
-        said = self._all_of(name, behavior, frame)
-        if not said:
+        constraints = self._all_of(name, behavior, frame)
+        if not constraints:
             return None
-        values = self._values(said, None, frame)
-        found = [value for value in values if self._holds(said, None, frame, {name: value})]
+        values = self._values(constraints, None, frame)
+        found = [value for value in values if self._holds(constraints, None, frame, {name: value})]
         if not found:
             raise Undecided(f"no value of `{name}` meets all constraints")
         low, high = min(found), max(found)
@@ -149,37 +153,37 @@ class Timing:
         Raises:
             Undecided: Several kinds are permitted, or the trace lacks the data.
         """
-        said = self._all_of("overlap", behavior, frame)
-        if not said:
+        constraints = self._all_of("overlap", behavior, frame)
+        if not constraints:
             return None
-        found = [kind for kind in plan.Overlap if self._holds(said, None, frame, {"overlap": _kind(kind)})]
+        found = [kind for kind in plan.Overlap if self._holds(constraints, None, frame, {"overlap": _kind(kind)})]
         if len(found) != 1:
             raise Undecided("constraints leave several kinds of `overlap`")
         return found[0]
 
     def _all_of(self, name: str, behavior: plan.Behavior, frame: Frame) -> list[TimeConstraint]:
-        said = [each for each in self.said(behavior, frame, None) if name in each.names]
-        if any(each.names != {name} or each.constraint.is_default for each in said):
+        constraints = [each for each in self.constraints_on(behavior, frame, None) if name in each.names]
+        if any(each.names != {name} or each.constraint.is_default for each in constraints):
             raise Undecided(f"constraints on `{name}` may be overridden, or also constrain other times")
-        return said
+        return constraints
 
     # -------------------------------------------------------- what meets constraints
 
     def _holds(
-        self, said: list[TimeConstraint], it: Instance | None, frame: Frame, times: dict[str, Value]
+        self, constraints: list[TimeConstraint], it: Instance | None, frame: Frame, times: dict[str, Value]
     ) -> bool:
         shown = Holder((), times) if it is None else Holder(it.types, ChainMap(times, it.fields))
         seq = max(frame.start.seq, it.seq + 1) if it is not None else frame.start.seq
-        for each in said:
+        for each in constraints:
             if not self.world.value(each.constraint.condition, each.environment.bind(it=shown), seq):
                 return False
         return True
 
-    def _values(self, said: list[TimeConstraint], it: Instance | None, frame: Frame) -> list[float]:
+    def _values(self, constraints: list[TimeConstraint], it: Instance | None, frame: Frame) -> list[float]:
         """Return the times at which the truth of constraints may change [s]."""
         found = {0.0, -_FOREVER, _FOREVER}
         seq = max(frame.start.seq, it.seq + 1) if it is not None else frame.start.seq
-        for each in said:
+        for each in constraints:
             if not _only_compares(each.constraint.condition):
                 raise Undecided("a constraint computes with times")
             environment = each.environment if it is None else each.environment.bind(it=it)
@@ -190,7 +194,7 @@ class Timing:
                 found.update(number + beside for number in numbers for beside in (-_BESIDE, 0.0, _BESIDE))
         if len(found) > _MOST:
             raise Undecided("too many constraints on times")
-        if said and said[0].names == {"duration"}:
+        if constraints and constraints[0].names == {"duration"}:
             found = {value for value in found if value >= 0}
         return sorted(found)
 

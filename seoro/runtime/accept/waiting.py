@@ -102,12 +102,12 @@ class WaitChecker(Checker):
         with self.findings.undecided(Rule.DURATION, span):
             if layer.expression is not None:
                 windows.append(self._argument(layer.expression, frame, it))
-            said = timing.duration(layer.behavior, frame, it)
-            if said is not None:
-                windows.append(said.bounds)
+            window = timing.duration(layer.behavior, frame, it)
+            if window is not None:
+                windows.append(window.bounds)
             bounds = Range(max(each.low for each in windows), min(each.high for each in windows))
             self._within(bounds, frame, span)
-            if said is None or said.is_all:
+            if window is None or window.is_all:
                 if not timing.matched.overrides:  # overrides may end members too
                     self._check_cut(layer, frame, bounds.high)
             else:

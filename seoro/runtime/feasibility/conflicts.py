@@ -272,11 +272,11 @@ class _Search:
         if not relaxed.is_bound:
             return None
         instance = Instance(declared.name, Fields(), declared, {})
-        said = Invocation(
+        attempt = Invocation(
             given, None, relaxed.limits, around, around.seed, None, (), self._times(invocation, around)
         )
         try:
-            choose_parameters(self._plan, relaxed.structure, instance, said, {})
+            choose_parameters(self._plan, relaxed.structure, instance, attempt, {})
         except NoSolution as error:
             return _at(error, invocation) if error.code == CONFLICT else None
         except EvaluationError:

@@ -95,7 +95,7 @@ async def test_goals_of_a_client_that_hangs_beyond_the_deadline_are_aborted(rail
     async with connect_robots(rails.endpoint, "a test") as node:
         await node.navigate("line", [at(50.0)], stop_at_each=False, report=end)
         started = time.monotonic()
-        time.sleep(0.8)  # the event loop hangs, and with it every sign of life
+        time.sleep(0.8)  # the event loop hangs, and with it every heartbeat
         assert rails.stopped_after(started) is not None
         report = await end.wait()
         assert report.status is GoalStatus.ABORTED

@@ -165,7 +165,7 @@ async def test_the_reason_of_a_silent_topic_is_reported(tmp_path: Path) -> None:
 
     async def why() -> str:
         message = STOPPED
-        while message == STOPPED:  # a busy machine may keep this process from a sign of life
+        while message == STOPPED:  # a busy machine may keep this process from a heartbeat
             with pytest.raises(BackendRefused) as refused:
                 await node.watch_distance("tb", 1.0, Ends())
             message = str(refused.value)
