@@ -14,7 +14,7 @@ import threading
 import warnings
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -181,15 +181,22 @@ def holdings() -> Counter[str]:
     # Threads of asyncio's executor stay. Threads that wait for processes end a moment after them.
     own = ("asyncio", "waitpid-")
     threads = (thread.name for thread in threading.enumerate() if not thread.name.startswith(own))
-    children = (file.read_text().split() for file in Path("/proc/self/task").glob("*/children"))
     return Counter(
         [
             *(f"task {task.get_name()}" for task in asyncio.all_tasks()),
             *(f"thread {name}" for name in threads),
-            *(f"child {number}" for numbers in children for number in numbers),
+            *(f"child {number}" for number in _children()),
             *(f"file {name}" for name in _files()),
         ]
     )
+
+
+def _children() -> list[str]:
+    found = []
+    for file in Path("/proc/self/task").glob("*/children"):
+        with suppress(FileNotFoundError, ProcessLookupError):  # the thread has ended
+            found += file.read_text().split()
+    return found
 
 
 def _files() -> list[str]:
