@@ -12,51 +12,20 @@ from contextlib import suppress
 from typing import cast
 
 from seoro.errors import CONFLICT
-from seoro.lang import frozen, solve
-from seoro.lang.plan import Constraint, ConstraintMember, Expression, Latent, ListType, Structure
+from seoro.lang import solve
+from seoro.lang.plan import Expression, Latent, ListType
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import holds
 from seoro.runtime.choose.forms import NotYet, all_of
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.refusals import Rules, no_bounds, no_solution
+from seoro.runtime.choose.request import Request
 from seoro.runtime.choose.slots import Computation, Rule, Slot, assign, domain_of, mentions
 from seoro.runtime.choose.symbolic import Translation
 from seoro.runtime.choose.widening import Widening
-from seoro.runtime.instances.applied import Attached
-from seoro.runtime.instances.times import Times, Window
-from seoro.runtime.values.environment import Environment, Evaluate, EvaluationError, NoSolution
-from seoro.runtime.values.values import Actor, Fields, HasFields, Range, Struct, Value, make_room
-
-
-class Request(frozen.Value):
-    """Request for the values of an instance.
-
-    Args:
-        holder: The instance; its fields are `Fields`, and get the values.
-        roots: Its structures; for the entry scenario, the global parameters first.
-        given: Given values.
-        environment: Its environment.
-        constraints: Constraints of its invocation.
-        around: Environment of those, with the instance as `it`; by default, its own.
-        overrides: Constraints by the user.
-        evaluate: Evaluates expressions.
-        value: Slot of the instance, if it is a struct or an actor.
-        attached: Its modifiers.
-        times: Its timing parameters; None if it has none.
-    """
-
-    holder: HasFields
-    roots: tuple[Structure, ...]
-    given: Mapping[str, Value]
-    environment: Environment
-    evaluate: Evaluate
-    constraints: tuple[ConstraintMember, ...] = ()
-    around: Environment | None = None
-    overrides: tuple[Constraint, ...] = ()
-    value: Slot | None = None
-    attached: tuple[Attached, ...] = ()
-    times: Times | None = None
-
+from seoro.runtime.instances.times import Window
+from seoro.runtime.values.environment import EvaluationError, NoSolution
+from seoro.runtime.values.values import Actor, Fields, Range, Struct, Value, make_room
 
 MAX_SIZE = 1000  # of a list with a chosen size
 SIZES_TRIED = 64  # smallest first; beyond that, any size is accepted

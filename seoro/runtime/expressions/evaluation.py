@@ -272,7 +272,8 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
     structure = structures.of(expression.type)
     if is_plain(structure, given):
         return make_plain(structure, given, structures, environment, evaluate)
-    from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - as above
     from seoro.runtime.choose.slots import Slot, value_slot  # noqa: PLC0415 - rarely needed
 
     if environment.calls is None:

@@ -55,6 +55,7 @@ class Scheduler(Stepping):
         super().__init__(defect or self._fail, step_order)
         self.now = 0.0  # [s] of the present instant
         self.instant = 0  # its number
+        self.is_exact: Final = clock.deterministic  # whether instants are exactly at the times of timers
         self._clock = clock
         self._timers = TimerQueue()
         self._settling = Settling()
@@ -75,11 +76,6 @@ class Scheduler(Stepping):
     def has_clock_failed(self) -> bool:
         """Whether time stands still, because the clock has raised or timed out."""
         return self._time.has_failed
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether instants are exactly at the times of timers."""
-        return self._clock.deterministic
 
     # -------------------------------------------------------- the run
 
@@ -159,8 +155,6 @@ class Scheduler(Stepping):
         self._time.interrupt()
         self._settled.set()  # after a defect, the instant may never settle
 
-    # -------------------------------------------------------- times
-
     def wake_at(self, time: float, waiter: Waiter) -> None:
         """Wake a waiter in the first instant at or after a time [s]."""
         self._timers.add(time, waiter)
@@ -215,7 +209,7 @@ class Scheduler(Stepping):
     def _count_outside(self, task: Task, change: int) -> None:
         self._outside += change
         self._asking += change * task.awaits_answer
-        self._holds_cycle = self._asking > 0 and self._clock.deterministic
+        self._holds_cycle = self._asking > 0 and self.is_exact
 
     def expect(self, count: int) -> None:
         """Add to the number of reports that backends will send as time goes on."""
@@ -268,7 +262,7 @@ class Scheduler(Stepping):
     @property
     def _begins_on_arrival(self) -> bool:
         """Whether an external event begins an instant: on real clocks, if none is open."""
-        return not (self._is_open or self._clock.deterministic or self._is_finished)
+        return not (self._is_open or self.is_exact or self._is_finished)
 
     def _act_held(self) -> None:
         held, self._held = self._held, []
@@ -342,7 +336,7 @@ class Scheduler(Stepping):
         return False
 
     def _act_at_end(self) -> bool:
-        may_end = self._outside > 0 and self._clock.deterministic  # in this instant, before its deadline
+        may_end = self._outside > 0 and self.is_exact  # in this instant, before its deadline
         has_acted = self._settling.act(self._effects.cancellations, with_deadlines=not may_end)
         self._has_effects = self._has_effects or has_acted
         return has_acted

@@ -210,7 +210,8 @@ def _choose(
         for applied in invocation.applied:
             fill_modifier(applied, plan.structures)
         return fields
-    from seoro.runtime.choose.choose import Request, choose  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
+    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - as above
 
     around = invocation.around
     calls = Calls()

@@ -12,7 +12,7 @@ from seoro.errors import UsageError
 from seoro.lang import frontend, solve
 from seoro.lang.solve import solver
 from seoro.runtime.choose import choose as choosing
-from seoro.runtime.choose.choose import Request
+from seoro.runtime.choose.request import Request
 from seoro.runtime.parameters.parameters import entry_parameters
 from seoro.runtime.values.environment import EvaluationError, NoSolution
 from seoro.runtime.values.values import Actor, Range, Struct, Value, plain

@@ -13,6 +13,7 @@ from tests.leftovers import Leftovers
 from tests.runtime.conftest import RunText
 
 RUNTIME = Path(seoro.runtime.__file__).parent
+LONGEST = 350  # lines
 CREATES = ("create_task", "ensure_future")
 
 
@@ -44,6 +45,11 @@ def test_the_kernel_imports_no_other_part_of_seoro() -> None:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("seoro"):
                 assert (node.module or "").startswith("seoro.runtime.kernel."), path.name
+
+
+def test_no_file_of_the_runtime_is_longer_than_350_lines() -> None:
+    lengths = {path.name: len(path.read_text().splitlines()) for path in RUNTIME.rglob("*.py")}
+    assert not {name: length for name, length in lengths.items() if length > LONGEST}
 
 
 TEXT = """
