@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.executor import messages as wire
-from seoro.bridges.wire.message import Message
 from seoro.bundle.file_references import ReferencedFiles, referenced_files
 from seoro.bundle.paths import ROOT, InvalidPath, check_path, is_world_name
 from seoro.bundle.worlds import file_here, files_of_foreign_world, files_of_world, is_file_uri, is_world_file
-from seoro.embed.options import ROS_SIMULATOR, Options, Simulator
+from seoro.embed.options import ROS_SIMULATOR, Lab, Options, Ros, Simulator
 from seoro.embed.parameter_files import read_parameters
 from seoro.embed.scenarios import Scenario, check_file
 from seoro.embed.time_limit import PROGRAM_LIMIT, Source, WallLimit
@@ -33,8 +31,6 @@ from seoro.lang.lower.lower import find_entry
 
 if TYPE_CHECKING:
     from seoro.lab.reading import Lab as ReadLab
-
-M = TypeVar("M", bound=Message)
 
 _CACHES: Final = frozenset({"__pycache__"})  # folders that are not packed
 
@@ -125,15 +121,6 @@ class _Packer:
     def place(self, path: Path) -> str:
         """Return the path of a file or a folder in the bundle."""
         return Path(os.path.abspath(path)).relative_to(self._root).as_posix()  # noqa: PTH100 - as above
-
-    def packed(self, value: object) -> object:
-        """Return the value of an option in the bundle: paths become those in the bundle."""
-        match value:
-            case Path():
-                return self.place(value)
-            case list() | tuple():
-                return tuple(map(self.packed, value))
-        return value
 
     def add(self, path: Path) -> wire.BundleFile:
         """Add a file; return its entry in the manifest."""
@@ -277,34 +264,59 @@ def _files_below(folder: Path) -> Iterator[Path]:
 def _bundled(
     options: Options, packer: _Packer, limit: WallLimit, film: VideoOptions | None
 ) -> wire.BundledOptions:
-    simulator, ros, lab = options.simulator, options.ros, options.lab
-    message = partial(_message, packer)
-    return message(
-        wire.BundledOptions,
-        options,
-        simulator=simulator and message(wire.BundledSimulator, simulator, **_world(simulator, packer)),
-        ros=ros and message(wire.BundledRos, ros),
-        lab=lab and message(wire.BundledLab, lab),
-        leasing=message(wire.BundledLeasing, options.leasing),
+    return wire.BundledOptions(
+        name=options.name,
+        seed=options.seed,
+        overrides=dict(options.overrides),
+        parameters=None if options.parameters is None else packer.place(options.parameters),
+        clock=options.clock,
+        simulator=None if options.simulator is None else _simulator(options.simulator, packer),
+        ros=None if options.ros is None else _ros(options.ros, packer),
+        lab=None if options.lab is None else _lab(options.lab, packer),
+        leasing=wire.BundledLeasing(
+            wait=options.leasing.wait, priority=options.leasing.priority, lease=options.leasing.lease
+        ),
+        grace=options.grace,
         timeout=None if limit.source is Source.DEFAULT else limit.seconds,
         timeout_of_file=limit.source is Source.FILE,
-        film=film and message(wire.BundledFilm, film),
+        external=tuple(options.external),
+        film=None if film is None else wire.BundledFilm(**asdict(film)),
     )
 
 
-def _message(packer: _Packer, kind: type[M], given: object, **others: object) -> M:
-    """Make a message with the fields of the same names of an option; paths become those in the bundle."""
-    common = {name: packer.packed(getattr(given, name)) for name in kind.model_fields if hasattr(given, name)}
-    return kind.model_validate({**common, **others})
+def _simulator(given: Simulator, packer: _Packer) -> wire.BundledSimulator:
+    file: Path | None = None
+    if given.world is not None:
+        if given.name == ROS_SIMULATOR:
+            file = file_here(given.world)
+        elif is_world_file(given.world):
+            file = Path(given.world)
+    return wire.BundledSimulator(
+        name=given.name,
+        endpoint=given.endpoint,
+        world=given.world if file is None else None,
+        world_file=None if file is None else packer.place(file),
+        world_by_uri=file is not None and given.world is not None and is_file_uri(given.world),
+        rate=given.rate,
+        model_path=_places(given.model_path, packer),
+        snapshot=None if given.snapshot is None else packer.place(given.snapshot),
+    )
 
 
-def _world(given: Simulator, packer: _Packer) -> dict[str, object]:
-    """Return the fields of the world of a simulator: its name, or its file."""
-    world, file = given.world, None
-    if world is not None and given.name == ROS_SIMULATOR:
-        file = file_here(world)
-    elif world is not None and is_world_file(world):
-        file = Path(world)
-    if world is None or file is None:
-        return {"world": world}
-    return {"world": None, "world_file": packer.place(file), "world_by_uri": is_file_uri(world)}
+def _ros(given: Ros, packer: _Packer) -> wire.BundledRos:
+    return wire.BundledRos(
+        endpoint=given.endpoint,
+        domain=given.domain,
+        dialect=given.dialect,
+        interfaces=_places(given.interfaces, packer),
+    )
+
+
+def _lab(given: Lab, packer: _Packer) -> wire.BundledLab:
+    return wire.BundledLab(
+        file=packer.place(given.file), rate=given.rate, model_path=_places(given.model_path, packer)
+    )
+
+
+def _places(folders: Iterable[Path], packer: _Packer) -> tuple[str, ...]:
+    return tuple(packer.place(folder) for folder in folders)

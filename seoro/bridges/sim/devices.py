@@ -17,25 +17,36 @@ class DeviceRequests(RobotRequests):
 
     async def watch_sample(self, robot: str, sensor: str, report: Reporter) -> str:
         """See `Sensors`."""
-        return await self.start("watch", wire.WATCH_SENSOR, report, robot=robot, sensor=sensor)
+        request = wire.WatchSensor(id=self.new_id("watch"), robot=robot, sensor=sensor)
+        return await self.start(wire.WATCH_SENSOR, request, report)
 
     async def watch_bumper(self, robot: str, zone: str, entity: str, report: Reporter) -> str:
         """See `Sensors`."""
-        return await self.start("watch", wire.WATCH_BUMPER, report, robot=robot, zone=zone, entity=entity)
+        request = wire.WatchBumper(id=self.new_id("watch"), robot=robot, zone=zone, entity=entity)
+        return await self.start(wire.WATCH_BUMPER, request, report)
 
     async def watch_range(
         self, robot: str, sensor: str, distance: float, start: float, end: float, report: Reporter
     ) -> str:
         """See `Sensors`."""
-        bounds = {"distance": distance, "start": start, "end": end}
-        return await self.start("watch", wire.WATCH_RANGE, report, robot=robot, sensor=sensor, **bounds)
+        request = wire.WatchRange(
+            id=self.new_id("watch"), robot=robot, sensor=sensor, distance=distance, start=start, end=end
+        )
+        return await self.start(wire.WATCH_RANGE, request, report)
 
     async def check_rate(
         self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
     ) -> str:
         """See `Sensors`."""
-        bounds = {"lowest": lowest, "highest": highest, "duration": duration}
-        return await self.start("watch", wire.CHECK_RATE, report, robot=robot, sensor=sensor, **bounds)
+        request = wire.CheckRate(
+            id=self.new_id("watch"),
+            robot=robot,
+            sensor=sensor,
+            lowest=lowest,
+            highest=highest,
+            duration=duration,
+        )
+        return await self.start(wire.CHECK_RATE, request, report)
 
     cancel_sensor_watch = RobotRequests.cancel_watch
 
@@ -45,8 +56,8 @@ class DeviceRequests(RobotRequests):
 
     async def inject_fault(self, robot: str, device: str, fault: Fault, limit: float, report: Reporter) -> str:
         """See `Faults`."""
-        place = {"robot": robot, "device": device}
-        return await self.start("fault", wire.INJECT_FAULT, report, **place, fault=fault, limit=limit)
+        request = wire.InjectFault(id=self.new_id("fault"), robot=robot, device=device, fault=fault, limit=limit)
+        return await self.start(wire.INJECT_FAULT, request, report)
 
     async def cancel_fault(self, measurement: str) -> None:
         """See `Faults`."""

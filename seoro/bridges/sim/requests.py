@@ -126,7 +126,7 @@ class Requests:
         """Name in messages."""
         return f"{self._address.display_name} '{self._address.node}'"
 
-    def _new_id(self, kind: str) -> str:
+    def new_id(self, kind: str) -> str:
         """Return a new id for a goal or a watch, unique at the node."""
         identifier = f"{kind}-{next(self._ids)}"
         if self._address.sender:
@@ -180,16 +180,8 @@ class Requests:
                 raise self._loss.with_traceback(None) from error
             raise
 
-    async def start(self, kind: str, verb: wire.Verb[R, wire.Empty], report: Reporter, **fields: object) -> str:
-        """Start a goal, a watch or a fault; returns its id.
-
-        Args:
-            kind: First word of the id.
-            verb: Request.
-            report: Receives the end.
-            fields: Fields of the request besides the id.
-        """
-        request = verb.request.model_validate({"id": self._new_id(kind), **fields})
+    async def start(self, verb: wire.Verb[R, wire.Empty], request: R, report: Reporter) -> str:
+        """Start a goal or a watch, whose end goes to a reporter; returns its id."""
         self._reporters[request.id] = report
         try:
             await self.ask(verb, request)

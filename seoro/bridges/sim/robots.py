@@ -36,20 +36,33 @@ class RobotRequests(Requests):
 
     async def navigate(self, robot: str, poses: Sequence[Pose3D], *, stop_at_each: bool, report: Reporter) -> str:
         """See `MobileRobots`."""
-        goal = {"robot": robot, "poses": tuple(poses), "stop_at_each": stop_at_each}
-        verb = wire.NAVIGATE_THROUGH_POSES
-        return await self.start("goal", verb, report, **goal, feedback_period=FEEDBACK_PERIOD)
+        request = wire.NavigateThroughPoses(
+            id=self.new_id("goal"),
+            robot=robot,
+            poses=tuple(poses),
+            stop_at_each=stop_at_each,
+            feedback_period=FEEDBACK_PERIOD,
+        )
+        return await self.start(wire.NAVIGATE_THROUGH_POSES, request, report)
 
     async def watch_proximity(
         self, robot: str, frame: str, parent_frame: str, point: Position3D, threshold: float, report: Reporter
     ) -> str:
         """See `MobileRobots`."""
-        frames = {"robot": robot, "frame": frame, "parent_frame": parent_frame}
-        return await self.start("watch", wire.WATCH_PROXIMITY, report, **frames, point=point, threshold=threshold)
+        request = wire.WatchProximity(
+            id=self.new_id("watch"),
+            robot=robot,
+            frame=frame,
+            parent_frame=parent_frame,
+            point=point,
+            threshold=threshold,
+        )
+        return await self.start(wire.WATCH_PROXIMITY, request, report)
 
     async def watch_distance(self, robot: str, distance: float, report: Reporter) -> str:
         """See `MobileRobots`."""
-        return await self.start("watch", wire.WATCH_DISTANCE, report, robot=robot, distance=distance)
+        request = wire.WatchDistance(id=self.new_id("watch"), robot=robot, distance=distance)
+        return await self.start(wire.WATCH_DISTANCE, request, report)
 
     async def reinitialize_global_localization(self, robot: str) -> None:
         """See `LocalisedRobots`."""
@@ -57,7 +70,8 @@ class RobotRequests(Requests):
 
     async def watch_localization(self, robot: str, report: Reporter) -> str:
         """See `LocalisedRobots`."""
-        return await self.start("watch", wire.WATCH_LOCALIZATION, report, robot=robot)
+        request = wire.WatchLocalization(id=self.new_id("watch"), robot=robot)
+        return await self.start(wire.WATCH_LOCALIZATION, request, report)
 
     async def localization_error(self, robot: str) -> float | None:
         """See `LocalisedRobots`."""
@@ -68,8 +82,10 @@ class RobotRequests(Requests):
 
     async def drive(self, robot: str, linear: float, angular: float, duration: float, report: Reporter) -> str:
         """See `DrivenRobots`."""
-        velocity = {"linear": linear, "angular": angular}
-        return await self.start("goal", wire.DRIVE, report, robot=robot, **velocity, duration=duration)
+        request = wire.Drive(
+            id=self.new_id("goal"), robot=robot, linear=linear, angular=angular, duration=duration
+        )
+        return await self.start(wire.DRIVE, request, report)
 
     async def command_velocity(self, topic: str, velocity: Velocity6D) -> None:
         """See `DrivenRobots`. A topic without the name of a robot belongs to the first driven robot."""
@@ -93,34 +109,51 @@ class RobotRequests(Requests):
         report: Reporter,
     ) -> str:
         """See `Arms`."""
-        goal = {"robot": robot, "points": (tuple(positions),), "joint_names": tuple(names)}
-        return await self.start("goal", wire.FOLLOW_JOINT_TRAJECTORY, report, **goal, **_motion(options))
+        request = wire.FollowJointTrajectory(
+            id=self.new_id("goal"),
+            robot=robot,
+            points=(tuple(positions),),
+            joint_names=tuple(names),
+            **_motion(options),
+        )
+        return await self.start(wire.FOLLOW_JOINT_TRAJECTORY, request, report)
 
     async def move_tool(
         self, robot: str, pose: Pose3D, frame: str, options: MotionOptions, report: Reporter, *, straight: bool
     ) -> str:
         """See `Arms`."""
-        goal = {"robot": robot, "pose": pose, "frame": frame, "straight": straight}
-        return await self.start("goal", wire.MOVE_TO_POSE, report, **goal, **_motion(options))
+        request = wire.MoveToPose(
+            id=self.new_id("goal"), robot=robot, pose=pose, frame=frame, straight=straight, **_motion(options)
+        )
+        return await self.start(wire.MOVE_TO_POSE, request, report)
 
     async def move_gripper(
         self, robot: str, opening: float, force: float | None, options: MotionOptions, report: Reporter
     ) -> str:
         """See `Arms`."""
-        goal = {"robot": robot, "opening": opening, "force": force}
-        limits = {"max_velocity_scaling_factor": options.scaling, "tolerance": options.tolerance}
-        return await self.start("goal", wire.GRIPPER_COMMAND, report, **goal, **limits)
+        request = wire.GripperCommand(
+            id=self.new_id("goal"),
+            robot=robot,
+            opening=opening,
+            force=force,
+            max_velocity_scaling_factor=options.scaling,
+            tolerance=options.tolerance,
+        )
+        return await self.start(wire.GRIPPER_COMMAND, request, report)
 
     async def hold_entity(self, robot: str, entity: str, duration: float, report: Reporter) -> str:
         """See `Arms`."""
-        return await self.start("goal", wire.HOLD_ENTITY, report, robot=robot, entity=entity, duration=duration)
+        request = wire.HoldEntity(id=self.new_id("goal"), robot=robot, entity=entity, duration=duration)
+        return await self.start(wire.HOLD_ENTITY, request, report)
 
     async def watch_joint(
         self, robot: str, joint: str, position: float, tolerance: float, report: Reporter
     ) -> str:
         """See `Arms`."""
-        place = {"joint": joint, "position": position, "tolerance": tolerance}
-        return await self.start("watch", wire.WATCH_JOINT, report, robot=robot, **place)
+        request = wire.WatchJoint(
+            id=self.new_id("watch"), robot=robot, joint=joint, position=position, tolerance=tolerance
+        )
+        return await self.start(wire.WATCH_JOINT, request, report)
 
     async def arm_state(self, robot: str) -> ArmState:
         """See `Arms`."""
