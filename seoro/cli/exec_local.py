@@ -9,7 +9,6 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
@@ -25,9 +24,6 @@ from seoro.embed.runs import Run
 from seoro.embed.time_limit import WallLimit
 from seoro.errors import BackendError
 from seoro.runtime.trace.records import write_error_text
-
-if TYPE_CHECKING:
-    pass
 
 _FLUSH_TIME = 2.0  # [s] for pending output when the run is dropped
 

@@ -6,7 +6,6 @@ import secrets
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import anyio
 
@@ -20,9 +19,6 @@ from seoro.errors import BackendError, BackendRefused, BackendUnreachable, Usage
 from seoro.security.keys.roles import MOVING
 from seoro.security.network.endpoint_keys import check_reached, node_keys, security_of
 from seoro.security.network.peers import node_signer
-
-if TYPE_CHECKING:
-    pass
 
 RELEASE_TIMEOUT = 5.0  # [s]
 START = "start one with `seoro bridge ros2`"
