@@ -72,7 +72,7 @@ class EventLog:
         """Return the events after a number.
 
         Raises:
-            RequestRefused: The number is in the future, or the events after it are no longer logged.
+            RequestRefused: The number is in the future, or later events were dropped from the log.
         """
         self._requested = time.monotonic()
         if not self.number - len(self._kept) <= number <= self.number:
