@@ -13,7 +13,7 @@ from functools import cached_property
 
 from seoro.lang.diagnostic import Bag
 from seoro.lang.expected import explain
-from seoro.lang.lexer import Lexer, Number, Token
+from seoro.lang.lexer import LAYOUT, Lexer, Number, Token
 from seoro.lang.source import SourceFile
 
 MARK = "_"  # makes a token of the word or unit before the cursor
@@ -23,7 +23,6 @@ _OUTERMOST = re.compile(
 )
 _NAMES = frozenset({"NAME", "PREFIXED"})
 _OPENING = {"RPAR": "LPAR", "RSQB": "LSQB"}
-_LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
 
 
 @dataclass(frozen=True)
@@ -170,7 +169,7 @@ def _lines(file: SourceFile, tokens: list[Token]) -> list[Line]:
         if is_end and current:
             lines.append(Line(_column(file, current[0]), tuple(current)))
             current, depth = [], 0
-        if token.kind not in _LAYOUT:
+        if token.kind not in LAYOUT:
             depth = max(0, depth + (token.kind in _OPENING.values()) - (token.kind in _OPENING))
             current.append(token)
     return lines

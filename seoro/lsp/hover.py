@@ -5,11 +5,11 @@ from __future__ import annotations
 from seoro.lang import ast
 from seoro.lang.source import Span
 from seoro.lang.symbols import UnitSymbol, Unknown
+from seoro.lang.tree import find
 from seoro.lang.units import to_si, unit_text
 from seoro.lsp.analysis import Analysis, library_at
 from seoro.lsp.describe import code, comment, declaration, kind, typed
 from seoro.lsp.meaning import ImportedFile, Meaning, definition
-from seoro.lsp.tree import find
 
 
 def hover(analysis: Analysis, offset: int) -> tuple[str, Span] | None:

@@ -10,11 +10,11 @@ from lsprotocol.types import DocumentSymbol, FoldingRange, FoldingRangeKind, Sym
 from seoro.lang import ast
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import EnumSymbol, EventSymbol, FieldSymbol, MethodSymbol, TypeSymbol
+from seoro.lang.tree import walk
 from seoro.lsp.analysis import Analysis, library_at
 from seoro.lsp.items import SORTS
 from seoro.lsp.meaning import Meaning, declarations, definition, name_of
 from seoro.lsp.positions import Positions
-from seoro.lsp.tree import walk
 
 _KINDS = {
     ast.StructDeclaration: SymbolKind.Struct,
