@@ -175,11 +175,7 @@ def _answer_while_writing(server: SeoroServer) -> None:
         offset = server.positions.offset(SourceFile(document.uri, document.text), params.position)
         analyses = await server.analyst.recent(document.path)
         found = signature_at(document.text, offset, analyses) if analyses else None
-        if found is None:
-            return None
-        parameters = [lsp.ParameterInformation(parameter) for parameter in found.parameters]
-        help_ = lsp.SignatureInformation(found.label, found.documentation, parameters, found.active)
-        return lsp.SignatureHelp([help_], 0, found.active)
+        return lsp.SignatureHelp([found], 0, found.active_parameter) if found is not None else None
 
 
 def _answer_about_files(server: SeoroServer) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from lsprotocol.types import ParameterInformation, SignatureInformation
 
 from seoro.lsp.analysis import Analysis
 from seoro.lsp.completion import arguments_before
@@ -13,24 +14,7 @@ from seoro.lsp.describe import comment, parameter_text, parameters_of, signature
 from seoro.lsp.regions import behavior_start
 
 
-@dataclass(frozen=True)
-class Signature:
-    """A callable with its parameters.
-
-    Args:
-        label: Its name with all parameters.
-        documentation: Comment of its declaration.
-        parameters: The parameters, as in the label.
-        active: Number of the parameter at the cursor, or None.
-    """
-
-    label: str
-    documentation: str
-    parameters: tuple[str, ...]
-    active: int | None
-
-
-def signature_at(text: str, offset: int, analyses: Sequence[Analysis]) -> Signature | None:
+def signature_at(text: str, offset: int, analyses: Sequence[Analysis]) -> SignatureInformation | None:
     """Return the signature of the innermost call around the cursor; None without a call, or if it is unknown.
 
     Args:
@@ -45,12 +29,13 @@ def signature_at(text: str, offset: int, analyses: Sequence[Analysis]) -> Signat
     called = callee(around, cursor.brackets[-1].index, behavior_start(cursor))
     if called is None:
         return None
-    names = [parameter.text for parameter in parameters_of(called).values()]
+    parameters = parameters_of(called).values()
+    names = [parameter.text for parameter in parameters]
     given = arguments_before(cursor)
     place = names.index(given[-1]) if given[-1] in names else len(given) - 1
-    return Signature(
+    return SignatureInformation(
         signature(called, around.program),
         comment(called),
-        tuple(parameter_text(parameter, around.program) for parameter in parameters_of(called).values()),
+        [ParameterInformation(parameter_text(parameter, around.program)) for parameter in parameters],
         place if place < len(names) and (not given[-1] or given[-1] in names) else None,
     )
