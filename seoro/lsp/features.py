@@ -184,7 +184,7 @@ def _answer_about_files(server: SeoroServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     async def on_symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         analysis = await server.analysis(params.text_document.uri)
-        return Outline(analysis.tree, server.positions).symbols()
+        return Outline(server.positions).symbols(analysis.tree.statements)
 
     @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
     async def on_folds(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
