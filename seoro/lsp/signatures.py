@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from lsprotocol.types import ParameterInformation, SignatureInformation
 
 from seoro.lsp.analysis import Analysis
-from seoro.lsp.completion import arguments_before
+from seoro.lsp.completion import current_parameter
 from seoro.lsp.cursor import read_cursor
 from seoro.lsp.cursor_context import callee, cursor_context
 from seoro.lsp.describe import comment, parameter_text, parameters_of, signature
-from seoro.lsp.regions import behavior_start
 
 
 def signature_at(text: str, offset: int, analyses: Sequence[Analysis]) -> SignatureInformation | None:
@@ -23,19 +22,17 @@ def signature_at(text: str, offset: int, analyses: Sequence[Analysis]) -> Signat
         analyses: Analyses of the document, newest first; at least one.
     """
     cursor = read_cursor(text, offset)
-    if cursor is None or not cursor.brackets or not cursor.brackets[-1].is_call:
+    if cursor is None:
         return None
     around = cursor_context(cursor, analyses)
-    called = callee(around, cursor.brackets[-1].index, behavior_start(cursor))
+    called = callee(around)
     if called is None:
         return None
     parameters = parameters_of(called).values()
     names = [parameter.text for parameter in parameters]
-    given = arguments_before(cursor)
-    place = names.index(given[-1]) if given[-1] in names else len(given) - 1
     return SignatureInformation(
         signature(called, around.program),
         comment(called),
         [ParameterInformation(parameter_text(parameter, around.program)) for parameter in parameters],
-        place if place < len(names) and (not given[-1] or given[-1] in names) else None,
+        current_parameter(cursor, names),
     )
