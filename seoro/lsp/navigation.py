@@ -54,8 +54,8 @@ class CannotRename(Exception):
     """A name cannot be changed; the text has the reason."""
 
 
-def check_rename(analysis: Analysis, offset: int) -> Span:
-    """Return the span that a new name would replace.
+def check_rename(analysis: Analysis, offset: int) -> tuple[str, Span, Place]:
+    """Return the name at an offset, its span without prefix, and the place of its declaration.
 
     Raises:
         CannotRename: The offset has no name, or a name of a library.
@@ -64,10 +64,10 @@ def check_rename(analysis: Analysis, offset: int) -> Span:
     if found is None:
         raise CannotRename("no name that can be renamed here")
     use, target = found
-    library = library_at(target[0])
+    name, library = name_of(use.meaning), library_at(target[0])
     if library is not None:
-        raise CannotRename(f"`{name_of(use.meaning)}` is declared in the library `{library}`")
-    return bare(use.span, name_of(use.meaning))
+        raise CannotRename(f"`{name}` is declared in the library `{library}`")
+    return name, bare(use.span, name), target
 
 
 def bare(span: Span, name: str) -> Span:

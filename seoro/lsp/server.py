@@ -14,7 +14,6 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
-from pygls.workspace import TextDocument
 
 from seoro import __version__
 from seoro.lsp.analysis import Analysis
@@ -70,8 +69,9 @@ class SeoroServer(LanguageServer):
 
     # ------------------------------------------------------------ documents
 
-    def take(self, document: TextDocument) -> Document | None:
+    def take(self, uri: str) -> Document | None:
         """Store the current text of a document."""
+        document = self.workspace.get_text_document(uri)
         return self.documents.put(document.uri, document.version, document.source)
 
     def document(self, uri: str) -> Document:
