@@ -16,7 +16,6 @@ from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
 from seoro.cli.output import paint, print_error, use_colour
 from seoro.errors import InvalidScenario, UsageError
 from seoro.files.inputs import Kind, read_input, resolved
-from seoro.lang.format.fault import LayoutFault
 from seoro.lang.loader import read_source
 from seoro.lang.source import SourceFile
 
@@ -69,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _outcome(options: argparse.Namespace, path: Path | None) -> _Outcome:
     """Format a file, or stdin for None; print an error if that fails."""
-    from seoro.lang.format.formatter import format_text  # noqa: PLC0415 - for this command only
+    from seoro.lang.format.formatter import LayoutFault, format_text  # noqa: PLC0415 - for this command only
 
     try:
         return _format_stdin(options, format_text) if path is None else _format_file(path, options, format_text)

@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 from seoro.lang import ast, parse_table
 from seoro.lang.build import Builder
 from seoro.lang.diagnostics import syntax
-from seoro.lang.lexer import Refused, Token
+from seoro.lang.lexer import LAYOUT, Refused, Token
 from seoro.lang.source import SourceFile, Span
 
 MAX_FRAMES = 850  # Python frames for a traversal of an expression; Python's limit is 1000
 MAX_COMPOSITIONS = 512  # nested; Python's limit is raised if necessary
 _SPARE_FRAMES = 300  # for the callers of traversals
-LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT"})
 
 _CHAINS = {  # chained operators, each with the symbol of its rule that continues a chain
     **dict.fromkeys(("implication", "disjunction", "conjunction", "relation", "sum", "term"), 0),

@@ -63,10 +63,6 @@ class Builder:
         """`import ...`."""
         return ast.ImportModule(tuple(reference), span) if isinstance(reference, list) else reference
 
-    def import_uri(self, span: Span, text: Token) -> ast.ImportUri:
-        """Build an import of a quoted name."""
-        return ast.ImportUri(text.value, span)
-
     def structured_identifier(self, span: Span, *names: Token) -> list[str]:
         """`a.b.c`."""
         return [bare(name.value) for name in names]
@@ -86,10 +82,6 @@ class Builder:
         return ast.ExportWildcard(bare(prefix.value.partition("::")[0]) or "null", span)
 
     # ------------------------------------------------------------ 7.2.2.2 types
-
-    def primitive_type(self, span: Span, word: Token) -> ast.PrimitiveTypeName:
-        """Build the name of a built-in type."""
-        return ast.PrimitiveTypeName(word.value, span)
 
     def unit_declaration(
         self,
@@ -124,10 +116,6 @@ class Builder:
         """Return the number of a member."""
         number: Number = digits.value
         return int(number.value)
-
-    def inheritance_condition(self, span: Span, field: ast.Name, value: Any) -> tuple[ast.Name, Any]:
-        """`(field == value)`."""
-        return field, value
 
     def structured_type_extension(self, span: Span, *parts: Any) -> ast.StructuredTypeExtension:
         """`extend <type>: ...`; the type's name is one name or two."""
@@ -221,30 +209,6 @@ class Builder:
 
     # ------------------------------------------------------------ 7.2.2.6 expressions
 
-    def implication(self, span: Span, left: ast.Expression, right: ast.Expression) -> ast.Logic:
-        """`a => b`."""
-        return ast.Logic("=>", left, right, span)
-
-    def disjunction(self, span: Span, left: ast.Expression, right: ast.Expression) -> ast.Logic:
-        """`a or b`."""
-        return ast.Logic("or", left, right, span)
-
-    def conjunction(self, span: Span, left: ast.Expression, right: ast.Expression) -> ast.Logic:
-        """`a and b`."""
-        return ast.Logic("and", left, right, span)
-
-    def relation(self, span: Span, left: ast.Expression, operator: str, right: ast.Expression) -> ast.Relation:
-        """`a < b`."""
-        return ast.Relation(operator, left, right, span)
-
-    def sum(self, span: Span, left: ast.Expression, operator: str, right: ast.Expression) -> ast.Arithmetic:
-        """`a + b`."""
-        return ast.Arithmetic(operator, left, right, span)
-
-    def term(self, span: Span, left: ast.Expression, operator: str, right: ast.Expression) -> ast.Arithmetic:
-        """`a * b`."""
-        return ast.Arithmetic(operator, left, right, span)
-
     def negation(self, span: Span, operand: ast.Expression) -> ast.Expression:
         """`-a`; a sign directly before a number belongs to it."""
         if operand.span.start == span.start + 1:
@@ -297,10 +261,6 @@ class Builder:
         """`true` or `false`."""
         return ast.BoolLiteral(word.value == "true", span)
 
-    def string_literal(self, span: Span, text: Token) -> ast.StringLiteral:
-        """Build a string."""
-        return ast.StringLiteral(text.value, span)
-
 
 def bare(text: str) -> str:
     """Remove the bars of an identifier."""
@@ -327,6 +287,7 @@ _CLASSES: Final[Mapping[str, type[ast.Node]]] = {
     "remove_default_declaration": ast.RemoveDefault,
     "behavior_with_declaration": ast.WithBlock,
     "enum_value": ast.EnumValueReference,
+    "primitive_type": ast.PrimitiveTypeName,
 }  # node classes that are not named after their productions
 _WITH_ITEMS: Final = frozenset(
     {ast.ExportStatement, ast.OnDirective, ast.WithBlock, ast.ListConstructor, ast.PrimitiveTypeExtension}
@@ -335,12 +296,16 @@ _WITH_ITEMS: Final = frozenset(
 )  # nodes whose last field contains all remaining children
 _ITEMS: Final = frozenset(
     {"namespace_list", "base_unit_specifier", "enum_members", "field_names", "parameter_with_declaration"}
-    | {"argument_list_specification"}
+    | {"argument_list_specification", "inheritance_condition"}
 )  # productions that stand for the tuple of their children
 _WORDS: Final = frozenset(
     {"constraint_qualifier", "method_qualifier", "coverage_kind", "composition_operator"}
     | {"relational_op", "additive_op", "multiplicative_op"}
 )  # productions that stand for a word or a sign
+# Nodes whose only field is the value of a token.
+_OF_TOKENS: Final = frozenset({ast.ImportUri, ast.PrimitiveTypeName, ast.StringLiteral})
+_LOGIC: Final = {"implication": "=>", "disjunction": "or", "conjunction": "and"}
+_BINARY: Final = {"relation": ast.Relation, "sum": ast.Arithmetic, "term": ast.Arithmetic}  # with the sign between
 
 
 @cache
@@ -349,7 +314,15 @@ def _callback(production: str) -> Callback:
         return lambda span, *children: children
     if production in _WORDS:
         return lambda span, token: str(token.value)
+    if production in _LOGIC:
+        sign = _LOGIC[production]
+        return lambda span, left, right: ast.Logic(sign, left, right, span)
+    if production in _BINARY:
+        operation = _BINARY[production]
+        return lambda span, left, operator, right: operation(operator, left, right, span)
     cls: Any = _CLASSES.get(production) or getattr(ast, production.title().replace("_", ""))
+    if cls in _OF_TOKENS:
+        return lambda span, token: cls(token.value, span)
     count = len(cls.__match_args__) - 2 if cls in _WITH_ITEMS else None
 
     def node(span: Span, *children: Any) -> Any:

@@ -43,14 +43,6 @@ class _Piece(NamedTuple):
     is_moved: bool = False
 
 
-class _Part(NamedTuple):
-    """Consecutive statements; `unread` are names that their errors may hide."""
-
-    statements: tuple[ast.Statement, ...]
-    unread: tuple[str, ...] | None
-    span: Span
-
-
 class IncrementalParser:
     """Parses successive versions of one text, each with the trees of the version before."""
 
@@ -62,8 +54,8 @@ class IncrementalParser:
         starts = [found.start() for found in _START.finditer(file.text)]
         found = self._from_pieces(file, bag, starts)
         if found is not None:
-            tree = Builder(file, bag).osc_file(found.span, *found.statements)
-            return ast.OscFile(tree.statements, found.unread, tree.span)
+            Builder(file, bag).osc_file(found.span, *found.statements)  # reports misplaced imports
+            return found
         before = len(bag)
         tree = parse_file(file, bag)
         if len(bag) == before:
@@ -82,7 +74,7 @@ class IncrementalParser:
             if not any(map(is_deep, at[start]))
         }
 
-    def _from_pieces(self, file: SourceFile, bag: Bag, starts: list[int]) -> _Part | None:
+    def _from_pieces(self, file: SourceFile, bag: Bag, starts: list[int]) -> ast.OscFile | None:
         """Parse the changed pieces; None if the whole text must be parsed."""
         text = file.text
         if not self._known or not starts or not _TRIVIA.fullmatch(text, 0, starts[0]) or foreign_format(text):
@@ -91,7 +83,9 @@ class IncrementalParser:
         pieces = self._pieces(file, places)
         if pieces is None:
             return None
-        parts = [_Part(piece.statements, (), Span(file, piece.start, piece.end)) for piece in pieces if piece]
+        parts = [
+            ast.OscFile(piece.statements, (), Span(file, piece.start, piece.end)) for piece in pieces if piece
+        ]
         broken = [number for number, piece in enumerate(pieces) if piece is None]
         if broken:
             part = _parse_broken(file, bag, places, pieces, broken)
@@ -105,7 +99,7 @@ class IncrementalParser:
         }
         statements = tuple(statement for part in parts for statement in part.statements)
         unread = next((part.unread for part in parts if part.unread != ()), ())
-        return _Part(statements, unread, Span(file, parts[0].span.start, parts[-1].span.end))
+        return ast.OscFile(statements, unread, Span(file, parts[0].span.start, parts[-1].span.end))
 
     def _pieces(self, file: SourceFile, places: Sequence[tuple[int, int]]) -> list[_Piece | None] | None:
         """Return the pieces, None for those with errors; None if too many have changed."""
@@ -143,7 +137,7 @@ def _parse_broken(
     places: Sequence[tuple[int, int]],
     pieces: Sequence[_Piece | None],
     broken: Sequence[int],
-) -> _Part | None:
+) -> ast.OscFile | None:
     """Parse pieces with errors and the next one; None if an error may reach further."""
     first, behind = broken[0], broken[-1] + 1
     if behind - first != len(broken):
@@ -164,4 +158,4 @@ def _parse_broken(
         statements = statements[:count]
     for found in own.diagnostics:
         bag.put(found)
-    return _Part(statements, tree.unread, tree.span)
+    return ast.OscFile(statements, tree.unread, tree.span)

@@ -18,6 +18,7 @@ from seoro.lang.habits import BLANKS, CLOSING_QUOTES, COMMENTS, OPENING_QUOTES, 
 from seoro.lang.source import SourceFile, Span
 
 TAB_STOP = 8
+LAYOUT: Final = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})  # terminals without text
 MAX_ERRORS = 30  # of one file; later errors are mostly consequences
 MAX_TOKENS = 50_000  # of one logical line
 # A letter, an underscore or a character beyond ASCII, whose category is checked later; then digits, too.

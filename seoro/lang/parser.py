@@ -11,13 +11,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from seoro.lang import ast, parse_table
-from seoro.lang.automaton import LAYOUT, Automaton
+from seoro.lang.automaton import Automaton
 from seoro.lang.build import Builder
 from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import syntax
 from seoro.lang.expected import OPERAND_STARTS, describe, explain
 from seoro.lang.habits import foreign_format
-from seoro.lang.lexer import MAX_ERRORS, Lexer, Refused, Token
+from seoro.lang.lexer import LAYOUT, MAX_ERRORS, Lexer, Refused, Token
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.unread import names_declared
 
@@ -234,7 +234,7 @@ class _Parser(Automaton):
             self._fresh = True
         start, end = self._tokens[found.first].start, self._tokens[found.behind - 1].end
         text = SourceFile("", found.repair or "")
-        words = [token for token in Lexer(text, Bag()).tokens() if token.kind not in {*LAYOUT, "$END"}]
+        words = [token for token in Lexer(text, Bag()).tokens() if token.kind not in LAYOUT]
         for token in words:
             token.start, token.end = start, end
         self._tokens[found.first : found.behind] = words

@@ -5,7 +5,9 @@ Tests and users rely on the text form; see `seoro check`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TypeAlias
 
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.frozen import Value
@@ -13,6 +15,7 @@ from seoro.lang.source import SourceFile
 
 TAB_WIDTH = 4
 MAX_WIDTH = 200  # shown characters of a line
+Paint: TypeAlias = Callable[[str, str], str]  # wraps a text in an ANSI code
 _RESET = "\x1b[0m"
 _BOLD = "\x1b[1m"
 _BLUE = "\x1b[34;1m"
@@ -43,43 +46,28 @@ def render_text(diagnostic: Diagnostic, colour: bool = False) -> str:
         diagnostic: The diagnostic.
         colour: Whether to use ANSI colours.
     """
-    paint = _Paint(colour, _COLOURS[diagnostic.severity])
+    paint = partial(_painted, on=colour)
     labels = (diagnostic.primary, *diagnostic.secondary)
     files: list[SourceFile] = []
     for label in labels:
         if label.span.file.text and label.span.file not in files:  # unreadable files have no text
             files.append(label.span.file)
     width = len(str(max(label.span.line for label in labels)))
-    lines = [
-        paint.severity(f"{diagnostic.severity.value}[{diagnostic.code}]") + paint.bold(f": {diagnostic.message}")
-    ]
+    kind = paint(_COLOURS[diagnostic.severity], f"{diagnostic.severity.value}[{diagnostic.code}]")
+    lines = [kind + paint(_BOLD, f": {diagnostic.message}")]
     for number, file in enumerate(files):
         here = [label for label in labels if label.span.file is file]
         arrow = "-->" if number == 0 else ":::"
-        lines.append(f"{' ' * width}{paint.blue(arrow)} {here[0].span}")
-        lines += _excerpt(here, diagnostic.primary, width, paint)
+        lines.append(f"{' ' * width}{paint(_BLUE, arrow)} {here[0].span}")
+        lines += _excerpt(here, diagnostic, width, paint)
     if diagnostic.help:
-        lines.append(f"{' ' * width} {paint.blue('=')} {paint.bold('help')}: {diagnostic.help}")
+        lines.append(f"{' ' * width} {paint(_BLUE, '=')} {paint(_BOLD, 'help')}: {diagnostic.help}")
     return "\n".join(lines)
 
 
-class _Paint(Value):
-    """Wraps text in ANSI codes, if enabled."""
-
-    on: bool
-    tone: str
-
-    def severity(self, text: str) -> str:
-        return self._wrap(self.tone, text)
-
-    def bold(self, text: str) -> str:
-        return self._wrap(_BOLD, text)
-
-    def blue(self, text: str) -> str:
-        return self._wrap(_BLUE, text)
-
-    def _wrap(self, code: str, text: str) -> str:
-        return f"{code}{text}{_RESET}" if self.on and text else text
+def _painted(tone: str, text: str, *, on: bool) -> str:
+    """Wrap text in an ANSI code, if enabled."""
+    return f"{tone}{text}{_RESET}" if on and text else text
 
 
 class _Mark(Value):
@@ -88,22 +76,23 @@ class _Mark(Value):
     start: int
     end: int
     text: str
-    is_primary: bool
+    sign: str
+    tone: str
 
 
-def _excerpt(labels: Sequence[Label], primary: Label, width: int, paint: _Paint) -> list[str]:
+def _excerpt(labels: Sequence[Label], diagnostic: Diagnostic, width: int, paint: Paint) -> list[str]:
     """Return the lines of one file that labels refer to, with marks below them."""
-    gutter = " " * width + " " + paint.blue("|")
+    gutter = " " * width + " " + paint(_BLUE, "|")
     shown = [gutter]
     last = None
     for number in sorted({label.span.line for label in labels}):
         if last is not None and number > last + 1:
-            shown.append(paint.blue("..."))
+            shown.append(paint(_BLUE, "..."))
         last = number
         here = [label for label in labels if label.span.line == number]
         line, shift = _window(here)
-        shown.append(f"{paint.blue(f'{number:>{width}} |')} {_expand(line)}".rstrip())
-        marks = [_place(label, line, shift, label is primary) for label in here]
+        shown.append(f"{paint(_BLUE, f'{number:>{width}} |')} {_expand(line)}".rstrip())
+        marks = [_place(label, line, shift, diagnostic) for label in here]
         shown += [f"{gutter} {row}" for row in _rows(marks, paint)]
     return shown
 
@@ -127,16 +116,17 @@ def _expand(text: str) -> str:
     )
 
 
-def _place(label: Label, line: str, shift: int, is_primary: bool) -> _Mark:
+def _place(label: Label, line: str, shift: int, diagnostic: Diagnostic) -> _Mark:
     """Return the mark of a label; a span of several lines is marked to the end of the first one."""
     start = min(label.span.column - 1 + shift, len(line))
     end = min(start + label.span.end - label.span.start, len(line.rstrip()))
     shown_start = len(_expand(line[:start]))
     shown_end = max(len(_expand(line[:end])), shown_start + 1)
-    return _Mark(shown_start, shown_end, label.text, is_primary)
+    sign, tone = ("^", _COLOURS[diagnostic.severity]) if label is diagnostic.primary else ("-", _BLUE)
+    return _Mark(shown_start, shown_end, label.text, sign, tone)
 
 
-def _rows(marks: Sequence[_Mark], paint: _Paint) -> list[str]:
+def _rows(marks: Sequence[_Mark], paint: Paint) -> list[str]:
     """Return the row of carets with the text of the last mark, then the other texts below their marks."""
     ordered = sorted(marks, key=lambda mark: mark.start)
     row, column = "", 0
@@ -144,8 +134,7 @@ def _rows(marks: Sequence[_Mark], paint: _Paint) -> list[str]:
         if mark.end <= column:
             continue
         start = max(mark.start, column)
-        line = ("^" if mark.is_primary else "-") * (mark.end - start)
-        row += " " * (start - column) + (paint.severity(line) if mark.is_primary else paint.blue(line))
+        row += " " * (start - column) + paint(mark.tone, mark.sign * (mark.end - start))
         column = mark.end
     last = ordered[-1]
     if last.text:

@@ -6,13 +6,12 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Final
 
-from seoro.lang.lexer import Token
+from seoro.lang.lexer import LAYOUT, Token
 
 _DECLARES_NOTHING: Final = frozenset(
     {"keep", "remove_default", "wait", "emit", "call", "until", "on", "cover", "record", "with", "export"}
 )
 _DECLARES_ANYTHING: Final = frozenset({"import", "namespace", "include", "from"})
-_LAYOUT: Final = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
 
 
 def names_declared(tokens: Sequence[Token], lost: Sequence[tuple[int, int]]) -> tuple[str, ...] | None:
@@ -29,7 +28,7 @@ def names_declared(tokens: Sequence[Token], lost: Sequence[tuple[int, int]]) -> 
     for token in tokens if lost else ():
         number = bisect_right(starts, token.start) - 1
         is_lost = number >= 0 and token.start < stretches[number][1]
-        if is_lost and token.kind not in _LAYOUT:
+        if is_lost and token.kind not in LAYOUT:
             if isinstance(token.value, str):
                 statement.append(_bare(token))
             continue

@@ -6,13 +6,22 @@ meaning of names (`cursor_context.py`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from lsprotocol.types import CompletionItemKind as Sort
 
 from seoro.lang import ast, plan
-from seoro.lang.symbols import Enumeration, EnumSymbol, FieldSymbol, Kind, Structured, Type, TypeSymbol
+from seoro.lang.symbols import (
+    Enumeration,
+    EnumSymbol,
+    FieldSymbol,
+    Kind,
+    QuantitySymbol,
+    Structured,
+    Type,
+    TypeSymbol,
+)
 from seoro.lang.types import PRIMITIVES, is_known, quantity
 from seoro.lsp import items
 from seoro.lsp.analysis import Analysis
@@ -56,7 +65,7 @@ def complete(text: str, offset: int, analyses: Sequence[Analysis]) -> Completion
     return Completion(cursor.start, tuple(found.values()))
 
 
-def _items(around: CursorContext) -> Iterator[Item]:
+def _items(around: CursorContext) -> Iterable[Item]:
     cursor = around.cursor
     words = cursor.line.words
     place = len(words) - 1
@@ -67,7 +76,7 @@ def _items(around: CursorContext) -> Iterator[Item]:
         return _members(around, place - 1)
     if before == "!":
         enum = around.find_type(cursor.text(place - 2, place - 1))
-        return items.enum_members(enum) if isinstance(enum, EnumSymbol) else iter(())
+        return items.enum_members(enum) if isinstance(enum, EnumSymbol) else ()
     if before == "@":
         return _events(around)
     if cursor.brackets:
@@ -88,7 +97,7 @@ def _items(around: CursorContext) -> Iterator[Item]:
 # ---------------------------------------------------------------- after a dot and `@`
 
 
-def _members(around: CursorContext, dot: int) -> Iterator[Item]:
+def _members(around: CursorContext, dot: int) -> Iterable[Item]:
     """Complete after a dot."""
     cursor = around.cursor
     words = cursor.line.words
@@ -100,7 +109,7 @@ def _members(around: CursorContext, dot: int) -> Iterator[Item]:
     if words[0] in TYPES and region(cursor) is Region.FILE and not cursor.brackets:
         symbol = around.find_type(base)
         is_actor = isinstance(symbol, TypeSymbol) and before in {"extend", "inherits", "of"}
-        return items.behaviors(around, symbol) if is_actor and isinstance(symbol, TypeSymbol) else iter(())
+        return items.behaviors(around, symbol) if is_actor and isinstance(symbol, TypeSymbol) else ()
     type_ = around.type_of(base)
     if first == behavior_start(cursor) and not cursor.brackets and isinstance(type_, Structured):
         return _invocable(around, type_.symbol)
@@ -110,7 +119,7 @@ def _members(around: CursorContext, dot: int) -> Iterator[Item]:
     return items.members(type_, around.program)
 
 
-def _invocable(around: CursorContext, owner: TypeSymbol) -> Iterator[Item]:
+def _invocable(around: CursorContext, owner: TypeSymbol) -> Iterable[Item]:
     """Yield the behaviors of an object, and its fields that hold objects."""
     here = region(around.cursor)
     if here is Region.BEHAVIORS or around.cursor.line.words[0] == "do":
@@ -122,7 +131,7 @@ def _invocable(around: CursorContext, owner: TypeSymbol) -> Iterator[Item]:
         yield from items.modifiers(around, owner)
 
 
-def _events(around: CursorContext) -> Iterator[Item]:
+def _events(around: CursorContext) -> Iterable[Item]:
     """Complete after `@`."""
     yield from items.events(around, around.owner)
     yield from (Item(label, Sort.Reference, "label", rank=items.FIRST) for label in around.labels)
@@ -131,7 +140,7 @@ def _events(around: CursorContext) -> Iterator[Item]:
             yield items.field(found, around.program)
 
 
-def _events_of(around: CursorContext, base: str) -> Iterator[Item]:
+def _events_of(around: CursorContext, base: str) -> Iterable[Item]:
     """Yield the events of a labelled behavior, or of an object."""
     member = around.labels.get(base)
     if member is None:
@@ -151,7 +160,7 @@ def _events_of(around: CursorContext, base: str) -> Iterator[Item]:
 # ---------------------------------------------------------------- statements
 
 
-def _in_header(around: CursorContext) -> Iterator[Item]:
+def _in_header(around: CursorContext) -> Iterable[Item]:
     """Complete the line of a declaration."""
     words = around.cursor.line.words
     place, before = len(words) - 1, words[-2] if len(words) > 1 else ""
@@ -163,7 +172,7 @@ def _in_header(around: CursorContext) -> Iterator[Item]:
         case ("struct" | "actor") as kind, "inherits":
             return items.types(around, (Kind(kind),))
         case "extend", "extend":
-            return iter((*items.types(around), *items.behaviors(around, None)))
+            return (*items.types(around), *items.behaviors(around, None))
         case "unit", "of":
             return items.physical_types(around)
         case "modifier", "of":
@@ -175,24 +184,24 @@ def _in_header(around: CursorContext) -> Iterator[Item]:
         case (("struct" | "actor" | "scenario" | "action"), _) if place == 2:
             return items.keywords(("inherits",))
         case _:
-            return iter(())
+            return ()
 
 
-def _all_behaviors(around: CursorContext) -> Iterator[Item]:
-    return iter((*items.behaviors(around, None), *items.types(around, (Kind.ACTOR,))))
+def _all_behaviors(around: CursorContext) -> Iterable[Item]:
+    return (*items.behaviors(around, None), *items.types(around, (Kind.ACTOR,)))
 
 
-def _in_member(around: CursorContext) -> Iterator[Item]:
+def _in_member(around: CursorContext) -> Iterable[Item]:
     """Complete a member of a type."""
     words = around.cursor.line.words
     place = len(words) - 1
     if place == 0:
-        return iter((*items.keywords(KEYWORDS[Region.MEMBERS]), *items.modifiers(around, None)))
+        return (*items.keywords(KEYWORDS[Region.MEMBERS]), *items.modifiers(around, None))
     match words[0]:
         case "do":
             return _in_behavior(around, behavior_start(around.cursor) or 0)
         case "event":
-            return _specification(around) if "is" in words else items.keywords(("is",)) if place > 1 else iter(())
+            return _specification(around) if "is" in words else items.keywords(("is",)) if place > 1 else ()
         case "on":
             return _specification(around)
         case "def":
@@ -201,7 +210,7 @@ def _in_member(around: CursorContext) -> Iterator[Item]:
             return _after_name(around)
 
 
-def _in_method(around: CursorContext) -> Iterator[Item]:
+def _in_method(around: CursorContext) -> Iterable[Item]:
     """Complete a method, after its name."""
     words = around.cursor.line.words
     if "expression" in words:
@@ -212,22 +221,22 @@ def _in_method(around: CursorContext) -> Iterator[Item]:
         case "is" | "only":
             return items.keywords(("expression", "undefined", "external", "only"))
         case "def":
-            return iter(())
+            return ()
         case _:
             return items.keywords(("is",))
 
 
-def _after_name(around: CursorContext) -> Iterator[Item]:
+def _after_name(around: CursorContext) -> Iterable[Item]:
     """Complete the type and the default of a field."""
     words = around.cursor.line.words
     if "=" in words:
         return items.values(around, _expected(around))
     if words[-2] in {":", "of"}:
         return items.types(around)
-    return items.keywords(("with",)) if ":" in words else iter(())
+    return items.keywords(("with",)) if ":" in words else ()
 
 
-def _in_behavior(around: CursorContext, first: int) -> Iterator[Item]:
+def _in_behavior(around: CursorContext, first: int) -> Iterable[Item]:
     """Complete a line of behaviors, one of which begins at `first`."""
     words = around.cursor.line.words
     place = len(words) - 1
@@ -239,12 +248,12 @@ def _in_behavior(around: CursorContext, first: int) -> Iterator[Item]:
         case "emit":
             return _emitted(around)
         case word if word in COMPOSITIONS:
-            return iter(())
+            return ()
         case _:
-            return items.values(around, None) if place > first else iter(())
+            return items.values(around, None) if place > first else ()
 
 
-def _statements(around: CursorContext) -> Iterator[Item]:
+def _statements(around: CursorContext) -> Iterable[Item]:
     """Yield the beginnings of behaviors."""
     yield from items.keywords(KEYWORDS[Region.BEHAVIORS], items.SOON)
     if around.owner is not None and around.owner.actor is not None:
@@ -256,15 +265,15 @@ def _statements(around: CursorContext) -> Iterator[Item]:
             yield items.field(found, around.program, items.FIRST)
 
 
-def _in_with(around: CursorContext) -> Iterator[Item]:
+def _in_with(around: CursorContext) -> Iterable[Item]:
     """Complete a line of a `with:` block."""
     words = around.cursor.line.words
     if len(words) == 1:
-        return iter((*items.keywords(KEYWORDS[Region.WITH]), *items.modifiers(around, None)))
+        return (*items.keywords(KEYWORDS[Region.WITH]), *items.modifiers(around, None))
     return _specification(around) if words[0] == "until" else items.values(around, None)
 
 
-def _specification(around: CursorContext) -> Iterator[Item]:
+def _specification(around: CursorContext) -> Iterable[Item]:
     """Complete an event specification."""
     before = around.cursor.line.words[-2]
     if before in _EVENT_WORDS or before == "is":
@@ -276,38 +285,38 @@ def _specification(around: CursorContext) -> Iterator[Item]:
     yield from items.values(around, _expected(around))
 
 
-def _emitted(around: CursorContext) -> Iterator[Item]:
+def _emitted(around: CursorContext) -> Iterable[Item]:
     """Yield the events that can be emitted."""
     if around.cursor.line.words[-2] != "emit":
-        return iter(())
+        return ()
     phases = (item for item in items.phases() if item.label != plan.Phase.START.value)  # cannot be emitted
-    return iter((*items.declared_events(around, around.owner), *phases))
+    return (*items.declared_events(around, around.owner), *phases)
 
 
 # ---------------------------------------------------------------- arguments and values
 
 
-def _in_bracket(around: CursorContext) -> Iterator[Item]:
+def _in_bracket(around: CursorContext) -> Iterable[Item]:
     """Complete within brackets."""
     cursor = around.cursor
     words, bracket = cursor.line.words, cursor.brackets[-1]
     name = words[bracket.index - 1] if bracket.is_call else ""
     if words[0] in {"event", "def"} and len(cursor.brackets) == 1 and bracket.index == 2:
-        return items.types(around) if words[-2] in {":", "of"} else iter(())
+        return items.types(around) if words[-2] in {":", "of"} else ()
     if name in {"as", "is"} and words[bracket.index - 2] == ".":
         return items.types(around)
     if name == "SI":
         return items.keywords(_BASE_UNITS)
     if name == "keep" and words[-2] == "(":
-        return iter((*items.keywords(("default", "hard")), *items.values(around, None)))
+        return (*items.keywords(("default", "hard")), *items.values(around, None))
     parameters = _open_parameters(around)
-    names = items.arguments(parameters, around.program) if words[-2] in {"(", ","} else iter(())
-    return iter((*names, *items.values(around, _expected(around))))
+    names = items.arguments(parameters, around.program) if words[-2] in {"(", ","} else ()
+    return (*names, *items.values(around, _expected(around)))
 
 
 def _open_parameters(around: CursorContext) -> Iterable[FieldSymbol]:
     """Return the parameters without an argument."""
-    given = arguments_before(around.cursor)
+    given = _arguments_before(around.cursor)
     names = {name for name in given if name}
     positional = sum(not name for name in given[:-1])
     return [parameter for parameter in _parameters(around)[positional:] if parameter.text not in names]
@@ -315,14 +324,11 @@ def _open_parameters(around: CursorContext) -> Iterable[FieldSymbol]:
 
 def _parameters(around: CursorContext) -> list[FieldSymbol]:
     """Return the parameters of the innermost call."""
-    bracket = around.cursor.brackets[-1]
-    if not bracket.is_call:
-        return []
-    found = callee(around, bracket.index, behavior_start(around.cursor))
+    found = callee(around)
     return list(parameters_of(found).values()) if found is not None else []
 
 
-def arguments_before(cursor: Cursor) -> list[str]:
+def _arguments_before(cursor: Cursor) -> list[str]:
     """Return the names of the arguments in the innermost bracket up to the cursor; empty for positional ones."""
     first = cursor.brackets[-1].index + 1
     names, depth, start = list[str](), 0, first
@@ -334,6 +340,14 @@ def arguments_before(cursor: Cursor) -> list[str]:
             names.append(words[start] if words[start + 1 : start + 2] == (":",) else "")
             start = index + 1
     return names
+
+
+def current_parameter(cursor: Cursor, names: Sequence[str]) -> int | None:
+    """Return the number of the parameter whose argument contains the cursor; None without such a parameter."""
+    given = _arguments_before(cursor)
+    if given[-1]:
+        return names.index(given[-1]) if given[-1] in names else None
+    return len(given) - 1 if len(given) <= len(names) else None
 
 
 def _expected(around: CursorContext) -> Type | None:
@@ -359,23 +373,20 @@ def _expected_argument(around: CursorContext) -> Type | None:
     if name in {"elapsed", "every"}:
         return _declared(around, "time")
     parameters = _parameters(around)
-    given = arguments_before(around.cursor)
-    if given[-1]:
-        return next((parameter.type for parameter in parameters if parameter.text == given[-1]), None)
-    return parameters[len(given) - 1].type if len(given) <= len(parameters) else None
+    number = current_parameter(around.cursor, [parameter.text for parameter in parameters])
+    return parameters[number].type if number is not None else None
 
 
 def _declared(around: CursorContext, text: str) -> Type | None:
     """Return the type of a declarator that is a bare name."""
     if text in PRIMITIVES:
         return PRIMITIVES[text]
-    symbol = around.find_type(text) if text else None
-    match symbol:
-        case EnumSymbol():
+    match around.find_type(text):
+        case EnumSymbol() as symbol:
             return Enumeration(symbol)
-        case TypeSymbol():
+        case TypeSymbol() as symbol:
             return Structured(symbol)
+        case QuantitySymbol(dimension=dimension):
+            return quantity(dimension)
         case None:
             return None
-        case _:
-            return quantity(symbol.dimension)

@@ -13,7 +13,7 @@ from functools import cached_property
 
 from seoro.lang.diagnostic import Bag
 from seoro.lang.expected import explain
-from seoro.lang.lexer import Lexer, Number, Token
+from seoro.lang.lexer import LAYOUT, Lexer, Number, Token
 from seoro.lang.source import SourceFile
 
 MARK = "_"  # makes a token of the word or unit before the cursor
@@ -22,8 +22,8 @@ _OUTERMOST = re.compile(
     re.MULTILINE,
 )
 _NAMES = frozenset({"NAME", "PREFIXED"})
-_OPENING = {"RPAR": "LPAR", "RSQB": "LSQB"}
-_LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
+_OPENING = frozenset({"LPAR", "LSQB"})
+_CLOSING = frozenset({"RPAR", "RSQB"})
 
 
 @dataclass(frozen=True)
@@ -38,17 +38,13 @@ class Line:
     column: int
     tokens: tuple[Token, ...]
 
-    def word(self, index: int) -> str:
-        """Return the text of a name or an operator; empty for other tokens."""
-        if not -len(self.tokens) <= index < len(self.tokens):
-            return ""
-        value = self.tokens[index].value
-        return value if isinstance(value, str) and self.tokens[index].kind != "STRING_LITERAL" else ""
-
-    @property
+    @cached_property
     def words(self) -> tuple[str, ...]:
-        """Return the texts of its names and operators."""
-        return tuple(self.word(index) for index in range(len(self.tokens)))
+        """The texts of its names and operators; empty for other tokens."""
+        return tuple(
+            token.value if isinstance(token.value, str) and token.kind != "STRING_LITERAL" else ""
+            for token in self.tokens
+        )
 
 
 @dataclass(frozen=True)
@@ -90,14 +86,22 @@ class Cursor:
     @cached_property
     def brackets(self) -> tuple[Open, ...]:
         """The open brackets, outermost first."""
-        found: list[Open] = []
+        tokens = self.line.tokens
+        return tuple(
+            Open(index, tokens[index].kind == "LPAR" and index > 0 and tokens[index - 1].kind in _NAMES)
+            for index in self._pairs[0]
+        )
+
+    @cached_property
+    def _pairs(self) -> tuple[list[int], dict[int, int]]:
+        """Indices of the open brackets, and those of the others: the opening ones by the closing ones."""
+        opened, pairs = list[int](), dict[int, int]()
         for index, token in enumerate(self.line.tokens):
-            if token.kind in {"LPAR", "LSQB"}:
-                before = self.line.tokens[index - 1].kind if index else ""
-                found.append(Open(index, token.kind == "LPAR" and before in _NAMES))
-            elif token.kind in {"RPAR", "RSQB"} and found:
-                found.pop()
-        return tuple(found)
+            if token.kind in _OPENING:
+                opened.append(index)
+            elif token.kind in _CLOSING and opened:
+                pairs[index] = opened.pop()
+        return opened, pairs
 
     def receiver(self, end: int) -> int:
         """Return the index of the first token of `a.b(c)[d]` that ends before `end`; `end` without one."""
@@ -105,11 +109,8 @@ class Cursor:
         index = end
         while index > 0:
             token = tokens[index - 1]
-            if token.kind in _OPENING:
-                opened = self._opening(index - 1)
-                if opened is None:
-                    break
-                index = opened
+            if index - 1 in self._pairs[1]:
+                index = self._pairs[1][index - 1]
                 if tokens[index - 1].kind in _NAMES and index > 0:
                     index -= 1
             elif token.kind in _NAMES or token.kind in {"PHYSICAL_LITERAL", "STRING_LITERAL", "INTEGER_LITERAL"}:
@@ -119,17 +120,7 @@ class Cursor:
             if index == 0 or tokens[index - 1].kind != "DOT":
                 return index
             index -= 1
-        return index if index < end else end
-
-    def _opening(self, index: int) -> int | None:
-        """Return the index of the matching opening bracket."""
-        depth = 0
-        for earlier in range(index, -1, -1):
-            kind = self.line.tokens[earlier].kind
-            depth += (kind in _OPENING) - (kind in _OPENING.values())
-            if depth == 0:
-                return earlier
-        return None
+        return index
 
     def text(self, first: int, end: int) -> str:
         """Return the text of a range of tokens."""
@@ -170,8 +161,8 @@ def _lines(file: SourceFile, tokens: list[Token]) -> list[Line]:
         if is_end and current:
             lines.append(Line(_column(file, current[0]), tuple(current)))
             current, depth = [], 0
-        if token.kind not in _LAYOUT:
-            depth = max(0, depth + (token.kind in _OPENING.values()) - (token.kind in _OPENING))
+        if token.kind not in LAYOUT:
+            depth = max(0, depth + (token.kind in _OPENING) - (token.kind in _CLOSING))
             current.append(token)
     return lines
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,7 +18,8 @@ from seoro.lang.program import Declaration, Program
 from seoro.lang.source import SourceFile
 from seoro.lang.types import UNKNOWN
 from seoro.lsp.analysis import Analysis
-from seoro.lsp.cursor import Cursor, Line
+from seoro.lsp.cursor import Cursor
+from seoro.lsp.regions import behavior_start
 
 Callable_ = symbols.TypeSymbol | symbols.MethodSymbol | symbols.EventSymbol
 _NAMESPACE = re.compile(r"^namespace[ \t]+(\w+)(?:[ \t]+use[ \t]+([^\r\n#]*))?", re.MULTILINE)
@@ -50,33 +51,28 @@ class CursorContext:
         """Scope of expressions at the cursor."""
         home = Home(self.space, None)
         scope = running_scope(self.owner, home) if self.owner is not None else scope_of(None, home)
-        words, line = self.cursor.line.words, self.cursor.line
+        words = self.cursor.line.words
+        bindings = dict(scope.bindings)
         if words[0] == "def" and len(words) > 1 and self.owner is not None:
             method = next((found for found in self.owner.methods.values() if found.text == words[1]), None)
             parameters = method.parameters if method is not None else {}
-            bindings = {parameter.text: parameter.type for parameter in parameters.values()}
-            scope = replace(scope, bindings={**scope.bindings, **bindings})
+            bindings |= {parameter.text: parameter.type for parameter in parameters.values()}
         for index, word in enumerate(words[:-1]):
-            if word == "as" and "@" in words[:index]:
-                event = self._event(line, words.index("@") + 1, index)
+            if word == "as" and "@" in words and words.index("@") == index - 2:
+                event = self.find_event(words[index - 1])
                 if event is not None:
-                    scope = replace(
-                        scope, bindings={**scope.bindings, words[index + 1]: symbols.EventObject(event)}
-                    )
-        return self._within_operators(scope)
+                    bindings[words[index + 1]] = symbols.EventObject(event)
+        return self._within_operators(replace(scope, bindings=bindings))
 
-    def _event(self, line: Line, first: int, end: int) -> symbols.EventSymbol | None:
-        """Return the event of the scenario itself that a range of tokens names."""
-        if self.owner is None or end - first != 1:
-            return None
-        return next(
-            (found for found in self.owner.inventory.events.values() if found.text == line.word(first)), None
-        )
+    def find_event(self, text: str) -> symbols.EventSymbol | None:
+        """Find an event of the enclosing type."""
+        events = self.owner.inventory.events.with_text(text) if self.owner is not None else {}
+        return next(iter(events.values()), None)
 
     def _within_operators(self, scope: Scope) -> Scope:
         """Return the scope with `it` of the innermost `filter` and the like."""
         for bracket in self.cursor.brackets:
-            if bracket.is_call and self.cursor.line.word(bracket.index - 1) in _BULK:
+            if bracket.is_call and self.cursor.line.words[bracket.index - 1] in _BULK:
                 first = self.cursor.receiver(bracket.index)
                 base = self._value(self.cursor.text(first, bracket.index - 2), scope)
                 if isinstance(base, symbols.ListOf):
@@ -133,19 +129,16 @@ class CursorContext:
             yield self.shown(symbol, self.find_behavior(symbol.name, symbol.actor)), symbol
 
 
-def cursor_context(cursor: Cursor, analyses: Iterable[Analysis]) -> CursorContext:
+def cursor_context(cursor: Cursor, analyses: Sequence[Analysis]) -> CursorContext:
     """Create the context of the cursor from the first analysis that knows the enclosing type.
 
     Args:
         cursor: The cursor.
         analyses: Analyses of the document, newest first; at least one.
     """
-    found = list(analyses)
-    for analysis in found:
-        owner = _owner(cursor, analysis)
-        if owner is not None:
-            return CursorContext(cursor, analysis.checked.program, _space(cursor, analysis), owner)
-    return CursorContext(cursor, found[0].checked.program, _space(cursor, found[0]), None)
+    owners = ((analysis, owner) for analysis in analyses if (owner := _owner(cursor, analysis)) is not None)
+    analysis, owner = next(owners, (analyses[0], None))
+    return CursorContext(cursor, analysis.checked.program, _space(cursor, analysis), owner)
 
 
 def _owner(cursor: Cursor, analysis: Analysis) -> symbols.TypeSymbol | None:
@@ -181,22 +174,18 @@ def name_in(text: str) -> ast.Name | None:
     return node.name if isinstance(node, ast.NameExpression) else None
 
 
-def callee(around: CursorContext, index: int, starts: int | None) -> Callable_ | None:
-    """Return the callee of a bracket; None if it is unknown.
-
-    Args:
-        around: The context.
-        index: Index of the bracket's token in the line.
-        starts: Index at which a behavior may begin in the line, or None.
-    """
+def callee(around: CursorContext) -> Callable_ | None:
+    """Return the callee of the innermost bracket around the cursor; None without a call, or if it is unknown."""
     cursor = around.cursor
+    if not cursor.brackets or not cursor.brackets[-1].is_call:
+        return None
+    index = cursor.brackets[-1].index
     first = cursor.receiver(index)
     name = cursor.text(index - 1, index)
-    words = cursor.line.words
-    is_behavior = starts is not None and first == starts
+    is_behavior = first == behavior_start(cursor)
     if index - 1 == first:
-        if first and words[first - 1] == "emit" and around.owner is not None:
-            return next((event for event in around.owner.inventory.events.values() if event.text == name), None)
+        if first and cursor.line.words[first - 1] == "emit" and around.owner is not None:
+            return around.find_event(name)
         return _unprefixed(around, name, is_behavior)
     base = around.type_of(cursor.text(first, index - 2))
     owner = base.symbol if isinstance(base, symbols.Structured) else None

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import takewhile
 from typing import assert_never
 
 from seoro.lang import symbols
 from seoro.lang.check.plan_types import type_name
 from seoro.lang.program import EnumMember, Program
-from seoro.lang.source import SourceFile, Span
+from seoro.lang.source import Span
 from seoro.lang.units import unit_text
 from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence, definition
 
 LANGUAGE = "osc"  # of code blocks
 MAX_LINES = 40  # of a shown declaration
-_INVOKED = frozenset({symbols.Kind.SCENARIO, symbols.Kind.ACTION, symbols.Kind.MODIFIER})
 _FENCE = re.compile(r"`{3,}")
 
 
@@ -44,7 +44,7 @@ def typed(type_: symbols.Type, program: Program) -> str:
 
 def parameter_text(parameter: symbols.FieldSymbol, program: Program) -> str:
     """Format a parameter like a declaration, with its type and default."""
-    default = f" = {_one_line(parameter.default.span.text)}" if parameter.default is not None else ""
+    default = f" = {' '.join(parameter.default.span.text.split())}" if parameter.default is not None else ""
     return f"{parameter.text}: {type_text(parameter.type, program)}{default}"
 
 
@@ -69,66 +69,45 @@ def parameters_of(
     return meaning.inventory.fields if isinstance(meaning, symbols.TypeSymbol) else meaning.parameters
 
 
-def declaration(meaning: Meaning, program: Program) -> str:
-    """Format a declaration, shortened for its uses."""
-    match meaning:
-        case symbols.TypeSymbol():
-            lines = [_line(Span(meaning.span.file, meaning.declaration.span.start, meaning.span.end))]
-            fields = [f"    {parameter_text(field, program)}" for field in meaning.inventory.fields.values()]
-            lines[0] += ":" if fields else ""
-            lines += fields[:MAX_LINES]
-            lines += ["    ..."] if len(fields) > MAX_LINES else []
-            return "\n".join(lines)
-        case EnumMember(enum, text):
-            return f"{enum.name}!{text} = {enum.members[text]}"
-        case symbols.EnumSymbol():
-            return f"enum {meaning.name}: [{', '.join(meaning.members)}]"
-        case symbols.MethodSymbol():
-            return f"def {signature(meaning, program)}"
-        case symbols.EventSymbol():
-            return f"event {signature(meaning, program)}"
-        case symbols.FieldSymbol():
-            return parameter_text(meaning, program)
-        case Label(span=span):
-            return _line(span)
-        case Occurrence():
-            return f"as {meaning.text}"
-        case ImportedFile(path, library):
-            return f"import {library}" if library is not None else f'import "{path.name}"'
-        case symbols.QuantitySymbol() | symbols.UnitSymbol():
-            return _line(meaning.span)
-        case _:
-            assert_never(meaning)
-
-
-def kind(meaning: Meaning, program: Program) -> str:
-    """Describe a symbol in Markdown: its kind, its type, and its owner."""
+def described(meaning: Meaning, program: Program) -> tuple[str, str]:
+    """Return a declaration, shortened for its uses, and the kind, type and owner of the symbol, in Markdown."""
     match meaning:
         case symbols.TypeSymbol():
             base = f", inherits `{meaning.base.qualified_name}`" if meaning.base is not None else ""
-            return f"{meaning.kind.value}{base}"
-        case EnumMember(enum):
-            return f"member of `{enum.name}`"
+            return _type_declaration(meaning, program), f"{meaning.kind.value}{base}"
+        case EnumMember(enum, text):
+            return f"{enum.name}!{text} = {enum.members[text]}", f"member of `{enum.name}`"
         case symbols.EnumSymbol():
-            return "enumeration"
+            return f"enum {meaning.name}: [{', '.join(meaning.members)}]", "enumeration"
         case symbols.MethodSymbol(owner=owner, receiver=receiver):
-            return f"method of {_of(owner) or typed(receiver, program)}"
+            return f"def {signature(meaning, program)}", f"method of {_of(owner) or typed(receiver, program)}"
         case symbols.EventSymbol(owner=owner):
-            return f"event of {_of(owner)}"
+            return f"event {signature(meaning, program)}", f"event of {_of(owner)}"
         case symbols.FieldSymbol():
-            return f"{_field_kind(meaning)}: {typed(meaning.type, program)}"
-        case Label():
-            return "label"
+            return parameter_text(meaning, program), f"{_field_kind(meaning)}: {typed(meaning.type, program)}"
+        case Label(span=span):
+            return _line(span), "label"
         case Occurrence():
-            return "occurrence of an event"
-        case ImportedFile():
-            return "library" if meaning.library is not None else "file"
+            return f"as {meaning.text}", "occurrence of an event"
+        case ImportedFile(path, library):
+            if library is not None:
+                return f"import {library}", "library"
+            return f'import "{path.name}"', "file"
         case symbols.QuantitySymbol(dimension=dimension):
-            return f"physical type, in {unit_text(dimension)}"
+            return _line(meaning.span), f"physical type, in {unit_text(dimension)}"
         case symbols.UnitSymbol():
-            return _unit_kind(meaning, program)
+            return _line(meaning.span), _unit_kind(meaning, program)
         case _:
             assert_never(meaning)
+
+
+def _type_declaration(symbol: symbols.TypeSymbol, program: Program) -> str:
+    lines = [_line(Span(symbol.span.file, symbol.declaration.span.start, symbol.span.end))]
+    fields = [f"    {parameter_text(field, program)}" for field in symbol.inventory.fields.values()]
+    lines[0] += ":" if fields else ""
+    lines += fields[:MAX_LINES]
+    lines += ["    ..."] if len(fields) > MAX_LINES else []
+    return "\n".join(lines)
 
 
 def _field_kind(field: symbols.FieldSymbol) -> str:
@@ -137,7 +116,7 @@ def _field_kind(field: symbols.FieldSymbol) -> str:
         return "global parameter" if field.name.startswith("global ") else "parameter"
     if owner.fields.get(field.name) is not field:  # it belongs to an event or a method of the type
         return "parameter"
-    return f"{'parameter' if owner.kind in _INVOKED else 'field'} of {_of(owner)}"
+    return f"{'parameter' if symbols.has_phases(owner) else 'field'} of {_of(owner)}"
 
 
 def _unit_kind(unit: symbols.UnitSymbol, program: Program) -> str:
@@ -156,16 +135,10 @@ def _of(owner: symbols.TypeSymbol | None) -> str:
 def comment(meaning: Meaning) -> str:
     """Return the `#` lines directly above a declaration."""
     span = meaning.declaration.span if isinstance(meaning, symbols.TypeSymbol) else definition(meaning)
-    return _comment_above(span.file, span.line) if span is not None else ""
-
-
-def _comment_above(file: SourceFile, line: int) -> str:
-    found: list[str] = []
-    for number in range(line - 1, 0, -1):
-        text = file.line(number).strip()
-        if not text.startswith("#"):
-            break
-        found.append(text.lstrip("#").removeprefix(" "))
+    if span is None:
+        return ""
+    above = (span.file.line(number).strip() for number in range(span.line - 1, 0, -1))
+    found = [line.lstrip("#").removeprefix(" ") for line in takewhile(lambda line: line.startswith("#"), above)]
     return "\n".join(reversed(found))
 
 
@@ -178,7 +151,3 @@ def code(text: str) -> str:
 def _line(span: Span) -> str:
     """Return the first line of a span, without the colon of a block."""
     return span.file.line(span.line).strip().removesuffix(":")
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())

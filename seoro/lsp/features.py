@@ -49,12 +49,12 @@ def _follow_texts(server: SeoroServer) -> None:
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     def did_open(params: lsp.DidOpenTextDocumentParams) -> None:
-        if server.take(server.workspace.get_text_document(params.text_document.uri)) is not None:
+        if server.take(params.text_document.uri) is not None:
             server.analyst.changed_all()
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     def did_change(params: lsp.DidChangeTextDocumentParams) -> None:
-        document = server.take(server.workspace.get_text_document(params.text_document.uri))
+        document = server.take(params.text_document.uri)
         if document is not None:
             server.analyst.changed(document.path)
 
@@ -126,19 +126,16 @@ def _answer_about_names(server: SeoroServer) -> None:
     async def on_prepare_rename(params: lsp.PrepareRenameParams) -> lsp.Range | None:
         analysis, offset = await _place(server, params)
         try:
-            return server.positions.range(navigation.check_rename(analysis, offset))
+            _, span, _ = navigation.check_rename(analysis, offset)
         except navigation.CannotRename:
             return None
+        return server.positions.range(span)
 
     @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
     async def on_rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
         analysis, offset = await _place(server, params)
         try:
-            navigation.check_rename(analysis, offset)
-            found = navigation.target_at(analysis, offset)
-            assert found is not None, "else the name could not be changed"
-            use, target = found
-            name = name_of(use.meaning)
+            name, _, target = navigation.check_rename(analysis, offset)
             new = params.new_name
             users = await _users(server, name, new)
             edits = navigation.edits(target, name, new, users)
@@ -175,11 +172,7 @@ def _answer_while_writing(server: SeoroServer) -> None:
         offset = server.positions.offset(SourceFile(document.uri, document.text), params.position)
         analyses = await server.analyst.recent(document.path)
         found = signature_at(document.text, offset, analyses) if analyses else None
-        if found is None:
-            return None
-        parameters = [lsp.ParameterInformation(parameter) for parameter in found.parameters]
-        help_ = lsp.SignatureInformation(found.label, found.documentation, parameters, found.active)
-        return lsp.SignatureHelp([help_], 0, found.active)
+        return lsp.SignatureHelp([found], 0, found.active_parameter) if found is not None else None
 
 
 def _answer_about_files(server: SeoroServer) -> None:
@@ -188,7 +181,7 @@ def _answer_about_files(server: SeoroServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     async def on_symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         analysis = await server.analysis(params.text_document.uri)
-        return Outline(analysis.tree, server.positions).symbols()
+        return Outline(server.positions).symbols(analysis.tree.statements)
 
     @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
     async def on_folds(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,18 +48,18 @@ class Item:
     rank: int = SOON
 
 
-def keywords(words: Iterable[str], rank: int = LATER) -> Iterator[Item]:
+def keywords(words: Iterable[str], rank: int = LATER) -> Iterable[Item]:
     """Yield keywords."""
     return (Item(word, Sort.Keyword, rank=rank) for word in words)
 
 
-def modules(typed: str, document: Path | None) -> Iterator[Item]:
+def modules(typed: str, document: Path | None) -> Iterable[Item]:
     """Yield libraries that a document can import and whose names match the typed text up to a dot."""
     names = sorted(library_files(document))
     return (Item(name, Sort.Module, "library") for name in names if name.startswith(typed))
 
 
-def units(program: Program, expected: symbols.Type | None) -> Iterator[Item]:
+def units(program: Program, expected: symbols.Type | None) -> Iterable[Item]:
     """Yield all units; those of the expected type first."""
     for unit in program.units.values():
         if unit.dimension is not None:
@@ -76,7 +76,7 @@ def field(symbol: symbols.FieldSymbol, program: Program, rank: int = SOON, inser
     return Item(symbol.text, Sort.Field, detail, comment(symbol), insert, rank)
 
 
-def arguments(parameters: Iterable[symbols.FieldSymbol], program: Program) -> Iterator[Item]:
+def arguments(parameters: Iterable[symbols.FieldSymbol], program: Program) -> Iterable[Item]:
     """Yield names of arguments."""
     return (field(parameter, program, FIRST, f"{parameter.text}: ") for parameter in parameters)
 
@@ -91,7 +91,7 @@ def event(symbol: symbols.EventSymbol, program: Program) -> Item:
     return Item(symbol.text, Sort.Event, signature(symbol, program), comment(symbol), rank=FIRST)
 
 
-def enum_members(enum: symbols.EnumSymbol, rank: int = FIRST) -> Iterator[Item]:
+def enum_members(enum: symbols.EnumSymbol, rank: int = FIRST) -> Iterable[Item]:
     """Yield the members of an enumeration."""
     members_ = enum.members.items()
     return (Item(name, Sort.EnumMember, f"{enum.name} = {number}", rank=rank) for name, number in members_)
@@ -116,7 +116,7 @@ def behavior(label: str, symbol: symbols.TypeSymbol, program: Program, rank: int
 # ---------------------------------------------------------------- groups
 
 
-def types(around: CursorContext, kinds: Iterable[symbols.Kind] | None = None) -> Iterator[Item]:
+def types(around: CursorContext, kinds: Iterable[symbols.Kind] | None = None) -> Iterable[Item]:
     """Yield the visible types, optionally of some kinds only."""
     if kinds is None:
         yield from (Item(name, Sort.Keyword, "primitive type", rank=LATER) for name in PRIMITIVES)
@@ -127,32 +127,32 @@ def types(around: CursorContext, kinds: Iterable[symbols.Kind] | None = None) ->
             yield type_name(label, symbol, rank)
 
 
-def physical_types(around: CursorContext) -> Iterator[Item]:
+def physical_types(around: CursorContext) -> Iterable[Item]:
     """Yield the physical types."""
     return (
         type_name(label, symbol) for label, symbol in around.types() if isinstance(symbol, symbols.QuantitySymbol)
     )
 
 
-def behaviors(around: CursorContext, actor: symbols.TypeSymbol | None, rank: int = FIRST) -> Iterator[Item]:
+def behaviors(around: CursorContext, actor: symbols.TypeSymbol | None, rank: int = FIRST) -> Iterable[Item]:
     """Yield the scenarios and actions of an actor and its bases, or of none."""
     yield from _of_actor(around, around.program.behaviors.values(), actor, rank)
 
 
-def modifiers(around: CursorContext, actor: symbols.TypeSymbol | None) -> Iterator[Item]:
+def modifiers(around: CursorContext, actor: symbols.TypeSymbol | None) -> Iterable[Item]:
     """Yield the modifiers of an actor and its bases, or of none."""
     yield from _of_actor(around, around.program.modifiers.values(), actor, SOON)
 
 
 def _of_actor(
     around: CursorContext, table: Iterable[symbols.TypeSymbol], actor: symbols.TypeSymbol | None, rank: int
-) -> Iterator[Item]:
+) -> Iterable[Item]:
     owners = set(symbols.lineage(actor)) if actor is not None else {None}
     found = [symbol for symbol in table if symbol.actor in owners]
     return (behavior(label, symbol, around.program, rank) for label, symbol in around.behaviors(found))
 
 
-def members(type_: symbols.Type, program: Program) -> Iterator[Item]:
+def members(type_: symbols.Type, program: Program) -> Iterable[Item]:
     """Yield the members of a value, after its dot."""
     match type_:
         case symbols.Structured(symbol):
@@ -172,23 +172,23 @@ def members(type_: symbols.Type, program: Program) -> Iterator[Item]:
     yield from (Item(word, Sort.Keyword, rank=LAST) for word in ("as", "is"))
 
 
-def events(around: CursorContext, owner: symbols.TypeSymbol | None) -> Iterator[Item]:
+def events(around: CursorContext, owner: symbols.TypeSymbol | None) -> Iterable[Item]:
     """Yield the events of a type, and the predefined ones."""
-    return iter((*declared_events(around, owner), *phases()))
+    return (*declared_events(around, owner), *phases())
 
 
-def declared_events(around: CursorContext, owner: symbols.TypeSymbol | None) -> Iterator[Item]:
+def declared_events(around: CursorContext, owner: symbols.TypeSymbol | None) -> Iterable[Item]:
     """Yield the events that a type and its bases declare."""
     found = owner.inventory.events.values() if owner is not None else ()
     return (event(symbol, around.program) for symbol in found)
 
 
-def phases() -> Iterator[Item]:
+def phases() -> Iterable[Item]:
     """Yield the predefined events of behaviors."""
     return (Item(phase.value, Sort.Event, "built-in event") for phase in plan.Phase)
 
 
-def values(around: CursorContext, expected: symbols.Type | None) -> Iterator[Item]:
+def values(around: CursorContext, expected: symbols.Type | None) -> Iterable[Item]:
     """Yield values; those of the expected type first."""
     program, scope = around.program, around.scope
     if isinstance(expected, symbols.Enumeration):

@@ -11,8 +11,8 @@ from seoro.lang.check.labels import labelled
 from seoro.lang.libraries import library_file
 from seoro.lang.loader import Module, path_of
 from seoro.lang.source import SourceFile, Span
+from seoro.lang.tree import find, walk
 from seoro.lsp.meaning import ImportedFile, Label, Meaning, Occurrence
-from seoro.lsp.tree import find, walk
 
 Found = Iterator[tuple[Span, Meaning]]
 

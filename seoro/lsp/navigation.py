@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
 from seoro.lang.diagnostic import Bag
 from seoro.lang.lexer import Lexer
+from seoro.lang.members import M
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import EventSymbol, MethodSymbol
 from seoro.lsp.analysis import Analysis, library_at
 from seoro.lsp.index import Place, Use
-from seoro.lsp.meaning import ImportedFile, definition, name_of
+from seoro.lsp.meaning import ImportedFile, name_of
 
 
 def declared_at(analysis: Analysis, offset: int) -> tuple[Path, Span] | None:
@@ -24,9 +25,8 @@ def declared_at(analysis: Analysis, offset: int) -> tuple[Path, Span] | None:
         path = use.meaning.path
         file = analysis.files.by_path.get(path)
         return (path, Span(file, 0, 0)) if file is not None else None
-    span = definition(use.meaning)
-    found = analysis.files.path_of(span.file) if span is not None else None
-    return (found, span) if span is not None and found is not None else None
+    target = analysis.index.target(use.meaning)
+    return (target[0], Span(analysis.files.by_path[target[0]], *target[1:])) if target is not None else None
 
 
 def target_at(analysis: Analysis, offset: int) -> tuple[Use, Place] | None:
@@ -54,8 +54,8 @@ class CannotRename(Exception):
     """A name cannot be changed; the text has the reason."""
 
 
-def check_rename(analysis: Analysis, offset: int) -> Span:
-    """Return the span that a new name would replace.
+def check_rename(analysis: Analysis, offset: int) -> tuple[str, Span, Place]:
+    """Return the name at an offset, its span without prefix, and the place of its declaration.
 
     Raises:
         CannotRename: The offset has no name, or a name of a library.
@@ -64,10 +64,10 @@ def check_rename(analysis: Analysis, offset: int) -> Span:
     if found is None:
         raise CannotRename("no name that can be renamed here")
     use, target = found
-    library = library_at(target[0])
+    name, library = name_of(use.meaning), library_at(target[0])
     if library is not None:
-        raise CannotRename(f"`{name_of(use.meaning)}` is declared in the library `{library}`")
-    return bare(use.span, name_of(use.meaning))
+        raise CannotRename(f"`{name}` is declared in the library `{library}`")
+    return name, bare(use.span, name), target
 
 
 def bare(span: Span, name: str) -> Span:
@@ -129,14 +129,15 @@ def _overrides(analysis: Analysis) -> Iterator[tuple[Place, Place]]:
         if symbol.base is None:
             continue
         inherited = symbol.base.inventory
-        pairs: list[tuple[EventSymbol | MethodSymbol, EventSymbol | MethodSymbol]] = []
-        pairs += [(own, inherited.events[name]) for name, own in symbol.events.items() if name in inherited.events]
-        pairs += [
-            (own, inherited.methods[name]) for name, own in symbol.methods.items() if name in inherited.methods
-        ]
+        pairs: list[tuple[EventSymbol | MethodSymbol, EventSymbol | MethodSymbol]]
+        pairs = [*_alike(symbol.events, inherited.events), *_alike(symbol.methods, inherited.methods)]
         for own, overridden in pairs:
-            alike = [(own.parameters[name], overridden.parameters.get(name)) for name in own.parameters]
-            for one, other in [(own, overridden), *alike]:
-                places = target(one), target(other) if other is not None else None
+            for one, other in ((own, overridden), *_alike(own.parameters, overridden.parameters)):
+                places = target(one), target(other)
                 if places[0] is not None and places[1] is not None:
                     yield places[0], places[1]
+
+
+def _alike(own: Mapping[str, M], inherited: Mapping[str, M]) -> Iterator[tuple[M, M]]:
+    """Yield members, each with the inherited one of its name."""
+    return ((member, inherited[name]) for name, member in own.items() if name in inherited)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import groupby
 from pathlib import Path
 
 from lsprotocol.types import DocumentSymbol, FoldingRange, FoldingRangeKind, SymbolKind
@@ -10,11 +11,11 @@ from lsprotocol.types import DocumentSymbol, FoldingRange, FoldingRangeKind, Sym
 from seoro.lang import ast
 from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import EnumSymbol, EventSymbol, FieldSymbol, MethodSymbol, TypeSymbol
+from seoro.lang.tree import walk
 from seoro.lsp.analysis import Analysis, library_at
 from seoro.lsp.items import SORTS
 from seoro.lsp.meaning import Meaning, declarations, definition, name_of
 from seoro.lsp.positions import Positions
-from seoro.lsp.tree import walk
 
 _KINDS = {
     ast.StructDeclaration: SymbolKind.Struct,
@@ -23,8 +24,14 @@ _KINDS = {
     ast.ActionDeclaration: SymbolKind.Function,
     ast.ModifierDeclaration: SymbolKind.Operator,
     ast.StructuredTypeExtension: SymbolKind.Namespace,
-    ast.PrimitiveTypeExtension: SymbolKind.Namespace,
+    ast.EnumDeclaration: SymbolKind.Enum,
+    ast.EnumTypeExtension: SymbolKind.Enum,
+    ast.EnumMemberDecl: SymbolKind.EnumMember,
+    ast.PhysicalTypeDeclaration: SymbolKind.TypeParameter,
+    ast.EventDeclaration: SymbolKind.Event,
+    ast.MethodDeclaration: SymbolKind.Method,
 }
+_EXTENSIONS = ast.StructuredTypeExtension | ast.PrimitiveTypeExtension | ast.EnumTypeExtension
 _FOLDED = (
     ast.StructuredTypeDeclaration
     | ast.StructuredTypeExtension
@@ -39,22 +46,21 @@ MAX_FOUND = 500  # symbols per query
 
 
 class Outline:
-    """Creates the outline of a file.
+    """Creates the symbols of declarations.
 
     Args:
-        tree: The file.
         positions: For ranges.
     """
 
-    def __init__(self, tree: ast.OscFile, positions: Positions) -> None:
-        self._tree = tree
+    def __init__(self, positions: Positions) -> None:
         self._positions = positions
 
-    def symbols(self) -> list[DocumentSymbol]:
-        """Return the declarations with their members."""
-        return [symbol for statement in self._tree.statements for symbol in self._statement(statement)]
+    def symbols(self, nodes: Iterable[ast.Node]) -> list[DocumentSymbol]:
+        """Return the symbols of nodes, with those of their members."""
+        return [symbol for node in nodes for symbol in self._symbols(node)]
 
-    def _statement(self, node: ast.Statement) -> Iterator[DocumentSymbol]:
+    def _symbols(self, node: ast.Node) -> Iterator[DocumentSymbol]:
+        extend = "extend" if isinstance(node, _EXTENSIONS) else ""
         match node:
             case (
                 ast.StructDeclaration()
@@ -63,39 +69,36 @@ class Outline:
                 | ast.ActionDeclaration()
                 | ast.ModifierDeclaration()
                 | ast.StructuredTypeExtension()
+                | ast.EnumDeclaration()
+                | ast.EnumTypeExtension()
             ):
-                members = [symbol for member in node.members for symbol in self._member(member)]
-                is_extension = isinstance(node, ast.StructuredTypeExtension)
-                detail = "extend" if is_extension else ""
-                yield self._symbol(node, node.name.span, _KINDS[type(node)], detail, members)
+                yield self._symbol(node, node.name.span, _KINDS[type(node)], extend, node.members)
             case ast.PrimitiveTypeExtension(type_, methods):
-                members = [symbol for member in methods for symbol in self._member(member)]
-                yield self._symbol(node, type_.span, _KINDS[type(node)], "extend", members)
-            case ast.EnumDeclaration(name, values) | ast.EnumTypeExtension(name, values):
-                members = [self._symbol(value, value.name.span, SymbolKind.EnumMember) for value in values]
-                detail = "extend" if isinstance(node, ast.EnumTypeExtension) else ""
-                yield self._symbol(node, name.span, SymbolKind.Enum, detail, members)
-            case ast.PhysicalTypeDeclaration(name):
-                yield self._symbol(node, name.span, SymbolKind.TypeParameter)
+                yield self._symbol(node, type_.span, SymbolKind.Namespace, extend, methods)
+            case (
+                ast.EnumMemberDecl(name)
+                | ast.PhysicalTypeDeclaration(name)
+                | ast.EventDeclaration(name)
+                | ast.MethodDeclaration(name)
+            ):
+                yield self._symbol(node, name.span, _KINDS[type(node)])
             case ast.UnitDeclaration(name, quantity):
                 yield self._symbol(node, name.span, SymbolKind.Constant, quantity.text)
             case ast.GlobalParameterDeclaration(parameter):
                 yield from self._fields(parameter, SymbolKind.Variable)
-            case _:
-                pass
-
-    def _member(self, node: ast.TypeMember) -> Iterator[DocumentSymbol]:
-        match node:
             case ast.ParameterDeclaration():
                 yield from self._fields(node, SymbolKind.Field)
             case ast.VariableDeclaration():
                 yield from self._fields(node, SymbolKind.Variable)
-            case ast.EventDeclaration(name):
-                yield self._symbol(node, name.span, SymbolKind.Event)
-            case ast.MethodDeclaration(name):
-                yield self._symbol(node, name.span, SymbolKind.Method)
+            case ast.DoDirective(ast.DoMember(label=None) as member):
+                head = Span(node.span.file, member.span.start, member.span.start)
+                yield self._symbol(member, head, SymbolKind.Function, *_composition(member), "do")
             case ast.DoDirective(member):
-                yield from self._behavior(member, "do")
+                yield from self._symbols(member)
+            case ast.DoMember(label=None):
+                yield from self.symbols(_composition(node)[1])
+            case ast.DoMember(ast.Name() as label):
+                yield self._symbol(node, label.span, SymbolKind.Key, *_composition(node))
             case _:
                 pass
 
@@ -104,28 +107,13 @@ class Outline:
     ) -> Iterator[DocumentSymbol]:
         return (self._symbol(node, name.span, kind, node.type.span.text) for name in node.names)
 
-    def _behavior(self, member: ast.DoMember, otherwise: str = "") -> Iterator[DocumentSymbol]:
-        """Yield the behavior of a `do`, with its labelled behaviors nested in each other."""
-        body = member.body
-        inner: list[DocumentSymbol] = []
-        if isinstance(body, ast.Composition):
-            inner = [symbol for part in body.members for symbol in self._behavior(part)]
-        detail = body.operator if isinstance(body, ast.Composition) else ""
-        if member.label is not None:
-            yield self._symbol(member, member.label.span, SymbolKind.Key, detail, inner)
-        elif otherwise:
-            head = Span(body.span.file, member.span.start, member.span.start)
-            yield self._symbol(member, head, SymbolKind.Function, detail, inner, otherwise)
-        else:
-            yield from inner
-
     def _symbol(
         self,
         node: ast.Node,
         name: Span,
         kind: SymbolKind,
         detail: str = "",
-        children: list[DocumentSymbol] | None = None,
+        children: Iterable[ast.Node] = (),
         shown: str = "",
     ) -> DocumentSymbol:
         whole: Span = node.span  # type: ignore[attr-defined]
@@ -135,8 +123,13 @@ class Outline:
             range=self._positions.range(whole),
             selection_range=self._positions.range(name),
             detail=detail or None,
-            children=children or [],
+            children=self.symbols(children),
         )
+
+
+def _composition(member: ast.DoMember) -> tuple[str, tuple[ast.DoMember, ...]]:
+    """Return the operator and the members of a composition; both empty for other behaviors."""
+    return (member.body.operator, member.body.members) if isinstance(member.body, ast.Composition) else ("", ())
 
 
 def folds(tree: ast.OscFile) -> list[FoldingRange]:
@@ -153,15 +146,11 @@ def folds(tree: ast.OscFile) -> list[FoldingRange]:
 
 
 def _comments(file: SourceFile) -> Iterator[FoldingRange]:
-    first: int | None = None
-    for number in range(1, file.line_count + 2):
-        is_comment = number <= file.line_count and file.line(number).lstrip().startswith("#")
-        if is_comment and first is None:
-            first = number
-        elif not is_comment and first is not None:
-            if number - 1 > first:
-                yield FoldingRange(first - 1, number - 2, kind=FoldingRangeKind.Comment)
-            first = None
+    numbers = range(1, file.line_count + 1)
+    for is_comment, run in groupby(numbers, key=lambda number: file.line(number).lstrip().startswith("#")):
+        lines = list(run)
+        if is_comment and len(lines) > 1:
+            yield FoldingRange(lines[0] - 1, lines[-1] - 1, kind=FoldingRangeKind.Comment)
 
 
 def declared(query: str, analyses: Iterable[Analysis]) -> list[tuple[Meaning, Path, Span]]:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import TypeAlias
 
 from seoro.lang.source import Span
 from seoro.lsp.analysis import Analysis, analyse
 from seoro.lsp.documents import Texts
-from seoro.lsp.index import Place, Use
-from seoro.lsp.meaning import name_of
+from seoro.lsp.index import Place
+from seoro.lsp.meaning import Meaning, name_of
 from seoro.lsp.navigation import CannotRename
 
 Edits: TypeAlias = Mapping[Path, list[Span]]  # the texts that the new name replaces, by file
@@ -53,8 +54,10 @@ class _Moves:
         """Return the new offset of one outside of a name, or at its start."""
         return offset + bisect_left(self._starts.get(path, []), offset) * self._growth.get(path, 0)
 
-    def place(self, place: Place) -> Place:
-        """Return the new range of a range."""
+    def place(self, place: Place | None) -> Place | None:
+        """Return the new range of a declaration; None without one."""
+        if place is None:
+            return None
         path, start, end = place
         return path, self.offset(path, start), self.offset(path, end)
 
@@ -86,9 +89,9 @@ def _compare_names(before: Analysis, after: Analysis, moves: _Moves, new: str) -
     for path in before.files.by_path:
         there = {(use.span.start, use.span.end): use for use in after.index.uses(path)}
         for use in before.index.uses(path):
-            _, start, end = moves.place((path, use.span.start, use.span.end))
-            other = there.get((start, end))
-            if other is None or _target(after, other) != _moved(_target(before, use), moves):
+            other = there.get((moves.offset(path, use.span.start), moves.offset(path, use.span.end)))
+            target = moves.place(before.index.target(use.meaning))
+            if other is None or after.index.target(other.meaning) != target:
                 raise CannotRename(
                     f"`{new}` is in use: `{name_of(use.meaning)}` at {use.span} would change its meaning"
                 )
@@ -98,8 +101,7 @@ def _compare_members(before: Analysis, after: Analysis, moves: _Moves, new: str)
     """Reject a name that changes which members of a type override each other."""
     new_members = _members(after)
     for owner, members in _members(before).items():
-        moved = {_moved(place, moves) for place in members}
-        if new_members.get(_moved(owner, moves)) != moved:
+        if new_members.get(moves.place(owner)) != set(map(moves.place, members)):
             raise CannotRename(f"`{new}` changes which members override each other; rename all of them")
 
 
@@ -109,16 +111,6 @@ def _members(analysis: Analysis) -> dict[Place | None, set[Place | None]]:
     found: dict[Place | None, set[Place | None]] = {}
     for symbol in analysis.checked.program.structured():
         inventory = symbol.inventory
-        members = {target(member) for member in inventory.fields.values()}
-        members |= {target(member) for member in inventory.events.values()}
-        members |= {target(member) for member in inventory.methods.values()}
-        found[target(symbol)] = members
+        tables = inventory.fields.values(), inventory.events.values(), inventory.methods.values()
+        found[target(symbol)] = set(map(target, chain[Meaning](*tables)))
     return found
-
-
-def _target(analysis: Analysis, use: Use) -> Place | None:
-    return analysis.index.target(use.meaning)
-
-
-def _moved(place: Place | None, moves: _Moves) -> Place | None:
-    return moves.place(place) if place is not None else None

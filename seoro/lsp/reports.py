@@ -7,7 +7,6 @@ from pathlib import Path
 
 from lsprotocol import types as lsp
 
-from seoro.files.inputs import resolved
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.source import Span
 from seoro.lsp.analysis import Analysis
@@ -19,64 +18,54 @@ SOURCE = "seoro"
 _SEVERITIES = {Severity.ERROR: lsp.DiagnosticSeverity.Error, Severity.WARNING: lsp.DiagnosticSeverity.Warning}
 
 
-class Reports:
-    """Creates the diagnostics of open documents.
+def reports(
+    own: Analysis, others: Iterable[Analysis], documents: Documents, positions: Positions
+) -> list[lsp.Diagnostic]:
+    """Return the diagnostics of a document.
+
+    Errors in imported files appear there, if they are open, else at the import.
 
     Args:
+        own: Analysis of the document.
+        others: Analyses of documents that may import it.
         documents: The open documents.
         positions: For ranges.
     """
+    found = [*_found_in(own.path, own), *_at_imports(own, documents)]
+    for other in others:
+        found += _found_in(own.path, other)
+    unique: dict[tuple[str, str, int, int], Diagnostic] = {}
+    for diagnostic in found:
+        span = diagnostic.primary.span
+        unique.setdefault((diagnostic.code, diagnostic.message, span.start, span.end), diagnostic)
+    return [_shown(diagnostic, own, documents, positions) for diagnostic in unique.values()]
 
-    def __init__(self, documents: Documents, positions: Positions) -> None:
-        self._documents = documents
-        self._positions = positions
 
-    def report(self, path: Path, own: Analysis, others: Iterable[Analysis]) -> list[lsp.Diagnostic]:
-        """Return the diagnostics of a document.
+def _found_in(path: Path, analysis: Analysis) -> Iterator[Diagnostic]:
+    for diagnostic in analysis.checked.diagnostics:
+        if analysis.files.path_of(diagnostic.primary.span.file) == path:
+            yield diagnostic
 
-        Errors in imported files appear there, if they are open, else at the import.
 
-        Args:
-            path: Path of the document.
-            own: Its analysis.
-            others: Analyses of documents that may import it.
-        """
-        found = [*self._found_in(path, own), *_at_imports(own, self._documents)]
-        for other in others:
-            found += self._found_in(path, other)
-        shown: dict[tuple[object, ...], lsp.Diagnostic] = {}
-        for diagnostic in found:
-            span = diagnostic.primary.span
-            key = (diagnostic.code, diagnostic.message, span.start, span.end)
-            shown.setdefault(key, self._shown(diagnostic, own))
-        return list(shown.values())
-
-    @staticmethod
-    def _found_in(path: Path, analysis: Analysis) -> Iterator[Diagnostic]:
-        for diagnostic in analysis.checked.diagnostics:
-            if analysis.files.path_of(diagnostic.primary.span.file) == path:
-                yield diagnostic
-
-    def _shown(self, diagnostic: Diagnostic, analysis: Analysis) -> lsp.Diagnostic:
-        text = [diagnostic.message]
-        text += [diagnostic.primary.text] if diagnostic.primary.text else []
-        text += [f"help: {diagnostic.help}"] if diagnostic.help else []
-        related = (self._related(label, analysis) for label in diagnostic.secondary)
-        return lsp.Diagnostic(
-            self._positions.range(diagnostic.primary.span),
-            "\n".join(text),
-            _SEVERITIES[diagnostic.severity],
-            diagnostic.code,
-            source=SOURCE,
-            related_information=[found for found in related if found is not None],
+def _shown(
+    diagnostic: Diagnostic, analysis: Analysis, documents: Documents, positions: Positions
+) -> lsp.Diagnostic:
+    help_ = f"help: {diagnostic.help}" if diagnostic.help else ""
+    related = [
+        lsp.DiagnosticRelatedInformation(
+            lsp.Location(documents.uri_of(path), positions.range(label.span)), label.text or "see here"
         )
-
-    def _related(self, label: Label, analysis: Analysis) -> lsp.DiagnosticRelatedInformation | None:
-        path = analysis.files.path_of(label.span.file)
-        if path is None:
-            return None
-        location = lsp.Location(self._documents.uri_of(path), self._positions.range(label.span))
-        return lsp.DiagnosticRelatedInformation(location, label.text or "see here")
+        for label in diagnostic.secondary
+        if (path := analysis.files.path_of(label.span.file)) is not None
+    ]
+    return lsp.Diagnostic(
+        positions.range(diagnostic.primary.span),
+        "\n".join(filter(None, (diagnostic.message, diagnostic.primary.text, help_))),
+        _SEVERITIES[diagnostic.severity],
+        diagnostic.code,
+        source=SOURCE,
+        related_information=related,
+    )
 
 
 def _at_imports(analysis: Analysis, documents: Documents) -> Iterator[Diagnostic]:
@@ -88,21 +77,15 @@ def _at_imports(analysis: Analysis, documents: Documents) -> Iterator[Diagnostic
             hidden.setdefault(path, []).append(diagnostic)
     if not hidden:
         return
-    edges = _imports(analysis)
+    edges = {
+        path: [(span, meaning.path) for span, meaning in imports(module)]
+        for module in analysis.checked.sources.modules
+        if (path := analysis.files.path_of(module.file)) is not None
+    }
     for span, target in edges.get(analysis.path, ()):
         for path in _reached(target, edges):
             if path in hidden:
                 yield _summary(span, path, hidden.pop(path))
-
-
-def _imports(analysis: Analysis) -> Mapping[Path, list[tuple[Span, Path]]]:
-    """Return the imports of each file, with their spans."""
-    edges: dict[Path, list[tuple[Span, Path]]] = {}
-    for module in analysis.checked.sources.modules:
-        if module.file.path is not None:
-            found = [(span, meaning.path) for span, meaning in imports(module)]
-            edges[resolved(module.file.path)] = found
-    return edges
 
 
 def _reached(start: Path, edges: Mapping[Path, list[tuple[Span, Path]]]) -> list[Path]:

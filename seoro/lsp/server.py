@@ -14,13 +14,12 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
-from pygls.workspace import TextDocument
 
 from seoro import __version__
 from seoro.lsp.analysis import Analysis
 from seoro.lsp.documents import Document, Documents, path_of_uri
 from seoro.lsp.positions import Positions
-from seoro.lsp.reports import Reports
+from seoro.lsp.reports import reports
 from seoro.lsp.scheduling import Analyst
 
 NAME = "seoro"
@@ -56,7 +55,7 @@ class SeoroServer(LanguageServer):
     @property
     def positions(self) -> Positions:
         """Translator of positions, in the negotiated encoding."""
-        return Positions(str(getattr(self.workspace.position_encoding, "value", self.workspace.position_encoding)))
+        return Positions(self.workspace.position_codec)
 
     @property
     def folders(self) -> list[Path]:
@@ -70,8 +69,9 @@ class SeoroServer(LanguageServer):
 
     # ------------------------------------------------------------ documents
 
-    def take(self, document: TextDocument) -> Document | None:
+    def take(self, uri: str) -> Document | None:
         """Store the current text of a document."""
+        document = self.workspace.get_text_document(uri)
         return self.documents.put(document.uri, document.version, document.source)
 
     def document(self, uri: str) -> Document:
@@ -105,8 +105,8 @@ class SeoroServer(LanguageServer):
         fresh = [analysis for analysis in self.analyst.analyses if _is_fresh(analysis, document)]
         own = next((analysis for analysis in fresh if analysis.path == document.path), None)
         if own is not None:
-            reports = Reports(self.documents, self.positions)
-            found = reports.report(document.path, own, [analysis for analysis in fresh if analysis is not own])
+            others = [analysis for analysis in fresh if analysis is not own]
+            found = reports(own, others, self.documents, self.positions)
             self.show(document.uri, found, document.version)
 
     def show(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:

@@ -117,10 +117,11 @@ def test_the_signature_of_a_call_is_shown(tmp_path: Path) -> None:
     assert found is not None
     assert found.label == "crane.lift(what: box, height: length = 1m)"
     assert found.documentation == "Lifts."
-    assert (found.parameters[1], found.active) == ("height: length = 1m", 1)
+    assert found.parameters is not None
+    assert (found.parameters[1].label, found.active_parameter) == ("height: length = 1m", 1)
     text, offset = split(SCENARIO + f"{IN}crane.lift(height: 1m, what: |")
     named = signature_at(text, offset, [analysis(tmp_path, SCENARIO)])
-    assert named is not None and named.active == 0
+    assert named is not None and named.active_parameter == 0
 
 
 @pytest.mark.parametrize("step", [7, pytest.param(1, marks=pytest.mark.slow)])

@@ -39,11 +39,9 @@ def rename(folder: Path, marked: str, new: str, others: Mapping[str, str] | None
     path = folder / "test.osc"
     path.write_text(text, encoding="utf-8")
     found = analyse(path, {})
-    span = navigation.check_rename(found, offset)
-    target = navigation.target_at(found, offset)
-    assert target is not None
+    _, span, target = navigation.check_rename(found, offset)
     users = analyse_users((span.text, new), [folder], {}, [found])
-    edits = navigation.edits(target[1], span.text, new, users)
+    edits = navigation.edits(target, span.text, new, users)
     check_collisions(edits, new, users, {})
     return sum(map(len, edits.values()))
 

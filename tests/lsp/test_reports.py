@@ -3,17 +3,18 @@
 from pathlib import Path
 
 from lsprotocol.types import DiagnosticSeverity
+from pygls.workspace import PositionCodec
 
 from seoro.lsp.analysis import analyse
 from seoro.lsp.documents import Documents
 from seoro.lsp.positions import Positions
-from seoro.lsp.reports import Reports
+from seoro.lsp.reports import reports
 
 
-def reports(documents: Documents, path: Path, *others: Path) -> list[tuple[int, str]]:
+def lines_and_messages(documents: Documents, path: Path, *others: Path) -> list[tuple[int, str]]:
     """Return lines and messages of the diagnostics of a document."""
     found = [analyse(each, documents.texts) for each in (path, *others)]
-    shown = Reports(documents, Positions()).report(path, found[0], found[1:])
+    shown = reports(found[0], found[1:], documents, Positions(PositionCodec()))
     return [(one.range.start.line, one.message) for one in shown]
 
 
@@ -27,7 +28,7 @@ def test_diagnostics_have_help_code_and_related_places(tmp_path: Path) -> None:
     documents = Documents()
     path = opened(documents, tmp_path / "a.osc", "struct a\nstruct a\nstruct b:\n    c: aa\n")
     found = analyse(path, documents.texts)
-    first, second = Reports(documents, Positions()).report(path, found, [])
+    first, second = reports(found, [], documents, Positions(PositionCodec()))
     assert first.severity == DiagnosticSeverity.Error
     assert first.source == "seoro"
     assert first.related_information is not None
@@ -40,29 +41,29 @@ def test_errors_of_closed_files_are_shown_at_the_import(tmp_path: Path) -> None:
     (tmp_path / "c.osc").write_text("struct c:\n    x: nothing\n    y: nowhere\n")
     documents = Documents()
     path = opened(documents, tmp_path / "a.osc", 'struct a\nimport "b.osc"\n'.replace("struct a\n", ""))
-    [(line, message)] = reports(documents, path)
+    [(line, message)] = lines_and_messages(documents, path)
     assert line == 0
     assert message.startswith("in `c.osc`: unknown type `nothing`, and 1 more")
     opened(documents, tmp_path / "c.osc", (tmp_path / "c.osc").read_text())
-    assert reports(documents, path) == []
+    assert lines_and_messages(documents, path) == []
 
 
 def test_errors_caused_by_an_importing_file_are_shown_in_the_imported_file(tmp_path: Path) -> None:
     documents = Documents()
     imported = opened(documents, tmp_path / "b.osc", "struct b\n")
     importer = opened(documents, tmp_path / "a.osc", 'import "b.osc"\nstruct b\n')
-    assert reports(documents, imported) == []
-    assert len(reports(documents, importer, imported)) == 1
-    assert reports(documents, imported, importer) == []
+    assert lines_and_messages(documents, imported) == []
+    assert len(lines_and_messages(documents, importer, imported)) == 1
+    assert lines_and_messages(documents, imported, importer) == []
 
 
 def test_unsaved_texts_precede_those_on_disk(tmp_path: Path) -> None:
     (tmp_path / "b.osc").write_text("struct old\n")
     documents = Documents()
     path = opened(documents, tmp_path / "a.osc", 'import "b.osc"\nstruct a:\n    x: new\n')
-    assert len(reports(documents, path)) == 1
+    assert len(lines_and_messages(documents, path)) == 1
     opened(documents, tmp_path / "b.osc", "struct new\n")
-    assert reports(documents, path) == []
+    assert lines_and_messages(documents, path) == []
 
 
 def test_only_files_and_new_texts_are_documents(tmp_path: Path) -> None:

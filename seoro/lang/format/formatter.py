@@ -7,10 +7,9 @@ from enum import Enum, auto
 from itertools import groupby
 from typing import NamedTuple
 
-from seoro.errors import InvalidScenario
+from seoro.errors import InvalidScenario, SeoroError
 from seoro.lang.diagnostic import Bag
 from seoro.lang.format.elements import MAX_BRACKETS, deepest, read_elements
-from seoro.lang.format.fault import LayoutFault
 from seoro.lang.format.layout import INDENT, Place, lay_out
 from seoro.lang.format.lines import Comment, FileLines, Gap, LogicalLine, read_lines
 from seoro.lang.format.roles import find_names, find_roles
@@ -18,6 +17,10 @@ from seoro.lang.format.verify import is_same
 from seoro.lang.lexer import Lexer, Token
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
+
+
+class LayoutFault(SeoroError):
+    """A valid text cannot be formatted and stays unchanged."""
 
 
 def format_text(file: SourceFile) -> str:

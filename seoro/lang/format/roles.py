@@ -7,6 +7,7 @@ from enum import Enum, auto
 
 from seoro.lang import ast
 from seoro.lang.lexer import Token
+from seoro.lang.tree import find
 
 _NUMBERS = frozenset({"INTEGER_LITERAL", "FLOAT_LITERAL", "PHYSICAL_LITERAL"})
 _WORDS = _NUMBERS | {"STRING_LITERAL", "NAME", "PREFIXED", "WILDCARD"}
@@ -64,18 +65,7 @@ _BEFORE_OPERANDS = frozenset(
 
 def find_names(tree: ast.OscFile) -> frozenset[int]:
     """Return the offsets of names, to distinguish them from equal keywords."""
-    starts: set[int] = set()
-    pending: list[object] = [tree]
-    while pending:
-        value = pending.pop()
-        if isinstance(value, ast.Name):
-            starts.add(value.span.start)
-        elif isinstance(value, ast.Node):
-            fields: tuple[str, ...] = value.__match_args__
-            pending += [getattr(value, field) for field in fields]
-        elif isinstance(value, tuple):
-            pending += value
-    return frozenset(starts)
+    return frozenset(name.span.start for name in find(tree, ast.Name))
 
 
 def find_roles(tokens: Sequence[Token], names: Collection[int]) -> list[Role]:

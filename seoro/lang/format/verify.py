@@ -5,11 +5,9 @@ from __future__ import annotations
 from seoro.lang import ast
 from seoro.lang.diagnostic import Bag
 from seoro.lang.format.lines import read_gap
-from seoro.lang.lexer import Lexer
+from seoro.lang.lexer import LAYOUT, Lexer
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile
-
-_LAYOUT = frozenset({"_NEWLINE", "_INDENT", "_DEDENT", "$END"})
 
 
 def is_same(before: SourceFile, tree: ast.OscFile, after: SourceFile) -> bool:
@@ -46,7 +44,7 @@ def _are_equal(one: ast.OscFile, other: ast.OscFile) -> bool:
 
 def _comments(file: SourceFile) -> list[str]:
     """Return the texts of all comments, sorted, since breaking brackets may reorder them."""
-    tokens = [token for token in Lexer(file, Bag()).tokens() if token.kind not in _LAYOUT]
+    tokens = [token for token in Lexer(file, Bag()).tokens() if token.kind not in LAYOUT]
     starts = [*(token.start for token in tokens), len(file.text)]
     ends = [0, *(token.end for token in tokens)]
     gaps = [read_gap(file, end, start) for end, start in zip(ends, starts, strict=True)]

@@ -6,7 +6,6 @@ Values are expressions. They become the last constraints, which replace defaults
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from seoro.lang import plan
@@ -53,95 +52,85 @@ class Overrides:
         own: list[plan.Constraint] = []
         of_invocations: dict[str, list[plan.Constraint]] = {}
         for path, text in sorted(overrides.items(), key=lambda item: item[0].count(".")):
-            file = SourceFile(ORIGIN, f"{path}={text}")
+            at = Span(SourceFile(ORIGIN, f"{path}={text}"), 0, len(path))
             first, *rest = path.split(".")
-            root = self._root(first)
+            root = self._root(first, at)
             if root is not None:
                 field, left = root
-                found = self._constraint(
-                    path, file, replace(left, span=Span(file, 0, len(path))), field.type, rest
-                )
+                found = self._constraint(at, left, field.type, rest)
                 own += [found] if found is not None else []
             elif first in self._invoked:
-                found = self._of_invocation(path, file, self._invoked[first], rest)
+                found = self._of_invocation(at, self._invoked[first], rest)
                 of_invocations.setdefault(first, []).extend([found] if found is not None else [])
             else:
-                self._unknown(path, first, self._scope.fields, file, self._invoked)
+                self._unknown(at, first, self._scope.fields, self._invoked)
         return Given(tuple(own), of_invocations)
 
-    def _of_invocation(
-        self, path: str, file: SourceFile, invoked: TypeSymbol, names: Sequence[str]
-    ) -> plan.Constraint | None:
+    def _of_invocation(self, at: Span, invoked: TypeSymbol, names: Sequence[str]) -> plan.Constraint | None:
         fields = invoked.inventory.fields
         if not names:
-            self._refuse(
-                path, file, "it is an invocation", f"override one of its parameters, as in `{path}.{_any(fields)}`"
-            )
+            hint = f"override one of its parameters, as in `{at.text}.{_any(fields)}`"
+            self._refuse(at, "it is an invocation", hint)
             return None
-        first, *rest = names
-        if first not in fields:
-            self._unknown(path, first, fields, file)
-            return None
-        span = Span(file, 0, len(path))
-        left = plan.Member(plan.Binding("it", span), fields[first].name, span)
-        return self._constraint(path, file, left, fields[first].type, rest)
+        return self._constraint(at, plan.Binding("it", at), Structured(invoked), names)
 
     def _constraint(
-        self, path: str, file: SourceFile, left: plan.Expression, type_: Type, rest: Sequence[str]
+        self, at: Span, left: plan.Expression, type_: Type, rest: Sequence[str]
     ) -> plan.Constraint | None:
-        span = Span(file, 0, len(path))
+        """Create the constraint on a field of a value; report an invalid one and return None.
+
+        Args:
+            at: The path, in the text of the override.
+            left: The value.
+            type_: Its type.
+            rest: Names of fields, from the value to the field.
+        """
         for name in rest:
-            field = self._field(type_, name, path, file)
+            field = self._field(type_, name, at)
             if field is None:
                 return None
-            type_, left = field.type, plan.Member(left, field.name, span)
-        if type_ is STRING and self._is_bare_word(word := file.text[len(path) + 1 :].strip()):
-            self._refuse(path, file, f"unknown name `{word}`", _quoted(path, word))
+            type_, left = field.type, plan.Member(left, field.name, at)
+        word = at.file.text[at.end + 1 :].strip()
+        if type_ is STRING and word.isidentifier() and self._root(word, at) is None:  # quotes lost in a shell
+            self._refuse(at, f"unknown name `{word}`", _quoted(at.text, word))
             return None
-        node = parse_expression(file, self._bag, len(path) + 1)
+        node = parse_expression(at.file, self._bag, at.end + 1)
         if node is None:
             return None
-        value = self._expressions.converted(node, type_, self._scope, f"`{path}`")
-        whole = Span(file, 0, len(file.text))
+        value = self._expressions.converted(node, type_, self._scope, f"`{at.text}`")
+        whole = Span(at.file, 0, len(at.file.text))
         return plan.Constraint(plan.Compare("==", left, value, whole), False, whole)
 
-    def _is_bare_word(self, text: str) -> bool:
-        """Return whether a text is an unknown name: a string whose quotes a shell has removed."""
-        return text.isidentifier() and text not in self._scope.fields and self._root(text) is None
-
-    def _root(self, name: str) -> tuple[FieldSymbol, plan.Field | plan.Global] | None:
+    def _root(self, name: str, at: Span) -> tuple[FieldSymbol, plan.Field | plan.Global] | None:
         """Find the field or the global parameter at the start of a path."""
-        nowhere = self._expressions.program.nowhere
         for field in self._scope.fields.values():
             if name in {field.name, field.text}:
-                return field, plan.Field(field.name, nowhere)
+                return field, plan.Field(field.name, at)
         for parameter in self._expressions.program.globals.values():
             if name in {parameter.name, parameter.text}:
-                return parameter, plan.Global(parameter.name, nowhere)
+                return parameter, plan.Global(parameter.name, at)
         return None
 
-    def _field(self, type_: Type, name: str, path: str, file: SourceFile) -> FieldSymbol | None:
+    def _field(self, type_: Type, name: str, at: Span) -> FieldSymbol | None:
         """Find a field of a value; report an unknown one and return None."""
         if not isinstance(type_, Structured):
-            self._refuse(path, file, f"{self._expressions.converter.describe(type_)} has no field `{name}`")
+            self._refuse(at, f"{self._expressions.converter.describe(type_)} has no field `{name}`")
             return None
         fields = type_.symbol.inventory.fields
         if name not in fields:
-            self._unknown(path, name, fields, file)
+            self._unknown(at, name, fields)
             return None
         return fields[name]
 
-    def _unknown(
-        self, path: str, name: str, fields: Collection[str], file: SourceFile, invoked: Collection[str] = ()
-    ) -> None:
+    def _unknown(self, at: Span, name: str, fields: Collection[str], invoked: Collection[str] = ()) -> None:
         known = ", ".join(f"`{field}`" for field in fields)
         hint = f"its parameters are {known}" if known else "it has no parameters"
         if invoked:
             hint += f"; those of an invocation are written as in `{_any(invoked)}.PARAMETER`"
-        self._refuse(path, file, f"unknown parameter `{name}`", near(name, [*fields, *invoked]) or hint)
+        self._refuse(at, f"unknown parameter `{name}`", near(name, [*fields, *invoked]) or hint)
 
-    def _refuse(self, path: str, file: SourceFile, reason: str, hint: str = "") -> None:
-        self._bag.add(messages.invalid_override, Span(file, 0, len(path)), path, reason, hint)
+    def _refuse(self, at: Span, reason: str, hint: str = "") -> None:
+        self._bag.add(messages.invalid_override, at, at.text, reason, hint)
 
 
 def _any(names: Collection[str]) -> str:

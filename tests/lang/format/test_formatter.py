@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 from seoro.errors import InvalidScenario
 from seoro.lang.format import formatter
-from seoro.lang.format.fault import LayoutFault
-from seoro.lang.format.formatter import format_text
+from seoro.lang.format.formatter import LayoutFault, format_text
 from seoro.lang.source import SourceFile
 from tests.lang.format.layouts import dump, shuffle
 
