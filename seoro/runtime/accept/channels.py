@@ -13,11 +13,11 @@ from typing import cast
 
 from seoro.lang import plan as plan_
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.history import History, LoggedEvent, Mark
+from seoro.runtime.accept.history import LoggedEvent, Mark
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
-from seoro.runtime.values.values import Actor, HasFields, Struct
+from seoro.runtime.values.values import HasFields
 
 _NESTING = 64  # of references and derived events; the runtime refuses more
 
@@ -48,13 +48,9 @@ class Channels:
     """Resolves event references.
 
     Args:
-        plan: The plan.
-        history: The trace.
-        world: Values of the trace.
+        world: The trace, with its values.
     """
 
-    plan: plan_.Plan
-    history: History
     world: World
 
     def at(self, of: int, name: str, t: float) -> Sequence[LoggedEvent]:
@@ -63,7 +59,7 @@ class Channels:
 
     def between(self, of: int, name: str, since: float, until: float) -> Sequence[LoggedEvent]:
         """Return the occurrences of an event between two instants, inclusive."""
-        found = self.history.events.get((of, name), [])
+        found = self.world.history.events.get((of, name), [])
         first = bisect_left(found, since, key=lambda each: each.mark.t)
         last = bisect_right(found, until, key=lambda each: each.mark.t)
         return found[first:last]
@@ -139,11 +135,8 @@ class Channels:
 
     def event_of(self, holder: HasFields, name: str) -> plan_.Event | None:
         """Return an event that a holder declares; None if unknown."""
-        events: Sequence[plan_.Event] = ()
-        if isinstance(holder, Instance):
-            events = holder.declaration.events
-        elif isinstance(holder, Struct | Actor) and (declared := self.plan.object_type(holder.types)) is not None:
-            events = declared.events
+        declared = self.world.declaration_of(holder)
+        events = declared.events if declared is not None else ()
         return next((event for event in events if event.name == name), None)
 
 

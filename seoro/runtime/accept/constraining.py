@@ -12,11 +12,10 @@ from seoro.lang import plan as plan_
 from seoro.lang.plan import FieldDeclaration
 from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.fitting import fits, is_plain_form, same
-from seoro.runtime.accept.frames import Matched
+from seoro.runtime.accept.frames import Checker, Matched
 from seoro.runtime.accept.history import LoggedEvent, Node
 from seoro.runtime.accept.instances import Holder, Instance
 from seoro.runtime.accept.layers import times_in
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, Range, Struct, Value, Variable, plain
 

@@ -11,11 +11,10 @@ from seoro.lang.plan import DeclaredEvent, Emit, Event, Fall, Holds, OnEvent, Ph
 from seoro.lang.source import Span
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Rule, Undecided
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, is_ending
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Checker, Frame, Matched, is_ending
 from seoro.runtime.accept.history import LoggedEvent, Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.moments import Moments
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, Struct, Value
 

@@ -16,10 +16,9 @@ from seoro.lang.plan import Action, InvokeAction, ValueType
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.fitting import same
-from seoro.runtime.accept.frames import FAILED, SUCCEEDED, End, Frame, Matched, check_end
+from seoro.runtime.accept.frames import FAILED, SUCCEEDED, Checker, End, Frame, Matched
 from seoro.runtime.accept.history import LoggedEvent
 from seoro.runtime.accept.instances import Instance
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.comparison import RELATIONS, NotComparable, compare_values
 from seoro.runtime.values.conversions import wrapped
 from seoro.runtime.values.text import message_text, value_text
@@ -82,7 +81,7 @@ class ActionChecker(Checker):
         else:
             effects = self._changes.setdefault(frame.owner.number, _Effects(invocation.span))
             effects.expect(t, name, is_certain)
-        check_end(frame, End(status, t), Rule.ACTION, invocation.span, self.history, self.findings)
+        self.check_end(frame, End(status, t), Rule.ACTION, invocation.span)
 
     def _compared(self, invocation: InvokeAction, instance: Instance) -> str:
         """Return the expected status of a `compare`."""

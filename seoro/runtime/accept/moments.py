@@ -16,7 +16,7 @@ from typing import assert_never
 from seoro.lang import plan
 from seoro.runtime.accept.channels import Channel, Channels, Received
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.history import TIME_DIGITS, History, LoggedEvent, Mark
+from seoro.runtime.accept.history import TIME_DIGITS, LoggedEvent, Mark
 from seoro.runtime.accept.instances import Holder, TimedFields
 from seoro.runtime.accept.pasts import Past
 from seoro.runtime.accept.world import NothingInvoked, World, has_labels
@@ -75,13 +75,11 @@ class Moments:
     """Finds moments.
 
     Args:
-        history: The trace.
-        world: Values of the trace.
+        world: The trace, with its values.
         channels: Resolves event references.
         received: Collects received derived events.
     """
 
-    history: History
     world: World
     channels: Channels
     received: Received
@@ -122,7 +120,7 @@ class Moments:
                         is_sure = (
                             meant.sure and meant.first == meant.last and meant.first < listening.receives_until
                         )
-                        if is_sure and self.history.is_exact:
+                        if is_sure and self.world.history.is_exact:
                             self.received.due[channel.of, channel.name, meant.first] = None
                         yield replace(meant, occurrence=None)
 
@@ -131,7 +129,7 @@ class Moments:
         if channel.end == math.inf:
             yield moment
             return
-        end = self.history.records[int(channel.end)]["t"]
+        end = self.world.history.records[int(channel.end)]["t"]
         if moment.first <= end:
             yield moment if moment.last < end else replace(moment, sure=False)
 
@@ -195,7 +193,7 @@ class Moments:
 
     def _states(self, begin: int, t: float) -> list[int]:
         """Return places of an instant with possibly different values of variables, from a record on."""
-        records = self.history.records
+        records = self.world.history.records
         first = max(begin, bisect_left(records, t, key=lambda record: record["t"]))
         places = [first + 1]
         for seq in range(first, len(records)):
@@ -232,7 +230,7 @@ class Moments:
                 yield from self._turns(expression, False, listening, counts_from_start=False)
             case plan.Elapsed(duration):
                 low, high = self._seconds(duration, listening)
-                start, since, reached = listening.start.t, listening.since.t, self.history.reached
+                start, since, reached = listening.start.t, listening.since.t, self.world.history.reached
                 yield Moment(max(reached(start + low), since), max(reached(start + high), since), True)
             case plan.Every():
                 yield from self._ticks(condition, listening)
@@ -256,7 +254,7 @@ class Moments:
             raise Undecided(f"`{every.span.text}` has no period")
         last = -math.inf
         for number in range(_MOST):
-            t = self.history.reached(first + number * period)
+            t = self.world.history.reached(first + number * period)
             if t > listening.limit:
                 return
             if t > last and t >= listening.since.t:
@@ -314,5 +312,5 @@ class Moments:
                 yield t, value, True
                 return
             place = min(following)
-            yield t, value, last is None or not self.history.may_be_one(last, place)
-            seq, t, last = place + 1, self.history.records[place]["t"], place
+            yield t, value, last is None or not self.world.history.may_be_one(last, place)
+            seq, t, last = place + 1, self.world.history.records[place]["t"], place

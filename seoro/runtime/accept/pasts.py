@@ -15,7 +15,7 @@ from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched
-from seoro.runtime.accept.history import History, LoggedEvent, Mark, Node
+from seoro.runtime.accept.history import LoggedEvent, Mark, Node
 from seoro.runtime.values.environment import Environment
 
 
@@ -37,13 +37,11 @@ class Pasts:
     """Finds causal pasts.
 
     Args:
-        history: The trace.
         matched: Matched behaviors.
         channels: Resolves event references.
         emitted: Records of emissions, by the numbers of the behaviors.
     """
 
-    history: History
     matched: Matched
     channels: Channels
     emitted: dict[int, LoggedEvent]

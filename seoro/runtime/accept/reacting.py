@@ -16,12 +16,12 @@ from typing import Any
 from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample, Scenario
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule
-from seoro.runtime.accept.frames import CANCELLED, Frame, Matched
+from seoro.runtime.accept.frames import CANCELLED, Checker, Frame, Matched
 from seoro.runtime.accept.history import History, LoggedEvent, Node
 from seoro.runtime.accept.instances import Holder, Instance
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
-from seoro.runtime.accept.world import Checker, World
+from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 

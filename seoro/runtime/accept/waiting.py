@@ -9,14 +9,13 @@ from math import inf, nextafter
 from seoro.lang.plan import Expression, OneOf, Serial, Wait
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule, Undecided
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Checker, Frame, Matched
 from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Untils
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
 from seoro.runtime.accept.timing import Timing
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Range
 
