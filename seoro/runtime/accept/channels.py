@@ -100,12 +100,10 @@ class Channels:
             Undecided: The trace lacks the data.
         """
         match reference:
-            case plan_.DeclaredEvent(name):
+            case plan_.DeclaredEvent(name=name) | plan_.PhaseEvent(name=name):
                 holder = environment.instance
-                yield Channel(self._number(holder), name, environment, self.event_of(holder, name), start, end)
-            case plan_.PhaseEvent(label, phase):
-                name = f"{label}.{phase.value}" if label is not None else phase.value
-                yield Channel(self._number(environment.instance), name, environment, None, start, end)
+                declared = self.event_of(holder, name) if isinstance(reference, plan_.DeclaredEvent) else None
+                yield Channel(self._number(holder), name, environment, declared, start, end)
             case plan_.MemberEvent(base, event):
                 found = cast(HasFields, self.world.value(base, environment, start.seq))
                 yield from self.resolve(event, self.world.scope_of(found, environment), start, end)
@@ -181,21 +179,17 @@ class Received:
     def _unknown(self) -> set[str]:
         """Names of undecided events, including their sources."""
         found, pending = set[str](), list(self._names)
+        declarations = (self.plan.scenarios, self.plan.actions, self.plan.modifiers, self.plan.objects)
+        events = [event for each in declarations for declared in each.values() for event in declared.events]
         while pending:
             name = pending.pop()
             if name in found:
                 continue
             found.add(name)
-            for event in self._declared():
+            for event in events:
                 if event.name == name and event.specification is not None:
                     pending += _names(event.specification)
         return found
-
-    def _declared(self) -> Iterator[plan_.Event]:
-        plan = self.plan
-        for declared in (plan.scenarios, plan.actions, plan.modifiers, plan.objects):
-            for each in declared.values():
-                yield from each.events
 
 
 def _names(specification: plan_.EventSpecification) -> Iterator[str]:

@@ -99,7 +99,7 @@ class ValueChecker(Checker):
     def _object(self, holder: Struct | Actor, entry: Instance, seq: int) -> None:
         """Check the types of an object's fields, and its constraints."""
         structure = self.world.plan.structures.of(holder.type)
-        environment = Environment(holder, self.world.plan, {}, scenario=entry)
+        environment = self.world.scope_of(holder, entry.environment)
         self._types(structure, holder.fields, seq)
         self._constraints(structure.members, environment, seq + 1, seq)
         for latent in structure.latents:
@@ -147,19 +147,18 @@ class ValueChecker(Checker):
         """Check that hard constraints hold, and defaults unless they may be overridden."""
         for member in members:
             # Constraints on times are checked where the behavior runs.
-            if isinstance(member, plan_.Constraint) and not times_in(member.condition):
-                self._constraint(member, environment, place, seq)
-
-    def _constraint(self, constraint: plan_.Constraint, environment: Environment, place: int, seq: int) -> None:
-        span = constraint.span
-        with self.findings.undecided(Rule.CONSTRAINT, span):
-            if self.world.value(constraint.condition, environment, place):
-                return
-            if constraint.is_default:
-                self.findings.skip(Rule.CONSTRAINT, "it is not decided whether this default is overridden", span)
-            else:
-                message = f"`{' '.join(span.text.split())}` does not hold for the values of the trace"
-                self.findings.violate(Rule.CONSTRAINT, message, span, seq)
+            if not isinstance(member, plan_.Constraint) or times_in(member.condition):
+                continue
+            span = member.span
+            with self.findings.undecided(Rule.CONSTRAINT, span):
+                if self.world.value(member.condition, environment, place):
+                    continue
+                if member.is_default:
+                    reason = "it is not decided whether this default is overridden"
+                    self.findings.skip(Rule.CONSTRAINT, reason, span)
+                else:
+                    message = f"`{' '.join(span.text.split())}` does not hold for the values of the trace"
+                    self.findings.violate(Rule.CONSTRAINT, message, span, seq)
 
 
 class VariableChecker(Checker):

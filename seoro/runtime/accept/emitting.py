@@ -47,16 +47,13 @@ class EventChecker(Checker):
         """Return the occurrence of an `emit`; an equal emission before in that instant may be the same."""
         if is_ending(plan):
             return None
-        candidates = [
-            occurrence
-            for occurrence in self.channels.at(instance.number, _name(plan), node.start.t)
-            if not occurrence.is_derived and occurrence.mark.seq < node.end.seq
-        ]
         arguments = self._arguments(plan, node, instance)
         fitting = [
-            occurrence
-            for occurrence in candidates
-            if arguments is None or _same(self.world.arguments.get(occurrence.mark.seq, {}), arguments)
+            each
+            for each in self.channels.at(instance.number, plan.event.name, node.start.t)
+            if not each.is_derived
+            and each.mark.seq < node.end.seq
+            and (arguments is None or _same(self.world.arguments.get(each.mark.seq, {}), arguments))
         ]
         return fitting[-1] if fitting else None
 
@@ -64,7 +61,7 @@ class EventChecker(Checker):
         """Return the arguments of an `emit`; None if the trace lacks them."""
         try:
             environment = instance.environment
-            event = self.channels.event_of(instance, _name(plan))
+            event = self.channels.event_of(instance, plan.event.name)
             given = dict(plan.arguments) if event is None else event.all_arguments(plan.arguments)
             return {name: self.world.value(value, environment, node.start.seq) for name, value in given.items()}
         except Undecided:
@@ -79,7 +76,7 @@ class EventChecker(Checker):
             if is_ending(plan):
                 self._ending(plan, node, instance, matched)
             elif node.number not in emitted and node.status == SUCCEEDED:
-                message = f"`{_name(plan)}` does not occur when it is emitted, or has other arguments"
+                message = f"`{plan.event.name}` does not occur when it is emitted, or has other arguments"
                 self.findings.violate(Rule.EMIT, message, plan.span, *node.records)
         explained = {occurrence.mark.seq for occurrence in emitted.values()}
         explained |= set(self._of_labels(matched))
@@ -178,7 +175,9 @@ class EventChecker(Checker):
                 self.findings.violate(Rule.EVENT, f"`{name}` occurs twice at {t:g} s", span, seq)
             if occurrence.is_derived:
                 self._derived(holder, occurrence)
-                self._received(occurrence, span)
+                if not self.moments.received.check(number, name, t):
+                    message = f"`{name}` occurs at {t:g} s, but no subscriber receives it then"
+                    self.findings.violate(Rule.EVENT, message, span, seq)
             elif "origin" in occurrence.recorded:
                 self._outside(occurrence, declared, span)
             elif isinstance(holder, Instance):
@@ -198,12 +197,6 @@ class EventChecker(Checker):
             self.findings.violate(Rule.EVENT, message, span, 0, seq)
         if declared is not None:
             self._fits(declared, occurrence)
-
-    def _received(self, occurrence: LoggedEvent, span: Span | None) -> None:
-        """Check that a derived event has a subscriber that receives it."""
-        if not self.moments.received.check(occurrence.of, occurrence.name, occurrence.mark.t):
-            message = f"`{occurrence.name}` occurs at {occurrence.mark.t:g} s, but no subscriber receives it then"
-            self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
 
     def _all_received(self) -> None:
         """Check that a derived event occurs whenever a subscriber receives it."""
@@ -230,7 +223,8 @@ class EventChecker(Checker):
             span = holder.declaration.span if isinstance(holder, Instance) else None
             self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
             return
-        environment = holder.environment if isinstance(holder, Instance) else self._inside(holder)
+        entry = self.world.instances[self.history.root.instances[0]]
+        environment = self.world.scope_of(holder, entry.environment)
         if isinstance(specification, Holds | Rise | Fall):
             self._condition(specification, environment, occurrence, declared.span)
         if not isinstance(specification, OnEvent) or not isinstance(
@@ -242,11 +236,6 @@ class EventChecker(Checker):
             if not any(self.channels.at(channel.of, channel.name, occurrence.mark.t) for channel in channels):
                 message = f"`{name}` occurs, but its source does not"
                 self.findings.violate(Rule.EVENT, message, declared.span, occurrence.mark.seq)
-
-    def _inside(self, holder: Struct | Actor) -> Environment:
-        """Return the environment of a struct or an actor."""
-        entry = self.world.instances[self.history.root.instances[0]]
-        return Environment(holder, self.world.plan, {}, scenario=entry)
 
     def _condition(
         self, condition: Holds | Rise | Fall, environment: Environment, occurrence: LoggedEvent, span: Span
@@ -267,13 +256,6 @@ def _emits(matched: Matched) -> Iterator[tuple[Emit, Node, Instance]]:
             plan = matched.plans.get(node.number)
             if isinstance(plan, Emit):
                 yield plan, node, instance
-
-
-def _name(plan: Emit) -> str:
-    event = plan.event
-    if isinstance(event, DeclaredEvent):
-        return event.name
-    return f"{event.label}.{event.phase.value}" if event.label is not None else event.phase.value
 
 
 def _same(recorded: dict[str, Value], evaluated: dict[str, Value]) -> bool:

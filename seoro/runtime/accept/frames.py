@@ -276,10 +276,6 @@ def is_modifier(application: plan_.ModifierApplication, node: Node) -> bool:
 def modifier_of_held(frame: Frame, plan: plan_.Plan) -> plan_.ModifierApplication | None:
     """Return the next modifier of a held struct or actor in a frame."""
     nodes = [child for child in frame.children if child.type == "modifier"]
-    for type_ in plan.objects.values():
-        for applied in type_.modifiers:
-            if isinstance(applied, plan_.ModifierApplication) and any(
-                is_modifier(applied, node) for node in nodes
-            ):
-                return applied
-    return None
+    held = (each for type_ in plan.objects.values() for each in type_.modifiers)
+    applied = (each for each in held if isinstance(each, plan_.ModifierApplication))
+    return next((each for each in applied if any(is_modifier(each, node) for node in nodes)), None)

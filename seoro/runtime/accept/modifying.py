@@ -21,7 +21,7 @@ from seoro.runtime.accept.frames import (
     ended,
     was_overridden,
 )
-from seoro.runtime.accept.history import Attempt, Node
+from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
 
 _LIBRARY: Final = "osc.helpers"
@@ -118,13 +118,11 @@ class ModifierChecker(Checker):
             return
         latest = self.history.reached(node.start.t + limit)
         for attempt in node.attempts:
-            if attempt.end.t > latest and not self._is_cut(attempt, latest):
+            is_cut = attempt.status == CANCELLED and self.history.lasts(latest, attempt.end.t)
+            if attempt.end.t > latest and not is_cut:
                 wrong(f"the behavior lasts longer than {limit:g} s", attempt.end.seq)
             elif attempt.status == CANCELLED and node.status != CANCELLED and attempt.end.t < latest:
                 wrong(f"the behavior is cancelled before {limit:g} s have passed", attempt.end.seq)
-
-    def _is_cut(self, attempt: Attempt, latest: float) -> bool:
-        return attempt.status == CANCELLED and self.history.lasts(latest, attempt.end.t)
 
 
 def _outcomes(node: Node, overridden: frozenset[str]) -> list[str]:

@@ -273,9 +273,7 @@ class Moments:
         for number, (t, value, is_sure) in enumerate(self._values(expression, listening)):
             if number > _MOST:
                 raise Undecided(f"`{expression.span.text}` changes more than {_MOST:,} times")
-            if last is None and value is not awaited and counts_from_start and awaited in begun:
-                yield Moment(t, t, False)
-            if last is None and value is awaited and not counts_from_start and (not awaited) in begun:
+            if last is None and (value is awaited) is not counts_from_start and (not value) in begun:
                 yield Moment(t, t, False)
             if value is awaited and (last is not awaited if last is not None else counts_from_start):
                 yield Moment(t, t, is_sure)

@@ -7,9 +7,11 @@ if several may have, they are *perhaps* in the past.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect, bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import Final
 
 from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario
 from seoro.runtime.accept.channels import Channels
@@ -17,6 +19,8 @@ from seoro.runtime.accept.findings import Undecided
 from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched
 from seoro.runtime.accept.history import LoggedEvent, Mark, Node
 from seoro.runtime.values.environment import Environment
+
+_PHASES: Final = ("start", "end", "fail")
 
 
 @dataclass
@@ -80,7 +84,8 @@ class Pasts:
             if begun == 0:
                 return
             mark = Mark(node.attempts[begun - 1].start.seq, mark.t)
-        for index in range(_position(node.children, mark.seq) - 1, -1, -1):
+        started = bisect_left(node.children, mark.seq, key=lambda child: child.start.seq)
+        for index in reversed(range(started)):
             child = node.children[index]
             if child.number in self._reactions:
                 continue
@@ -95,11 +100,10 @@ class Pasts:
             return
         if node.number in self._labels:
             label, around = self._labels[node.number]
-            past.surely.update(self._phases(around.number, f"{label}.start", mark.t))
+            self._add_events(around.number, (f"{label}.start",), mark.t, past)
         if node.type in ("scenario", "action"):
             for number in node.instances:
-                found = self._phases(number, "start", mark.t)
-                past.surely.update(seq for seq in found if seq < mark.seq)
+                self._add_events(number, ("start",), mark.t, past, mark.seq)
 
     def _add_all(self, first: Node, joined: Mark, past: Past) -> None:
         """Add the emitted and received occurrences of an ended behavior, in an instant before a record."""
@@ -113,20 +117,21 @@ class Pasts:
                 past.surely.add(self.emitted[node.number].mark.seq)
             if node.number in self._labels:
                 label, around = self._labels[node.number]
-                for phase in ("start", "end", "fail"):
-                    found = self._phases(around.number, f"{label}.{phase}", t)
-                    past.surely.update(seq for seq in found if seq < joined.seq)
+                self._add_events(around.number, [f"{label}.{phase}" for phase in _PHASES], t, past, joined.seq)
             if isinstance(self.matched.plans.get(node.number), InvokeScenario | InvokeAction):
                 for number in node.instances:
-                    for phase in ("start", "end", "fail"):
-                        past.surely.update(seq for seq in self._phases(number, phase, t) if seq < joined.seq)
-            self._add_consumed(node, t, past)
+                    self._add_events(number, _PHASES, t, past, joined.seq)
+            if node.number in self._waits and node.end.t == t and node.status == SUCCEEDED:
+                plan, instance = self._waits[node.number]
+                self._consume(plan.event, instance.environment, node.start, node.end, past)
+            self._add_untils(node, Mark(node.end.seq + 1, t), past)
 
-    def _add_consumed(self, node: Node, t: float, past: Past) -> None:
-        if node.number in self._waits and node.end.t == t and node.status == SUCCEEDED:
-            plan, instance = self._waits[node.number]
-            self._consume(plan.event, instance.environment, node.start, node.end, past)
-        self._add_untils(node, Mark(node.end.seq + 1, t), past)
+    def _add_events(
+        self, number: int, names: Iterable[str], t: float, past: Past, before: float = math.inf
+    ) -> None:
+        """Add the occurrences of events of an instance, in an instant before a record."""
+        found = (each.mark.seq for name in names for each in self.channels.at(number, name, t))
+        past.surely.update(seq for seq in found if seq < before)
 
     def _add_untils(self, node: Node, mark: Mark, past: Past) -> None:
         """Add the events that met an `until` of a behavior, or of attempts, in an instant before a record."""
@@ -144,11 +149,3 @@ class Pasts:
             return
         found = {seq for seq in sources if seq < end.seq}
         (past.surely if is_all and len(found) == 1 else past.perhaps).update(found)
-
-    def _phases(self, number: int, name: str, t: float) -> Iterator[int]:
-        return (found.mark.seq for found in self.channels.at(number, name, t))
-
-
-def _position(children: list[Node], seq: int) -> int:
-    """Return the number of behaviors that start before a record."""
-    return bisect_left(children, seq, key=lambda child: child.start.seq)

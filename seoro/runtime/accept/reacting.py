@@ -17,7 +17,7 @@ from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample, Scen
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.frames import CANCELLED, Checker, Frame, Matched
-from seoro.runtime.accept.history import History, LoggedEvent, Node
+from seoro.runtime.accept.history import LoggedEvent, Mark, Node
 from seoro.runtime.accept.instances import Holder, Instance
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
@@ -26,9 +26,7 @@ from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 
 
-def _first_holders(
-    world: World, history: History, matched: Matched
-) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
+def _first_holders(world: World, matched: Matched) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
     """Return the executions that held each struct and actor first.
 
     None if unknown: several may have started at once, one may not have started, or a modifier received the object
@@ -40,7 +38,7 @@ def _first_holders(
             first = found.setdefault(holder, (instance, frame) if has_begun else None)
             if first is not None and _are_beside(first[1], frame):
                 found[holder] = None
-    for node in history.nodes.values():
+    for node in world.history.nodes.values():
         for number in _numbers(node.arguments):
             given = world.objects.get(number)
             first = found.get(given) if given is not None else None
@@ -103,7 +101,7 @@ class ReactionChecker(Checker):
                 self._on(directive, instance, frame, reactions.get((instance.number, id(directive)), ()))
             for sample in instance.declaration.samples:
                 self._sample(sample, instance, instance, frame)
-        for holder, within in _first_holders(self.world, self.history, matched).items():
+        for holder, within in _first_holders(self.world, matched).items():
             for sample in self.world.samples_of(holder):
                 if within is None:
                     reason = f"the trace does not show which scenario held a `{holder.types[0]}` first"
@@ -137,11 +135,9 @@ class ReactionChecker(Checker):
         with self.findings.undecided(Rule.ON, directive.span):
             found = self._found(directive.event, instance.environment, instance, frame, own)
             for number, member in enumerate(directive.members):
-                mine = [node for node in nodes if self.pasts.matched.plans.get(node.number) is member]
-                times = Counter(node.start.t for node in mine)
-                records = {node.start.t: node.start.seq for node in mine}
-                span = member.span if number else directive.span
-                self._compare(found, times, records, Rule.ON, span, self._end(instance, frame))
+                plans, span = self.pasts.matched.plans, member.span if number else directive.span
+                marks = [node.start for node in nodes if plans.get(node.number) is member]
+                self._compare(found, marks, Rule.ON, span, self._end(instance, frame))
 
     def _end(self, instance: Instance, frame: Frame) -> float:
         """Return the end of an instance [s]; a held behavior lasts longer than its invocation."""
@@ -153,16 +149,9 @@ class ReactionChecker(Checker):
         ends += [child.end.t for child in frame.children if child.status == CANCELLED]  # its `do`
         return min([*ends, frame.end.t])
 
-    def _compare(
-        self,
-        found: list[Moment],
-        times: Counter[float],
-        records: dict[float, int],
-        rule: Rule,
-        span: Span,
-        end: float,
-    ) -> None:
+    def _compare(self, found: list[Moment], reactions: list[Mark], rule: Rule, span: Span, end: float) -> None:
         """Compare the times of reactions with those of the event, before the end [s] of the instance."""
+        times, records = Counter(mark.t for mark in reactions), {mark.t: mark.seq for mark in reactions}
         for t, count in times.items():
             if count > sum(moment.first <= t <= moment.last for moment in found):
                 message = f"it reacts {_times(count)} at {t:g} s, but its event has not occurred as often"
@@ -182,14 +171,14 @@ class ReactionChecker(Checker):
         changes = [
             change
             for change in self.history.changes.get((self.world.number(holder) or 0, sample.field), ())
-            if change.recorded.get("by") == frame.node.number and frame.start.seq < change.mark.seq
+            if change.recorded.get("by") == frame.node.number
+            and frame.start.seq < change.mark.seq
+            and change.mark.t <= frame.end.t
         ]
-        changes = [change for change in changes if change.mark.t <= frame.end.t]
         with self.findings.undecided(Rule.SAMPLE, sample.span):
             found = self._found(sample.event, environment, instance, frame)
-            times = Counter(change.mark.t for change in changes)
-            records = {change.mark.t: change.mark.seq for change in changes}
-            self._compare(found, times, records, Rule.SAMPLE, sample.span, self._end(instance, frame))
+            marks = [change.mark for change in changes]
+            self._compare(found, marks, Rule.SAMPLE, sample.span, self._end(instance, frame))
             for change in changes:
                 self._check_value(sample, self._scopes(sample, environment, found, change.mark.t), change)
 

@@ -15,6 +15,7 @@ from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Untils
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.pasts import Pasts
+from seoro.runtime.accept.running import environment_in
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Range
@@ -100,7 +101,7 @@ class WaitChecker(Checker):
         span, windows = layer.span, [Range(0.0, inf)]
         with self.findings.undecided(Rule.DURATION, span):
             if layer.expression is not None:
-                windows.append(self._argument(layer.expression, frame, it))
+                windows.append(self._argument(layer.expression, frame))
             window = timing.duration(layer.behavior, frame, it)
             if window is not None:
                 windows.append(window.bounds)
@@ -125,11 +126,9 @@ class WaitChecker(Checker):
             )
             self.findings.violate(Rule.DURATION, message, layer.span, *frame.records)
 
-    def _argument(self, expression: Expression, frame: Frame, it: Instance | None) -> Range:
-        environment = frame.around.environment
-        if it is not None:
-            environment = environment.bind(it=it)
-        bounds, text = self.world.value(expression, environment, frame.start.seq), expression.span.text
+    def _argument(self, expression: Expression, frame: Frame) -> Range:
+        environment, text = environment_in(frame, self.world), expression.span.text
+        bounds = self.world.value(expression, environment, frame.start.seq)
         if not isinstance(bounds, Range):
             raise Undecided(f"`{text}` is not a range")
         if bounds.low < 0:

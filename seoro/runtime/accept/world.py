@@ -9,6 +9,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import chain
 from typing import Any, cast
 
 from seoro.lang import plan as plan_
@@ -47,30 +48,27 @@ class World:
         self._numbers: dict[int, int] = {}
         self._of_modifiers = {name for modifier in plan.modifiers.values() for name in modifier.structure.fields}
         self._undecidable: dict[int, tuple[plan_.Expression, str | None]] = {}
-        changes = {occurrence.mark.seq: occurrence for found in history.changes.values() for occurrence in found}
-        events = (occurrence for found in history.events.values() for occurrence in found)
-        events_by_seq = {occurrence.mark.seq: occurrence for occurrence in events}
+        logged = chain(*history.changes.values(), *history.events.values())
+        logged_by_seq = {each.mark.seq: each for each in logged}
         self.arguments: dict[int, dict[str, Value]] = {}  # of events, by record
-        instances = {record["seq"]: record for record in history.instances}
+        instances = {record["seq"] for record in history.instances}
         for seq, record in enumerate(history.records):
             self.present.seq = seq
-            self._load(record, instances.get(seq), changes.get(seq), events_by_seq.get(seq))
+            self._load(record, seq in instances, logged_by_seq.get(seq))
 
     # -------------------------------------------------------- reading the trace
 
-    def _load(
-        self, record: Record, instance: Record | None, change: LoggedEvent | None, event: LoggedEvent | None
-    ) -> None:
+    def _load(self, record: Record, is_instance: bool, logged: LoggedEvent | None) -> None:
         try:
-            if instance is not None:
-                self._load_instance(instance)
-            elif change is not None:
-                self._load_change(change)
-            elif event is not None:
-                recorded = event.recorded.get("exact") or {}
+            if is_instance:
+                self._load_instance(record)
+            elif logged is not None and record["kind"] == "variable":
+                self._load_change(logged)
+            elif logged is not None:
+                recorded = record.get("exact") or {}
                 arguments = {name: self.decode(value) for name, value in recorded.items()}
-                self.arguments[event.mark.seq] = arguments
-                self._compare_with_exact("arguments", event.recorded, arguments)
+                self.arguments[record["seq"]] = arguments
+                self._compare_with_exact("arguments", record, arguments)
             elif record["kind"] == "behavior.start" and isinstance(record.get("arguments"), dict):
                 for value in record["arguments"].values():
                     self.decode(value)  # for objects that first occur here
@@ -234,14 +232,8 @@ class World:
     def _why_undecidable(self, expression: plan_.Expression) -> str | None:
         known = self._undecidable.get(id(expression))
         if known is None:
-            reason = next(
-                (
-                    why
-                    for part in walk_calls(expression, self.plan.methods)
-                    if (why := self._why_not(part)) is not None
-                ),
-                None,
-            )
+            reasons = map(self._why_not, walk_calls(expression, self.plan.methods))
+            reason = next(filter(None, reasons), None)
             known = self._undecidable[id(expression)] = (expression, reason)  # kept, so that the id stays unique
         return known[1]
 
