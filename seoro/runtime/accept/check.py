@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seoro.lang.plan import Plan
-from seoro.runtime.accept.channels import Channels, Received
+from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.constraining import ValueChecker, VariableChecker
 from seoro.runtime.accept.emitting import EventChecker
 from seoro.runtime.accept.findings import Acceptance, Findings, Rule
@@ -44,12 +44,10 @@ def _check(world: World) -> None:
     if matched is None:
         return
     channels = Channels(world)
-    moments = Moments(world, channels, Received(world.plan))
-    emitting = EventChecker(world, channels, moments)
-    pasts = Pasts(matched, channels, emitting.emitted(matched))
-    WaitChecker(world, moments, pasts).check(matched)
-    ReactionChecker(world, moments, pasts).check(matched)
-    emitting.check(matched)
+    moments = Moments(world, channels, Pasts(matched, channels))
+    WaitChecker(world, moments).check(matched)
+    ReactionChecker(world, moments).check(matched)
+    EventChecker(world, moments).check(matched)
     ModifierChecker(world).check(matched)
     OverrideChecker(world).check(matched)
     ValueChecker(world).check(matched)

@@ -9,14 +9,13 @@ from dataclasses import dataclass
 
 from seoro.lang.plan import DeclaredEvent, Emit, Event, Fall, Holds, OnEvent, Phase, PhaseEvent, Rise, Scenario
 from seoro.lang.source import Span
-from seoro.runtime.accept.channels import Channels
-from seoro.runtime.accept.findings import Rule, Undecided
+from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Checker, Frame, Matched, is_ending
 from seoro.runtime.accept.history import LoggedEvent, Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.moments import Moments
 from seoro.runtime.values.environment import Environment
-from seoro.runtime.values.values import Actor, Struct, Value
+from seoro.runtime.values.values import Actor, Struct
 
 _APPLICATION = "application"  # origin of external emissions
 _ATTEMPT = re.compile(r"#\d+")  # attempt of a modifier, in the name of an event
@@ -27,52 +26,18 @@ class EventChecker(Checker):
     """Check of events.
 
     Args:
-        channels: Resolves event references.
         moments: Finds when conditions hold.
     """
 
-    channels: Channels
     moments: Moments
 
-    def emitted(self, matched: Matched) -> dict[int, LoggedEvent]:
-        """Return the occurrences that behaviors emitted, by the numbers of the behaviors."""
-        found: dict[int, LoggedEvent] = {}
-        for plan, node, instance in _emits(matched):
-            occurrence = self._occurrence(plan, node, instance)
-            if occurrence is not None:
-                found[node.number] = occurrence
-        return found
-
-    def _occurrence(self, plan: Emit, node: Node, instance: Instance) -> LoggedEvent | None:
-        """Return the occurrence of an `emit`; an equal emission before in that instant may be the same."""
-        if is_ending(plan):
-            return None
-        arguments = self._arguments(plan, node, instance)
-        fitting = [
-            each
-            for each in self.channels.at(instance.number, plan.event.name, node.start.t)
-            if not each.is_derived
-            and each.mark.seq < node.end.seq
-            and (arguments is None or _same(self.world.arguments.get(each.mark.seq, {}), arguments))
-        ]
-        return fitting[-1] if fitting else None
-
-    def _arguments(self, plan: Emit, node: Node, instance: Instance) -> dict[str, Value] | None:
-        """Return the arguments of an `emit`; None if the trace lacks them."""
-        try:
-            environment = instance.environment
-            event = self.channels.event_of(instance, plan.event.name)
-            given = dict(plan.arguments) if event is None else event.all_arguments(plan.arguments)
-            return {name: self.world.value(value, environment, node.start.seq) for name, value in given.items()}
-        except Undecided:
-            return None
-
-    # -------------------------------------------------------- rules
+    def __post_init__(self) -> None:
+        self.channels = self.moments.channels
 
     def check(self, matched: Matched) -> None:
         """Check all emissions and occurrences."""
-        emitted = self.emitted(matched)
-        for plan, node, instance in _emits(matched):
+        emitted = self.moments.pasts.emitted
+        for plan, node, instance in matched.all_emits:
             if is_ending(plan):
                 self._ending(plan, node, instance, matched)
             elif node.number not in emitted and node.status == SUCCEEDED:
@@ -104,7 +69,7 @@ class EventChecker(Checker):
         status = SUCCEEDED if event.phase is Phase.END else FAILED
         others = [
             other
-            for each, other, within in _emits(matched)
+            for each, other, within in matched.all_emits
             if within is instance and is_ending(each) and other.start.t == node.start.t
         ]
         body_ended = any(child.status == FAILED and child.end.t == node.end.t for child in frame.children)
@@ -246,20 +211,3 @@ class EventChecker(Checker):
             if (not isinstance(condition, Fall)) not in values:
                 message = f"`{occurrence.name}` occurs at {occurrence.mark.t:g} s, but its condition does not hold"
                 self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
-
-
-def _emits(matched: Matched) -> Iterator[tuple[Emit, Node, Instance]]:
-    """Yield all emissions, by members and by reactions."""
-    yield from matched.emits
-    for instance, _, nodes in matched.reactions:
-        for node in nodes:
-            plan = matched.plans.get(node.number)
-            if isinstance(plan, Emit):
-                yield plan, node, instance
-
-
-def _same(recorded: dict[str, Value], evaluated: dict[str, Value]) -> bool:
-    """Whether arguments are equal; values missing in the trace match any."""
-    return recorded.keys() == evaluated.keys() and all(
-        type(recorded[name]) is not type(value) or recorded[name] == value for name, value in evaluated.items()
-    )

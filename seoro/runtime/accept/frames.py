@@ -8,7 +8,7 @@ has to match.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -104,6 +104,16 @@ class Matched:
     executions: list[tuple[Instance, Frame]] = field(default_factory=list)
     labels: list[tuple[str, Node, Instance]] = field(default_factory=list)
     reactions: list[tuple[Instance, plan_.On, tuple[Node, ...]]] = field(default_factory=list)
+
+    @property
+    def all_emits(self) -> Iterator[tuple[plan_.Emit, Node, Instance]]:
+        """All emissions, by members and by reactions."""
+        yield from self.emits
+        for instance, _, nodes in self.reactions:
+            for node in nodes:
+                plan = self.plans.get(node.number)
+                if isinstance(plan, plan_.Emit):
+                    yield plan, node, instance
 
     @property
     def overridden(self) -> frozenset[str]:

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import assert_never
 
 from seoro.lang import plan
 from seoro.runtime.accept.channels import Channel, Channels, Received
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.history import TIME_DIGITS, LoggedEvent, Mark
+from seoro.runtime.accept.history import TIME_DIGITS, LoggedEvent, Mark, Node
 from seoro.runtime.accept.instances import Holder, TimedFields
-from seoro.runtime.accept.pasts import Past
+from seoro.runtime.accept.pasts import Pasts
 from seoro.runtime.accept.world import NothingInvoked, World, has_labels
 from seoro.runtime.values.environment import Environment, Reads
 from seoro.runtime.values.values import Range
@@ -52,7 +52,7 @@ class Listening:
         start: Start of the event context.
         limit: Last time of interest [s].
         environment: Environment of the specification.
-        past: Returns the causal past at the start.
+        node: Behavior whose causal past at the start it has.
         receives_until: Time until which it certainly receives [s]; it may have ended before in that instant.
         armed: Start of the event's existence; None if from the start on.
     """
@@ -60,7 +60,7 @@ class Listening:
     start: Mark
     limit: float
     environment: Environment
-    past: Callable[[], Past]
+    node: Node
     receives_until: float
     armed: Mark | None = None
 
@@ -77,12 +77,15 @@ class Moments:
     Args:
         world: The trace, with its values.
         channels: Resolves event references.
-        received: Collects received derived events.
+        pasts: Finds causal pasts.
     """
 
     world: World
     channels: Channels
-    received: Received
+    pasts: Pasts
+
+    def __post_init__(self) -> None:
+        self.received = Received(self.world.plan)  # collects received derived events
 
     def of(self, specification: plan.EventSpecification, listening: Listening, depth: int = 0) -> list[Moment]:
         """Return all moments within an event context, in the order of time.
@@ -140,7 +143,7 @@ class Moments:
             if occurrence.is_derived or seq > channel.end:
                 continue
             if t == start.t:
-                past = past or listening.past()
+                past = past or self.pasts.before(listening.node, start)
                 if seq in past.surely:
                     continue
                 yield Moment(t, t, seq not in past.perhaps, occurrence)

@@ -10,15 +10,18 @@ from __future__ import annotations
 import math
 from bisect import bisect, bisect_left
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
-from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario
+from seoro.lang.plan import Emit, EventSpecification, InvokeAction, InvokeScenario
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched
+from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched, is_ending
 from seoro.runtime.accept.history import LoggedEvent, Mark, Node
+from seoro.runtime.accept.instances import Instance
 from seoro.runtime.values.environment import Environment
+from seoro.runtime.values.values import Value
 
 _PHASES: Final = ("start", "end", "fail")
 
@@ -43,14 +46,17 @@ class Pasts:
     Args:
         matched: Matched behaviors.
         channels: Resolves event references.
-        emitted: Records of emissions, by the numbers of the behaviors.
     """
 
     matched: Matched
     channels: Channels
-    emitted: dict[int, LoggedEvent]
+    emitted: dict[int, LoggedEvent] = field(default_factory=dict, init=False)  # by numbers of behaviors
 
     def __post_init__(self) -> None:
+        for plan, node, instance in self.matched.all_emits:
+            occurrence = None if is_ending(plan) else self._occurrence(plan, node, instance)
+            if occurrence is not None:
+                self.emitted[node.number] = occurrence
         self._reactions = {node.number for _, _, nodes in self.matched.reactions for node in nodes}
         self._waits = {node.number: (plan, instance) for plan, node, instance in self.matched.waits}
         self._labels = {node.number: (label, instance) for label, node, instance in self.matched.labels}
@@ -59,6 +65,24 @@ class Pasts:
             for directive in layer.directives:
                 listening = (directive.event, frame, environment)
                 self._untils.setdefault(frame.node.number, []).append(listening)
+
+    def _occurrence(self, plan: Emit, node: Node, instance: Instance) -> LoggedEvent | None:
+        """Return the occurrence of an `emit`; an equal emission before in that instant may be the same."""
+        world, name = self.channels.world, plan.event.name
+        event = self.channels.event_of(instance, name)
+        given = dict(plan.arguments) if event is None else event.all_arguments(plan.arguments)
+        arguments: dict[str, Value] | None = None  # if the trace lacks them
+        with suppress(Undecided):
+            seq = node.start.seq
+            arguments = {each: world.value(value, instance.environment, seq) for each, value in given.items()}
+        fitting = [
+            each
+            for each in self.channels.at(instance.number, name, node.start.t)
+            if not each.is_derived
+            and each.mark.seq < node.end.seq
+            and (arguments is None or _same(world.arguments.get(each.mark.seq, {}), arguments))
+        ]
+        return fitting[-1] if fitting else None
 
     def before(self, node: Node, mark: Mark) -> Past:
         """Return the past of a task at a place within a behavior."""
@@ -149,3 +173,10 @@ class Pasts:
             return
         found = {seq for seq in sources if seq < end.seq}
         (past.surely if is_all and len(found) == 1 else past.perhaps).update(found)
+
+
+def _same(recorded: dict[str, Value], evaluated: dict[str, Value]) -> bool:
+    """Whether arguments are equal; values missing in the trace match any."""
+    return recorded.keys() == evaluated.keys() and all(
+        type(recorded[name]) is not type(value) or recorded[name] == value for name, value in evaluated.items()
+    )

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample, Scenario
@@ -20,7 +19,6 @@ from seoro.runtime.accept.frames import CANCELLED, Checker, Frame, Matched
 from seoro.runtime.accept.history import LoggedEvent, Mark, Node
 from seoro.runtime.accept.instances import Holder, Instance
 from seoro.runtime.accept.moments import Listening, Moment, Moments
-from seoro.runtime.accept.pasts import Pasts
 from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value
@@ -87,11 +85,9 @@ class ReactionChecker(Checker):
 
     Args:
         moments: Finds when specifications are met.
-        pasts: Finds causal pasts.
     """
 
     moments: Moments
-    pasts: Pasts
 
     def check(self, matched: Matched) -> None:
         """Check all reactions."""
@@ -119,10 +115,9 @@ class ReactionChecker(Checker):
         own: frozenset[int] = frozenset(),
     ) -> list[Moment]:
         """Return the moments of an event for an instance; emissions of its own reaction may not count."""
-        past = partial(self.pasts.before, frame.node, frame.start)
         has_end = isinstance(instance.declaration, Scenario) or not frame.held
         receives_until = self._end(instance, frame) if has_end else frame.start.t
-        listening = Listening(frame.start, frame.end.t, environment, past, receives_until)
+        listening = Listening(frame.start, frame.end.t, environment, frame.node, receives_until)
         found = self.moments.of(event, listening)
         return [
             replace(each, sure=False) if each.occurrence is not None and each.occurrence.mark.seq in own else each
@@ -130,12 +125,12 @@ class ReactionChecker(Checker):
         ]
 
     def _on(self, directive: On, instance: Instance, frame: Frame, nodes: tuple[Node, ...]) -> None:
-        emitted = (self.pasts.emitted.get(node.number) for node in nodes)
+        emitted = (self.moments.pasts.emitted.get(node.number) for node in nodes)
         own = frozenset(occurrence.mark.seq for occurrence in emitted if occurrence is not None)
         with self.findings.undecided(Rule.ON, directive.span):
             found = self._found(directive.event, instance.environment, instance, frame, own)
             for number, member in enumerate(directive.members):
-                plans, span = self.pasts.matched.plans, member.span if number else directive.span
+                plans, span = self.moments.pasts.matched.plans, member.span if number else directive.span
                 marks = [node.start for node in nodes if plans.get(node.number) is member]
                 self._compare(found, marks, Rule.ON, span, self._end(instance, frame))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from math import inf, nextafter
 
 from seoro.lang.plan import Expression, OneOf, Serial, Wait
@@ -14,7 +13,6 @@ from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Untils
 from seoro.runtime.accept.moments import Listening, Moment, Moments
-from seoro.runtime.accept.pasts import Pasts
 from seoro.runtime.accept.running import environment_in
 from seoro.runtime.accept.timing import Timing
 from seoro.runtime.values.environment import Environment
@@ -27,11 +25,9 @@ class WaitChecker(Checker):
 
     Args:
         moments: Finds when specifications are met.
-        pasts: Finds causal pasts.
     """
 
     moments: Moments
-    pasts: Pasts
 
     def check(self, matched: Matched) -> None:
         """Check all waiting behaviors."""
@@ -44,10 +40,9 @@ class WaitChecker(Checker):
             self._duration(duration, frame, it, timing)
 
     def _wait(self, plan: Wait, node: Node, instance: Instance) -> None:
-        past = partial(self.pasts.before, node, node.start)
         # A behavior that ends by its event has received it; one that is cancelled in that instant may not have.
         receives_until = nextafter(node.end.t, inf) if node.status == SUCCEEDED else node.end.t
-        listening = Listening(node.start, node.end.t, instance.environment, past, receives_until)
+        listening = Listening(node.start, node.end.t, instance.environment, node, receives_until)
         with self.findings.undecided(Rule.WAIT, plan.span):
             found = self.moments.of(plan.event, listening)
             end = node.end.t
@@ -58,11 +53,10 @@ class WaitChecker(Checker):
             self._check_overdue(Rule.WAIT, plan.span, found, end, node.records, is_cut=node.status == CANCELLED)
 
     def _until(self, layer: Untils, frame: Frame, environment: Environment) -> None:
-        past = partial(self.pasts.before, frame.node, frame.start)
         receives_until = frame.start.t if frame.held else frame.end.t  # held behaviors may have ended before
         if not frame.held and frame.status == SUCCEEDED and len(layer.directives) == 1:
             receives_until = nextafter(frame.end.t, inf)
-        listening = Listening(frame.start, frame.end.t, environment, past, receives_until)
+        listening = Listening(frame.start, frame.end.t, environment, frame.node, receives_until)
         span = layer.directives[0].span
         found: list[Moment] = []
         for directive in layer.directives:
