@@ -137,8 +137,8 @@ class ValueChecker(Checker):
         for name, declared in structure.fields.items():
             if name not in fields:
                 self.findings.violate(Rule.VALUE, f"`{name}` has no value", declared.span, seq)
-            elif not fits(dict.__getitem__(fields, name), declared.type):
-                message = f"`{name}` has the value {plain(dict.__getitem__(fields, name))!r} of another type"
+            elif not fits(value := dict.__getitem__(fields, name), declared.type):
+                message = f"`{name}` has the value {plain(value)!r} of another type"
                 self.findings.violate(Rule.VALUE, message, declared.span, seq)
 
     def _constraints(

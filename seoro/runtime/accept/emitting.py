@@ -98,8 +98,7 @@ class EventChecker(Checker):
         for instance, frame in matched.executions:
             is_scenario = isinstance(instance.declaration, Scenario)
             number = instance.number
-            is_cut = frame.end.t == frame.start.t and frame.status in frame.cuts
-            must = is_scenario and not is_cut
+            must = is_scenario and not frame.is_cut_at_once
             started = list(self._due(instance, "start", frame.start.t, frame.node, must=must))
             yield from started
             if frame.held or SUCCEEDED in frame.cuts:

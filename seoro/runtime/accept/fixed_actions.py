@@ -8,6 +8,7 @@ cancelled in the instant in which it starts may or may not have had its effect.
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -86,12 +87,10 @@ class ActionChecker(Checker):
         fields = instance.fields
         left, right = (self._type(invocation, instance, name) for name in ("left_value", "right_value"))
         operator = str(fields["operator"])
-        if operator not in RELATIONS:
-            return FAILED
-        try:
-            holds = compare_values(fields["left_value"], left, operator, fields["right_value"], right)
-        except NotComparable:
-            return FAILED
+        holds = False
+        with suppress(NotComparable):
+            if operator in RELATIONS:
+                holds = compare_values(fields["left_value"], left, operator, fields["right_value"], right)
         return SUCCEEDED if holds else FAILED
 
     def _type(self, invocation: InvokeAction, instance: Instance, parameter: str) -> ValueType | None:

@@ -62,6 +62,11 @@ class Frame:
         return self.loosened > 0
 
     @property
+    def is_cut_at_once(self) -> bool:
+        """Whether it may have been cut short before its content has started."""
+        return self.start.t == self.end.t and self.status in self.cuts
+
+    @property
     def records(self) -> tuple[int, int]:
         """Numbers of its first and last record."""
         return self.start.seq, self.end.seq

@@ -148,7 +148,7 @@ class OverrideChecker(Checker):
         for label, node, around in matched.labels:
             nodes.setdefault((around.number, label), []).append(node)
         for override, frame, instance in matched.overrides:
-            if frame.start.t == frame.end.t and frame.status in frame.cuts:
+            if frame.is_cut_at_once:
                 continue  # it may have been ended before the override was active
             overridden = self._labelled(override.overridden, instance, nodes)
             by = self._labelled(override.by, instance, nodes)

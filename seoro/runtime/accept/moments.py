@@ -43,6 +43,11 @@ class Moment:
     sure: bool
     occurrence: LoggedEvent | None = None
 
+    @property
+    def records(self) -> tuple[int, ...]:
+        """Record of the emitted event, if any."""
+        return (self.occurrence.mark.seq,) if self.occurrence is not None else ()
+
 
 @dataclass(frozen=True, eq=False)
 class Listening:
@@ -180,19 +185,22 @@ class Moments:
         self, expression: plan.Expression, name: str | None, listening: Listening, moment: Moment
     ) -> Iterator[Moment]:
         """Yield a moment if a condition holds then; the condition sees the occurrence by its name."""
-        environment, occurrence = listening.environment, moment.occurrence
+        environment = listening.environment
         if name is not None:
-            arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
-            environment = environment.bind(**{name: Holder((), arguments)})
+            environment = self.named(name, moment, environment)
         if moment.first != moment.last:
             yield replace(moment, sure=False)
             return
-        begin = listening.start.seq
-        if occurrence is not None:
-            begin = max(begin, occurrence.mark.seq)
+        begin = max((listening.start.seq, *moment.records))
         values = [self._holds(expression, environment, seq) for seq in self._states(begin, moment.first)]
         if any(values):
             yield replace(moment, sure=moment.sure and all(values))
+
+    def named(self, name: str, moment: Moment, environment: Environment) -> Environment:
+        """Return an environment in which a name means the occurrence of a moment."""
+        occurrence = moment.occurrence
+        arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
+        return environment.bind(**{name: Holder((), arguments)})
 
     def _states(self, begin: int, t: float) -> list[int]:
         """Return places of an instant with possibly different values of variables, from a record on."""

@@ -17,7 +17,7 @@ from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.frames import CANCELLED, Checker, Frame, Matched
 from seoro.runtime.accept.history import LoggedEvent, Mark, Node
-from seoro.runtime.accept.instances import Holder, Instance
+from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.moments import Listening, Moment, Moments
 from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
@@ -31,9 +31,8 @@ def _first_holders(world: World, matched: Matched) -> dict[Struct | Actor, tuple
     before."""
     found: dict[Struct | Actor, tuple[Instance, Frame] | None] = {}
     for instance, frame in sorted(matched.executions, key=lambda each: each[1].start.seq):
-        has_begun = frame.start.t < frame.end.t or frame.status not in frame.cuts
         for holder in _held(list(dict(instance.fields).values())):
-            first = found.setdefault(holder, (instance, frame) if has_begun else None)
+            first = found.setdefault(holder, None if frame.is_cut_at_once else (instance, frame))
             if first is not None and _are_beside(first[1], frame):
                 found[holder] = None
     for node in world.history.nodes.values():
@@ -119,10 +118,7 @@ class ReactionChecker(Checker):
         receives_until = self._end(instance, frame) if has_end else frame.start.t
         listening = Listening(frame.start, frame.end.t, environment, frame.node, receives_until)
         found = self.moments.of(event, listening)
-        return [
-            replace(each, sure=False) if each.occurrence is not None and each.occurrence.mark.seq in own else each
-            for each in found
-        ]
+        return [each if own.isdisjoint(each.records) else replace(each, sure=False) for each in found]
 
     def _on(self, directive: On, instance: Instance, frame: Frame, nodes: tuple[Node, ...]) -> None:
         emitted = (self.moments.pasts.emitted.get(node.number) for node in nodes)
@@ -154,7 +150,7 @@ class ReactionChecker(Checker):
         due = Counter(moment.first for moment in found if moment.sure and moment.first == moment.last)
         for t, count in due.items():
             if times[t] < count and t < end:
-                seen = [m.occurrence.mark.seq for m in found if m.occurrence is not None and m.first == t]
+                seen = [seq for moment in found if moment.first == t for seq in moment.records]
                 message = f"it reacts {_times(times[t])} at {t:g} s, but its event occurs {_times(count)}"
                 self.findings.violate(rule, message, span, *seen)
 
@@ -183,13 +179,8 @@ class ReactionChecker(Checker):
         """Return the environments of a sample: one for each occurrence that `as` may be bound to."""
         if not isinstance(sample.event, OnEvent) or sample.event.name is None:
             return [environment]
-        scopes: list[Environment] = []
-        for moment in found:
-            if moment.first <= t <= moment.last:
-                occurrence = moment.occurrence
-                arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
-                scopes.append(environment.bind(**{sample.event.name: Holder((), arguments)}))
-        return scopes
+        meant = [moment for moment in found if moment.first <= t <= moment.last]
+        return [self.moments.named(sample.event.name, moment, environment) for moment in meant]
 
     def _check_value(self, sample: Sample, scopes: list[Environment], change: LoggedEvent) -> None:
         """Check that the value is one that the expression had in a delta cycle of that instant."""

@@ -228,13 +228,12 @@ class Tree(Checker):
         """Match an instance: the `do` of a scenario, and reactions."""
         owner, span = frame.owner, self._span(behavior)
         instance = running_instance(frame, self.world)
-        is_cut = frame.status in frame.cuts and frame.start.t == frame.end.t
-        if instance is None or (instance.number in self._executed and not is_cut):
-            if not is_cut:
+        if instance is None or (instance.number in self._executed and not frame.is_cut_at_once):
+            if not frame.is_cut_at_once:
                 self.findings.violate(Rule.STRUCTURE, "its values are missing", span, *frame.records)
             return
         instance.node = owner
-        if not is_cut:
+        if not frame.is_cut_at_once:
             self._executed.add(instance.number)
         is_inside = frame.start.seq < instance.seq
         t, due = instance.recorded["t"], frame.start

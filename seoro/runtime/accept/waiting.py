@@ -74,9 +74,7 @@ class WaitChecker(Checker):
         return moment.first <= end and (end <= moment.last or self.history.lasts(moment.last, end))
 
     def _not_met(self, rule: Rule, span: Span, end: float, found: list[Moment], records: tuple[int, ...]) -> None:
-        shown = [
-            moment.occurrence.mark.seq for moment in found if moment.occurrence is not None and moment.first > end
-        ]
+        shown = [seq for moment in found if moment.first > end for seq in moment.records]
         message = f"it ends at {end:g} s, but its event has not occurred then"
         self.findings.violate(rule, message, span, *records, *shown[:1])
 
@@ -86,9 +84,8 @@ class WaitChecker(Checker):
         """Check that no earlier occurrence should have ended it."""
         for moment in found:
             if moment.sure and moment.last < end and not (is_cut and self.history.lasts(moment.last, end)):
-                shown = (moment.occurrence.mark.seq,) if moment.occurrence is not None else ()
                 message = f"it lasts until {end:g} s, but its event occurs at {moment.last:g} s"
-                self.findings.violate(rule, message, span, *records, *shown)
+                self.findings.violate(rule, message, span, *records, *moment.records)
                 return
 
     def _duration(self, layer: Duration, frame: Frame, it: Instance | None, timing: Timing) -> None:
