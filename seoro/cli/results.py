@@ -139,7 +139,7 @@ class ResultFiles:
     def on_failure(self, callback: Callable[[Exception], object]) -> None:
         """Register a callback for write errors of traces; it is called in another thread."""
         for trace in self.traces:
-            trace.on_failure(callback)
+            trace.on_error = callback
 
     async def finish(self) -> Exception | None:
         """Wait until the traces are complete; return the first error, if any."""

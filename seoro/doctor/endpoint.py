@@ -55,8 +55,6 @@ async def _check_port(host: str, port: int, start: str) -> Finding:
             stream: SocketStream = await anyio.connect_tcp(host, port)
     except socket.gaierror:
         return failed("endpoint", f"unknown host '{host}'", "check its spelling and the DNS")
-    except ConnectionRefusedError:
-        return failed("endpoint", f"{host} is up, but nothing listens on port {port}", start)
     except TimeoutError:
         text = f"{host} does not answer on port {port} within {TIMEOUT:g} s"
         return failed("endpoint", text, "check that it is on, and that no firewall blocks the port")
@@ -70,7 +68,7 @@ async def _check_port(host: str, port: int, start: str) -> Finding:
 
 def _is_refused(error: OSError) -> bool:
     """Return whether all addresses of a host refused the connection."""
-    cause = error.__cause__
+    cause = error.__cause__ or error
     reasons = cause.exceptions if isinstance(cause, BaseExceptionGroup) else (cause,)
     return all(isinstance(each, ConnectionRefusedError) for each in reasons)
 

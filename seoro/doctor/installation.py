@@ -49,7 +49,7 @@ def check_installation() -> Iterator[Finding]:
     for name in _NEEDED:
         found = _version(name)
         if found is None:
-            yield failed(name, "not installed", f"{_pip(name)}")
+            yield failed(name, "not installed", _pip(name))
         else:
             yield ok(name, found)
     for extra in EXTRAS:

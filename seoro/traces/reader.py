@@ -27,6 +27,8 @@ _FIELDS: Final[dict[str, dict[str, type]]] = {
     "record": {"item": str},
     "run.end": {"status": str, "reason": str},
 }
+# Field with the path or the name of what a record is about.
+_SUBJECTS = {"behavior.start": "path", "event": "name", "variable": "path", "cover": "item", "record": "item"}
 
 
 @dataclass(frozen=True)
@@ -96,30 +98,6 @@ def _without_surrogates(record: Record) -> Record:
     return cleaned
 
 
-class Paths:
-    """Paths of records; the end of a behavior has the path of its start."""
-
-    def __init__(self) -> None:
-        self._open: dict[int, str] = {}
-
-    def of(self, record: Record) -> str:
-        """Return the path of a record, or an empty text. Call it for all records, in order."""
-        match record["kind"]:
-            case "behavior.start":
-                self._open[record["id"]] = record["path"]
-                return str(record["path"])
-            case "behavior.end":
-                return self._open.pop(record["id"], "")
-            case "event":
-                return str(record["name"])
-            case "variable":
-                return str(record["path"])
-            case "cover" | "record":
-                return str(record["item"])
-            case _:
-                return ""
-
-
 def valid_records(found: Iterable[Record | InvalidRecord], problems: list[InvalidRecord]) -> Iterator[Record]:
     """Yield the valid records; add the first hundred invalid ones to `problems`."""
     for item in found:
@@ -160,12 +138,17 @@ class Filter:
 
 def select(records: Iterable[Record], filters: Filter) -> Iterator[Record]:
     """Yield the records that match the filters, in order."""
-    paths = Paths()
+    running: dict[int, str] = {}  # paths of behaviors
     for record in records:
-        path = paths.of(record)
+        kind = record["kind"]
+        path = str(record[_SUBJECTS[kind]]) if kind in _SUBJECTS else ""
+        if kind == "behavior.start":
+            running[record["id"]] = path
+        elif kind == "behavior.end":
+            path = running.pop(record["id"], "")  # of its start
         if not filters.start <= record["t"] <= filters.end:
             continue
-        if filters.kinds and not any(fnmatchcase(record["kind"], kind) for kind in filters.kinds):
+        if filters.kinds and not any(fnmatchcase(kind, pattern) for pattern in filters.kinds):
             continue
         # `[0]` in a path is an index, not a set of characters.
         if filters.paths and not any(fnmatchcase(path, pattern.replace("[", "[[]")) for pattern in filters.paths):

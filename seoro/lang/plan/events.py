@@ -35,6 +35,11 @@ class PhaseEvent(Value):
     phase: Phase
     span: Span
 
+    @property
+    def name(self) -> str:
+        """Name within its scenario or action: `end`, or `label.end`."""
+        return f"{self.label}.{self.phase.value}" if self.label is not None else self.phase.value
+
 
 OwnEvent: TypeAlias = DeclaredEvent | PhaseEvent
 

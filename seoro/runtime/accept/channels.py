@@ -13,11 +13,11 @@ from typing import cast
 
 from seoro.lang import plan as plan_
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.history import History, LoggedEvent, Mark
+from seoro.runtime.accept.history import LoggedEvent, Mark
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
-from seoro.runtime.values.values import Actor, HasFields, Struct
+from seoro.runtime.values.values import HasFields
 
 _NESTING = 64  # of references and derived events; the runtime refuses more
 
@@ -48,13 +48,9 @@ class Channels:
     """Resolves event references.
 
     Args:
-        plan: The plan.
-        history: The trace.
-        world: Values of the trace.
+        world: The trace, with its values.
     """
 
-    plan: plan_.Plan
-    history: History
     world: World
 
     def at(self, of: int, name: str, t: float) -> Sequence[LoggedEvent]:
@@ -63,7 +59,7 @@ class Channels:
 
     def between(self, of: int, name: str, since: float, until: float) -> Sequence[LoggedEvent]:
         """Return the occurrences of an event between two instants, inclusive."""
-        found = self.history.events.get((of, name), [])
+        found = self.world.history.events.get((of, name), [])
         first = bisect_left(found, since, key=lambda each: each.mark.t)
         last = bisect_right(found, until, key=lambda each: each.mark.t)
         return found[first:last]
@@ -104,12 +100,10 @@ class Channels:
             Undecided: The trace lacks the data.
         """
         match reference:
-            case plan_.DeclaredEvent(name):
+            case plan_.DeclaredEvent(name=name) | plan_.PhaseEvent(name=name):
                 holder = environment.instance
-                yield Channel(self._number(holder), name, environment, self.event_of(holder, name), start, end)
-            case plan_.PhaseEvent(label, phase):
-                name = f"{label}.{phase.value}" if label is not None else phase.value
-                yield Channel(self._number(environment.instance), name, environment, None, start, end)
+                declared = self.event_of(holder, name) if isinstance(reference, plan_.DeclaredEvent) else None
+                yield Channel(self._number(holder), name, environment, declared, start, end)
             case plan_.MemberEvent(base, event):
                 found = cast(HasFields, self.world.value(base, environment, start.seq))
                 yield from self.resolve(event, self.world.scope_of(found, environment), start, end)
@@ -139,11 +133,8 @@ class Channels:
 
     def event_of(self, holder: HasFields, name: str) -> plan_.Event | None:
         """Return an event that a holder declares; None if unknown."""
-        events: Sequence[plan_.Event] = ()
-        if isinstance(holder, Instance):
-            events = holder.declaration.events
-        elif isinstance(holder, Struct | Actor) and (declared := self.plan.object_type(holder.types)) is not None:
-            events = declared.events
+        declared = self.world.declaration_of(holder)
+        events = declared.events if declared is not None else ()
         return next((event for event in events if event.name == name), None)
 
 
@@ -188,21 +179,17 @@ class Received:
     def _unknown(self) -> set[str]:
         """Names of undecided events, including their sources."""
         found, pending = set[str](), list(self._names)
+        declarations = (self.plan.scenarios, self.plan.actions, self.plan.modifiers, self.plan.objects)
+        events = [event for each in declarations for declared in each.values() for event in declared.events]
         while pending:
             name = pending.pop()
             if name in found:
                 continue
             found.add(name)
-            for event in self._declared():
+            for event in events:
                 if event.name == name and event.specification is not None:
                     pending += _names(event.specification)
         return found
-
-    def _declared(self) -> Iterator[plan_.Event]:
-        plan = self.plan
-        for declared in (plan.scenarios, plan.actions, plan.modifiers, plan.objects):
-            for each in declared.values():
-                yield from each.events
 
 
 def _names(specification: plan_.EventSpecification) -> Iterator[str]:

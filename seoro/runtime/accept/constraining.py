@@ -12,11 +12,10 @@ from seoro.lang import plan as plan_
 from seoro.lang.plan import FieldDeclaration
 from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.fitting import fits, is_plain_form, same
-from seoro.runtime.accept.frames import Matched
+from seoro.runtime.accept.frames import Checker, Matched
 from seoro.runtime.accept.history import LoggedEvent, Node
 from seoro.runtime.accept.instances import Holder, Instance
 from seoro.runtime.accept.layers import times_in
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, Range, Struct, Value, Variable, plain
 
@@ -100,7 +99,7 @@ class ValueChecker(Checker):
     def _object(self, holder: Struct | Actor, entry: Instance, seq: int) -> None:
         """Check the types of an object's fields, and its constraints."""
         structure = self.world.plan.structures.of(holder.type)
-        environment = Environment(holder, self.world.plan, {}, scenario=entry)
+        environment = self.world.scope_of(holder, entry.environment)
         self._types(structure, holder.fields, seq)
         self._constraints(structure.members, environment, seq + 1, seq)
         for latent in structure.latents:
@@ -138,8 +137,8 @@ class ValueChecker(Checker):
         for name, declared in structure.fields.items():
             if name not in fields:
                 self.findings.violate(Rule.VALUE, f"`{name}` has no value", declared.span, seq)
-            elif not fits(dict.__getitem__(fields, name), declared.type):
-                message = f"`{name}` has the value {plain(dict.__getitem__(fields, name))!r} of another type"
+            elif not fits(value := dict.__getitem__(fields, name), declared.type):
+                message = f"`{name}` has the value {plain(value)!r} of another type"
                 self.findings.violate(Rule.VALUE, message, declared.span, seq)
 
     def _constraints(
@@ -148,19 +147,18 @@ class ValueChecker(Checker):
         """Check that hard constraints hold, and defaults unless they may be overridden."""
         for member in members:
             # Constraints on times are checked where the behavior runs.
-            if isinstance(member, plan_.Constraint) and not times_in(member.condition):
-                self._constraint(member, environment, place, seq)
-
-    def _constraint(self, constraint: plan_.Constraint, environment: Environment, place: int, seq: int) -> None:
-        span = constraint.span
-        with self.findings.undecided(Rule.CONSTRAINT, span):
-            if self.world.value(constraint.condition, environment, place):
-                return
-            if constraint.is_default:
-                self.findings.skip(Rule.CONSTRAINT, "it is not decided whether this default is overridden", span)
-            else:
-                message = f"`{' '.join(span.text.split())}` does not hold for the values of the trace"
-                self.findings.violate(Rule.CONSTRAINT, message, span, seq)
+            if not isinstance(member, plan_.Constraint) or times_in(member.condition):
+                continue
+            span = member.span
+            with self.findings.undecided(Rule.CONSTRAINT, span):
+                if self.world.value(member.condition, environment, place):
+                    continue
+                if member.is_default:
+                    reason = "it is not decided whether this default is overridden"
+                    self.findings.skip(Rule.CONSTRAINT, reason, span)
+                else:
+                    message = f"`{' '.join(span.text.split())}` does not hold for the values of the trace"
+                    self.findings.violate(Rule.CONSTRAINT, message, span, seq)
 
 
 class VariableChecker(Checker):

@@ -9,15 +9,13 @@ from dataclasses import dataclass
 
 from seoro.lang.plan import DeclaredEvent, Emit, Event, Fall, Holds, OnEvent, Phase, PhaseEvent, Rise, Scenario
 from seoro.lang.source import Span
-from seoro.runtime.accept.channels import Channels
-from seoro.runtime.accept.findings import Rule, Undecided
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, is_ending
+from seoro.runtime.accept.findings import Rule
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Checker, Frame, Matched, is_ending
 from seoro.runtime.accept.history import LoggedEvent, Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.moments import Moments
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.environment import Environment
-from seoro.runtime.values.values import Actor, Struct, Value
+from seoro.runtime.values.values import Actor, Struct
 
 _APPLICATION = "application"  # origin of external emissions
 _ATTEMPT = re.compile(r"#\d+")  # attempt of a modifier, in the name of an event
@@ -28,59 +26,22 @@ class EventChecker(Checker):
     """Check of events.
 
     Args:
-        channels: Resolves event references.
         moments: Finds when conditions hold.
     """
 
-    channels: Channels
     moments: Moments
 
-    def emitted(self, matched: Matched) -> dict[int, LoggedEvent]:
-        """Return the occurrences that behaviors emitted, by the numbers of the behaviors."""
-        found: dict[int, LoggedEvent] = {}
-        for plan, node, instance in _emits(matched):
-            occurrence = self._occurrence(plan, node, instance)
-            if occurrence is not None:
-                found[node.number] = occurrence
-        return found
-
-    def _occurrence(self, plan: Emit, node: Node, instance: Instance) -> LoggedEvent | None:
-        """Return the occurrence of an `emit`; an equal emission before in that instant may be the same."""
-        if is_ending(plan):
-            return None
-        candidates = [
-            occurrence
-            for occurrence in self.channels.at(instance.number, _name(plan), node.start.t)
-            if not occurrence.is_derived and occurrence.mark.seq < node.end.seq
-        ]
-        arguments = self._arguments(plan, node, instance)
-        fitting = [
-            occurrence
-            for occurrence in candidates
-            if arguments is None or _same(self.world.arguments.get(occurrence.mark.seq, {}), arguments)
-        ]
-        return fitting[-1] if fitting else None
-
-    def _arguments(self, plan: Emit, node: Node, instance: Instance) -> dict[str, Value] | None:
-        """Return the arguments of an `emit`; None if the trace lacks them."""
-        try:
-            environment = instance.environment
-            event = self.channels.event_of(instance, _name(plan))
-            given = dict(plan.arguments) if event is None else event.all_arguments(plan.arguments)
-            return {name: self.world.value(value, environment, node.start.seq) for name, value in given.items()}
-        except Undecided:
-            return None
-
-    # -------------------------------------------------------- rules
+    def __post_init__(self) -> None:
+        self.channels = self.moments.channels
 
     def check(self, matched: Matched) -> None:
         """Check all emissions and occurrences."""
-        emitted = self.emitted(matched)
-        for plan, node, instance in _emits(matched):
+        emitted = self.moments.pasts.emitted
+        for plan, node, instance in matched.all_emits:
             if is_ending(plan):
                 self._ending(plan, node, instance, matched)
             elif node.number not in emitted and node.status == SUCCEEDED:
-                message = f"`{_name(plan)}` does not occur when it is emitted, or has other arguments"
+                message = f"`{plan.event.name}` does not occur when it is emitted, or has other arguments"
                 self.findings.violate(Rule.EMIT, message, plan.span, *node.records)
         explained = {occurrence.mark.seq for occurrence in emitted.values()}
         explained |= set(self._of_labels(matched))
@@ -108,7 +69,7 @@ class EventChecker(Checker):
         status = SUCCEEDED if event.phase is Phase.END else FAILED
         others = [
             other
-            for each, other, within in _emits(matched)
+            for each, other, within in matched.all_emits
             if within is instance and is_ending(each) and other.start.t == node.start.t
         ]
         body_ended = any(child.status == FAILED and child.end.t == node.end.t for child in frame.children)
@@ -137,8 +98,7 @@ class EventChecker(Checker):
         for instance, frame in matched.executions:
             is_scenario = isinstance(instance.declaration, Scenario)
             number = instance.number
-            is_cut = frame.end.t == frame.start.t and frame.status in frame.cuts
-            must = is_scenario and not is_cut
+            must = is_scenario and not frame.is_cut_at_once
             started = list(self._due(instance, "start", frame.start.t, frame.node, must=must))
             yield from started
             if frame.held or SUCCEEDED in frame.cuts:
@@ -179,7 +139,9 @@ class EventChecker(Checker):
                 self.findings.violate(Rule.EVENT, f"`{name}` occurs twice at {t:g} s", span, seq)
             if occurrence.is_derived:
                 self._derived(holder, occurrence)
-                self._received(occurrence, span)
+                if not self.moments.received.check(number, name, t):
+                    message = f"`{name}` occurs at {t:g} s, but no subscriber receives it then"
+                    self.findings.violate(Rule.EVENT, message, span, seq)
             elif "origin" in occurrence.recorded:
                 self._outside(occurrence, declared, span)
             elif isinstance(holder, Instance):
@@ -199,12 +161,6 @@ class EventChecker(Checker):
             self.findings.violate(Rule.EVENT, message, span, 0, seq)
         if declared is not None:
             self._fits(declared, occurrence)
-
-    def _received(self, occurrence: LoggedEvent, span: Span | None) -> None:
-        """Check that a derived event has a subscriber that receives it."""
-        if not self.moments.received.check(occurrence.of, occurrence.name, occurrence.mark.t):
-            message = f"`{occurrence.name}` occurs at {occurrence.mark.t:g} s, but no subscriber receives it then"
-            self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
 
     def _all_received(self) -> None:
         """Check that a derived event occurs whenever a subscriber receives it."""
@@ -231,7 +187,8 @@ class EventChecker(Checker):
             span = holder.declaration.span if isinstance(holder, Instance) else None
             self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
             return
-        environment = holder.environment if isinstance(holder, Instance) else self._inside(holder)
+        entry = self.world.instances[self.history.root.instances[0]]
+        environment = self.world.scope_of(holder, entry.environment)
         if isinstance(specification, Holds | Rise | Fall):
             self._condition(specification, environment, occurrence, declared.span)
         if not isinstance(specification, OnEvent) or not isinstance(
@@ -244,11 +201,6 @@ class EventChecker(Checker):
                 message = f"`{name}` occurs, but its source does not"
                 self.findings.violate(Rule.EVENT, message, declared.span, occurrence.mark.seq)
 
-    def _inside(self, holder: Struct | Actor) -> Environment:
-        """Return the environment of a struct or an actor."""
-        entry = self.world.instances[self.history.root.instances[0]]
-        return Environment(holder, self.world.plan, {}, scenario=entry)
-
     def _condition(
         self, condition: Holds | Rise | Fall, environment: Environment, occurrence: LoggedEvent, span: Span
     ) -> None:
@@ -258,27 +210,3 @@ class EventChecker(Checker):
             if (not isinstance(condition, Fall)) not in values:
                 message = f"`{occurrence.name}` occurs at {occurrence.mark.t:g} s, but its condition does not hold"
                 self.findings.violate(Rule.EVENT, message, span, occurrence.mark.seq)
-
-
-def _emits(matched: Matched) -> Iterator[tuple[Emit, Node, Instance]]:
-    """Yield all emissions, by members and by reactions."""
-    yield from matched.emits
-    for instance, _, nodes in matched.reactions:
-        for node in nodes:
-            plan = matched.plans.get(node.number)
-            if isinstance(plan, Emit):
-                yield plan, node, instance
-
-
-def _name(plan: Emit) -> str:
-    event = plan.event
-    if isinstance(event, DeclaredEvent):
-        return event.name
-    return f"{event.label}.{event.phase.value}" if event.label is not None else event.phase.value
-
-
-def _same(recorded: dict[str, Value], evaluated: dict[str, Value]) -> bool:
-    """Whether arguments are equal; values missing in the trace match any."""
-    return recorded.keys() == evaluated.keys() and all(
-        type(recorded[name]) is not type(value) or recorded[name] == value for name, value in evaluated.items()
-    )

@@ -8,7 +8,7 @@ cancelled in the instant in which it starts may or may not have had its effect.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -16,14 +16,12 @@ from seoro.lang.plan import Action, InvokeAction, ValueType
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.fitting import same
-from seoro.runtime.accept.frames import FAILED, SUCCEEDED, End, Frame, Matched, check_end
+from seoro.runtime.accept.frames import FAILED, SUCCEEDED, Checker, End, Frame, Matched
 from seoro.runtime.accept.history import LoggedEvent
 from seoro.runtime.accept.instances import Instance
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.comparison import RELATIONS, NotComparable, compare_values
 from seoro.runtime.values.conversions import wrapped
 from seoro.runtime.values.text import message_text, value_text
-from seoro.runtime.values.values import Value
 
 _LIBRARY: Final = "osc.helpers"
 _STEPS: Final = {"increment": 1, "decrement": -1}
@@ -82,20 +80,17 @@ class ActionChecker(Checker):
         else:
             effects = self._changes.setdefault(frame.owner.number, _Effects(invocation.span))
             effects.expect(t, name, is_certain)
-        check_end(frame, End(status, t), Rule.ACTION, invocation.span, self.history, self.findings)
+        self.check_end(frame, End(status, t), Rule.ACTION, invocation.span)
 
     def _compared(self, invocation: InvokeAction, instance: Instance) -> str:
         """Return the expected status of a `compare`."""
         fields = instance.fields
-        types = (self._type(invocation, instance, name) for name in ("left_value", "right_value"))
-        left_type, right_type = types
+        left, right = (self._type(invocation, instance, name) for name in ("left_value", "right_value"))
         operator = str(fields["operator"])
-        if operator not in RELATIONS:
-            return FAILED
-        try:
-            holds = compare_values(fields["left_value"], left_type, operator, fields["right_value"], right_type)
-        except NotComparable:
-            return FAILED
+        holds = False
+        with suppress(NotComparable):
+            if operator in RELATIONS:
+                holds = compare_values(fields["left_value"], left, operator, fields["right_value"], right)
         return SUCCEEDED if holds else FAILED
 
     def _type(self, invocation: InvokeAction, instance: Instance, parameter: str) -> ValueType | None:
@@ -123,7 +118,11 @@ class ActionChecker(Checker):
 
     def _check_changes(self) -> None:
         made: dict[int, Counter[float]] = {number: Counter() for number in self._changes}
-        for change, number in self._changes_by_actions():
+        for change in (change for found in self.history.changes.values() for change in found):
+            node = self.history.nodes.get(change.recorded.get("by", -1))
+            number = node.owner.number if node is not None else -1  # the writer may be a modifier of the action
+            if number not in self._changes:
+                continue
             effects = self._changes[number]
             name = next(name for _, name in effects.possible)
             made[number][change.mark.t] += 1
@@ -136,13 +135,6 @@ class ActionChecker(Checker):
                 if made[number][t] < count:
                     message = f"`{name}` changes nothing at {t:g} s"
                     self.findings.violate(Rule.ACTION, message, effects.span, self.history.nodes[number].start.seq)
-
-    def _changes_by_actions(self) -> Iterator[tuple[LoggedEvent, int]]:
-        """Yield changes with the number of the changing behavior, possibly within a modifier."""
-        for change in (change for found in self.history.changes.values() for change in found):
-            node = self.history.nodes.get(change.recorded.get("by", -1))
-            if node is not None and node.owner.number in self._changes:
-                yield change, node.owner.number
 
     def _check_step(self, change: LoggedEvent, name: str, span: Span) -> None:
         """Check that the new value is one more, or one less, than the old one."""
@@ -157,12 +149,10 @@ class ActionChecker(Checker):
                 return  # reported with the variable
             expected = wrapped(before + _STEPS[name], declared.type)
             if not same(recorded, expected):
-                shown, needed = (self._text(value, declared.type) for value in (recorded, expected))
+                structures = self.world.plan.structures
+                shown, needed = (value_text(each, declared.type, structures) for each in (recorded, expected))
                 message = f"`{name}` changes `{change.name}` to {shown}; expected {needed}"
                 self.findings.violate(Rule.ACTION, message, span, change.mark.seq)
-
-    def _text(self, value: Value, type_: ValueType) -> str:
-        return value_text(value, type_, self.world.plan.structures)
 
 
 def _short(text: str) -> str:

@@ -8,7 +8,7 @@ has to match.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -18,6 +18,7 @@ from seoro.runtime.accept.findings import Findings, Rule
 from seoro.runtime.accept.history import History, Mark, Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Untils
+from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
 
 CANCELLED, SUCCEEDED, FAILED = "cancelled", "succeeded", "failed"
@@ -59,6 +60,11 @@ class Frame:
     def held(self) -> bool:
         """Whether it may outlast its content."""
         return self.loosened > 0
+
+    @property
+    def is_cut_at_once(self) -> bool:
+        """Whether it may have been cut short before its content has started."""
+        return self.start.t == self.end.t and self.status in self.cuts
 
     @property
     def records(self) -> tuple[int, int]:
@@ -103,7 +109,16 @@ class Matched:
     executions: list[tuple[Instance, Frame]] = field(default_factory=list)
     labels: list[tuple[str, Node, Instance]] = field(default_factory=list)
     reactions: list[tuple[Instance, plan_.On, tuple[Node, ...]]] = field(default_factory=list)
-    around: dict[int, Instance] = field(default_factory=dict)  # surrounding scenarios, by number of the behavior
+
+    @property
+    def all_emits(self) -> Iterator[tuple[plan_.Emit, Node, Instance]]:
+        """All emissions, by members and by reactions."""
+        yield from self.emits
+        for instance, _, nodes in self.reactions:
+            for node in nodes:
+                plan = self.plans.get(node.number)
+                if isinstance(plan, plan_.Emit):
+                    yield plan, node, instance
 
     @property
     def overridden(self) -> frozenset[str]:
@@ -165,49 +180,85 @@ def is_of(node: Node, behavior: plan_.Behavior) -> bool:
     return node.type == kind_of(behavior) and stands_at(node, behavior.span)
 
 
-def check_end(frame: Frame, end: End, rule: Rule, span: Span, history: History, findings: Findings) -> None:
-    """Check that the end of a frame matches the end of its content.
+@dataclass(eq=False)
+class Checker:
+    """Base of the checks of a trace.
 
     Args:
-        frame: The frame.
-        end: End of the content.
-        rule: The rule to report.
-        span: Place of the content in the scenario.
-        history: The trace.
-        findings: Collects violations.
+        world: The trace, with its values.
     """
-    if end is UNKNOWN:
-        return
-    shown = (*frame.records, *end.records)
-    if end.status is None:
-        if frame.status not in frame.cuts:
-            findings.violate(rule, f"it {frame.status} before its content has ended", span, *shown)
-        elif end.t < inf and frame.loosened < 2 and not history.lasts(end.t, frame.end.t):
-            findings.violate(rule, f"it stopped at {end.t:g} s, but was not ended then", span, *shown)
-        return
-    is_then = history.lasts(end.t, frame.end.t)
-    if not is_then and (end.status == FAILED or not frame.held):
-        findings.violate(
-            rule, f"its content {end.status} at {end.t:g} s, but it ends at {frame.end.t:g} s", span, *shown
-        )
-    elif frame.status != end.status and not (
-        frame.status in frame.cuts and (is_then or frame.status == CANCELLED)
-    ):
-        findings.violate(Rule.OUTCOME, f"it {ended(frame.status)}, but its content {end.status}", span, *shown)
+
+    world: World
+
+    @property
+    def history(self) -> History:
+        """The trace."""
+        return self.world.history
+
+    @property
+    def findings(self) -> Findings:
+        """Collects violations."""
+        return self.world.findings
+
+    def was_overridden(self, node: Node) -> bool:
+        """Whether an `override` may have cancelled a behavior, directly or within it."""
+        return was_overridden([node], self.world.overridden)
+
+    def end_of(self, node: Node) -> End:
+        """Return the end of a behavior as the end of the frame around it."""
+        if node.status == CANCELLED:
+            return UNKNOWN if self.was_overridden(node) else End(None, node.end.t, node.records)
+        return End(node.status, node.end.t, node.records)
+
+    def check_end(self, frame: Frame, end: End, rule: Rule, span: Span) -> None:
+        """Check that the end of a frame matches the end of its content.
+
+        Args:
+            frame: The frame.
+            end: End of the content.
+            rule: The rule to report.
+            span: Place of the content in the scenario.
+        """
+        if end is UNKNOWN:
+            return
+        violate, lasts = self.findings.violate, self.history.lasts
+        shown = (*frame.records, *end.records)
+        if end.status is None:
+            if frame.status not in frame.cuts:
+                violate(rule, f"it {frame.status} before its content has ended", span, *shown)
+            elif end.t < inf and frame.loosened < 2 and not lasts(end.t, frame.end.t):
+                violate(rule, f"it stopped at {end.t:g} s, but was not ended then", span, *shown)
+            return
+        is_then = lasts(end.t, frame.end.t)
+        if not is_then and (end.status == FAILED or not frame.held):
+            message = f"its content {end.status} at {end.t:g} s, but it ends at {frame.end.t:g} s"
+            violate(rule, message, span, *shown)
+        elif frame.status != end.status and not (
+            frame.status in frame.cuts and (is_then or frame.status == CANCELLED)
+        ):
+            violate(Rule.OUTCOME, f"it {ended(frame.status)}, but its content {end.status}", span, *shown)
+
+
+def was_overridden(nodes: Iterable[Node], overridden: frozenset[str]) -> bool:
+    """Whether an `override` may have cancelled one of the behaviors, directly or within it.
+
+    Args:
+        nodes: The behaviors.
+        overridden: Labels of behaviors that an `override` may end.
+    """
+    pending = list(nodes) if overridden else []
+    while pending:
+        found = pending.pop()
+        if found.status == CANCELLED:
+            if found.name in overridden:
+                return True
+            pending += found.children
+    return False
 
 
 def ended(status: str) -> str:
     """Describe the end of a behavior with a state."""
     return "was cancelled" if status == CANCELLED else status
-
-
-def emits_of_end(instance: Instance) -> list[plan_.Emit]:
-    """Return all `emit end` and `emit fail` in the text of a scenario."""
-    declared = instance.declaration
-    found = [member for directive in declared.on for member in directive.members if isinstance(member, plan_.Emit)]
-    if isinstance(declared, plan_.Scenario):
-        found += [each for each in plan_.behaviors_in(declared.body) if isinstance(each, plan_.Emit)]
-    return [emit for emit in found if is_ending(emit)]
 
 
 def is_ending(emit: plan_.Emit) -> bool:
@@ -216,16 +267,20 @@ def is_ending(emit: plan_.Emit) -> bool:
     return isinstance(event, plan_.PhaseEvent) and event.label is None and event.phase is not plan_.Phase.START
 
 
-def ending_emit(instance: Instance, frame: Frame) -> Node | None:
-    """Return the executed `emit end` or `emit fail` of an instance within a frame."""
-    for start in emits_of_end(instance):
-        pending = [*frame.node.children]
-        while pending:
-            node = pending.pop()
-            if node.type == "emit" and stands_at(node, start.span):
-                return node
-            pending += node.children
-    return None
+def ends_by_emit(instance: Instance, frame: Frame) -> bool:
+    """Whether an `emit end` or `emit fail` of an instance was executed within a frame."""
+    declared = instance.declaration
+    found: list[plan_.Behavior] = [member for directive in declared.on for member in directive.members]
+    if isinstance(declared, plan_.Scenario):
+        found += plan_.behaviors_in(declared.body)
+    emits = [each for each in found if isinstance(each, plan_.Emit) and is_ending(each)]
+    pending = [*frame.node.children] if emits else []
+    while pending:
+        node = pending.pop()
+        if any(is_of(node, emit) for emit in emits):
+            return True
+        pending += node.children
+    return False
 
 
 def is_modifier(application: plan_.ModifierApplication, node: Node) -> bool:
@@ -236,10 +291,6 @@ def is_modifier(application: plan_.ModifierApplication, node: Node) -> bool:
 def modifier_of_held(frame: Frame, plan: plan_.Plan) -> plan_.ModifierApplication | None:
     """Return the next modifier of a held struct or actor in a frame."""
     nodes = [child for child in frame.children if child.type == "modifier"]
-    for type_ in plan.objects.values():
-        for applied in type_.modifiers:
-            if isinstance(applied, plan_.ModifierApplication) and any(
-                is_modifier(applied, node) for node in nodes
-            ):
-                return applied
-    return None
+    held = (each for type_ in plan.objects.values() for each in type_.modifiers)
+    applied = (each for each in held if isinstance(each, plan_.ModifierApplication))
+    return next((each for each in applied if any(is_modifier(each, node) for node in nodes)), None)

@@ -107,15 +107,21 @@ def layers_of_run(plan: plan_.Plan) -> tuple[Layer, ...]:
 def layers_in(modifications: Iterable[plan_.Modification]) -> tuple[Layer, ...]:
     """Return the layers of a `with` block or a declaration."""
     layers: list[Layer] = []
-    row: list[plan_.Until] = []
     for modification in modifications:
-        if isinstance(modification, plan_.Until):
-            row.append(modification)
-            continue
-        if row:
-            layers.append(Untils(tuple(row)))
-            row = []
-        layers.append(modification)
-    if row:
-        layers.append(Untils(tuple(row)))
+        if not isinstance(modification, plan_.Until):
+            layers.append(modification)
+        elif layers and isinstance(layers[-1], Untils):
+            layers[-1] = Untils((*layers[-1].directives, modification))
+        else:
+            layers.append(Untils((modification,)))
     return tuple(layers)
+
+
+def overrides_in(plan: plan_.Plan) -> list[plan_.Override]:
+    """Return all overrides of a plan."""
+    found: list[object] = [each for modifier in plan.modifiers.values() for each in modifier.modifiers]
+    for scenario in plan.scenarios.values():
+        found += scenario.modifiers
+        for behavior in plan_.behaviors_in(scenario.body):
+            found += getattr(behavior, "modifications", ())
+    return [each for each in found if isinstance(each, plan_.Override)]

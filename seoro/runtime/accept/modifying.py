@@ -6,16 +6,23 @@ ends another one, or keeps it from starting.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from seoro.lang import plan as plan_
-from seoro.runtime.accept.compositions import was_overridden
 from seoro.runtime.accept.findings import Rule
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched, ended
-from seoro.runtime.accept.history import Attempt, Node
+from seoro.runtime.accept.frames import (
+    CANCELLED,
+    FAILED,
+    SUCCEEDED,
+    Checker,
+    Frame,
+    Matched,
+    ended,
+    was_overridden,
+)
+from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
-from seoro.runtime.accept.world import Checker
 
 _LIBRARY: Final = "osc.helpers"
 _LIMITED: Final = frozenset({"timeout", "running_is_failure", "running_is_success"})
@@ -111,13 +118,11 @@ class ModifierChecker(Checker):
             return
         latest = self.history.reached(node.start.t + limit)
         for attempt in node.attempts:
-            if attempt.end.t > latest and not self._is_cut(attempt, latest):
+            is_cut = attempt.status == CANCELLED and self.history.lasts(latest, attempt.end.t)
+            if attempt.end.t > latest and not is_cut:
                 wrong(f"the behavior lasts longer than {limit:g} s", attempt.end.seq)
             elif attempt.status == CANCELLED and node.status != CANCELLED and attempt.end.t < latest:
                 wrong(f"the behavior is cancelled before {limit:g} s have passed", attempt.end.seq)
-
-    def _is_cut(self, attempt: Attempt, latest: float) -> bool:
-        return attempt.status == CANCELLED and self.history.lasts(latest, attempt.end.t)
 
 
 def _outcomes(node: Node, overridden: frozenset[str]) -> list[str]:
@@ -143,7 +148,7 @@ class OverrideChecker(Checker):
         for label, node, around in matched.labels:
             nodes.setdefault((around.number, label), []).append(node)
         for override, frame, instance in matched.overrides:
-            if frame.start.t == frame.end.t and frame.status in frame.cuts:
+            if frame.is_cut_at_once:
                 continue  # it may have been ended before the override was active
             overridden = self._labelled(override.overridden, instance, nodes)
             by = self._labelled(override.by, instance, nodes)
@@ -183,17 +188,3 @@ class OverrideChecker(Checker):
         if not frame.held:
             return frame.end.seq
         return max((child.end.seq for child in frame.children), default=frame.start.seq)
-
-
-def overrides_in(plan: plan_.Plan) -> list[plan_.Override]:
-    """Return all overrides of a plan."""
-    found = [each for modifier in plan.modifiers.values() for each in _overrides(modifier.modifiers)]
-    for scenario in plan.scenarios.values():
-        found += _overrides(scenario.modifiers)
-        for behavior in plan_.behaviors_in(scenario.body):
-            found += _overrides(getattr(behavior, "modifications", ()))
-    return found
-
-
-def _overrides(modifications: Iterable[plan_.Modification]) -> list[plan_.Override]:
-    return [each for each in modifications if isinstance(each, plan_.Override)]

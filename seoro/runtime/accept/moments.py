@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import assert_never
 
 from seoro.lang import plan
 from seoro.runtime.accept.channels import Channel, Channels, Received
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.history import TIME_DIGITS, History, LoggedEvent, Mark
+from seoro.runtime.accept.history import TIME_DIGITS, LoggedEvent, Mark, Node
 from seoro.runtime.accept.instances import Holder, TimedFields
-from seoro.runtime.accept.pasts import Past
+from seoro.runtime.accept.pasts import Pasts
 from seoro.runtime.accept.world import NothingInvoked, World, has_labels
 from seoro.runtime.values.environment import Environment, Reads
 from seoro.runtime.values.values import Range
@@ -43,6 +43,11 @@ class Moment:
     sure: bool
     occurrence: LoggedEvent | None = None
 
+    @property
+    def records(self) -> tuple[int, ...]:
+        """Record of the emitted event, if any."""
+        return (self.occurrence.mark.seq,) if self.occurrence is not None else ()
+
 
 @dataclass(frozen=True, eq=False)
 class Listening:
@@ -52,7 +57,7 @@ class Listening:
         start: Start of the event context.
         limit: Last time of interest [s].
         environment: Environment of the specification.
-        past: Returns the causal past at the start.
+        node: Behavior whose causal past at the start it has.
         receives_until: Time until which it certainly receives [s]; it may have ended before in that instant.
         armed: Start of the event's existence; None if from the start on.
     """
@@ -60,7 +65,7 @@ class Listening:
     start: Mark
     limit: float
     environment: Environment
-    past: Callable[[], Past]
+    node: Node
     receives_until: float
     armed: Mark | None = None
 
@@ -75,16 +80,17 @@ class Moments:
     """Finds moments.
 
     Args:
-        history: The trace.
-        world: Values of the trace.
+        world: The trace, with its values.
         channels: Resolves event references.
-        received: Collects received derived events.
+        pasts: Finds causal pasts.
     """
 
-    history: History
     world: World
     channels: Channels
-    received: Received
+    pasts: Pasts
+
+    def __post_init__(self) -> None:
+        self.received = Received(self.world.plan)  # collects received derived events
 
     def of(self, specification: plan.EventSpecification, listening: Listening, depth: int = 0) -> list[Moment]:
         """Return all moments within an event context, in the order of time.
@@ -122,7 +128,7 @@ class Moments:
                         is_sure = (
                             meant.sure and meant.first == meant.last and meant.first < listening.receives_until
                         )
-                        if is_sure and self.history.is_exact:
+                        if is_sure and self.world.history.is_exact:
                             self.received.due[channel.of, channel.name, meant.first] = None
                         yield replace(meant, occurrence=None)
 
@@ -131,7 +137,7 @@ class Moments:
         if channel.end == math.inf:
             yield moment
             return
-        end = self.history.records[int(channel.end)]["t"]
+        end = self.world.history.records[int(channel.end)]["t"]
         if moment.first <= end:
             yield moment if moment.last < end else replace(moment, sure=False)
 
@@ -142,7 +148,7 @@ class Moments:
             if occurrence.is_derived or seq > channel.end:
                 continue
             if t == start.t:
-                past = past or listening.past()
+                past = past or self.pasts.before(listening.node, start)
                 if seq in past.surely:
                     continue
                 yield Moment(t, t, seq not in past.perhaps, occurrence)
@@ -179,23 +185,26 @@ class Moments:
         self, expression: plan.Expression, name: str | None, listening: Listening, moment: Moment
     ) -> Iterator[Moment]:
         """Yield a moment if a condition holds then; the condition sees the occurrence by its name."""
-        environment, occurrence = listening.environment, moment.occurrence
+        environment = listening.environment
         if name is not None:
-            arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
-            environment = environment.bind(**{name: Holder((), arguments)})
+            environment = self.named(name, moment, environment)
         if moment.first != moment.last:
             yield replace(moment, sure=False)
             return
-        begin = listening.start.seq
-        if occurrence is not None:
-            begin = max(begin, occurrence.mark.seq)
+        begin = max((listening.start.seq, *moment.records))
         values = [self._holds(expression, environment, seq) for seq in self._states(begin, moment.first)]
         if any(values):
             yield replace(moment, sure=moment.sure and all(values))
 
+    def named(self, name: str, moment: Moment, environment: Environment) -> Environment:
+        """Return an environment in which a name means the occurrence of a moment."""
+        occurrence = moment.occurrence
+        arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
+        return environment.bind(**{name: Holder((), arguments)})
+
     def _states(self, begin: int, t: float) -> list[int]:
         """Return places of an instant with possibly different values of variables, from a record on."""
-        records = self.history.records
+        records = self.world.history.records
         first = max(begin, bisect_left(records, t, key=lambda record: record["t"]))
         places = [first + 1]
         for seq in range(first, len(records)):
@@ -232,7 +241,7 @@ class Moments:
                 yield from self._turns(expression, False, listening, counts_from_start=False)
             case plan.Elapsed(duration):
                 low, high = self._seconds(duration, listening)
-                start, since, reached = listening.start.t, listening.since.t, self.history.reached
+                start, since, reached = listening.start.t, listening.since.t, self.world.history.reached
                 yield Moment(max(reached(start + low), since), max(reached(start + high), since), True)
             case plan.Every():
                 yield from self._ticks(condition, listening)
@@ -256,7 +265,7 @@ class Moments:
             raise Undecided(f"`{every.span.text}` has no period")
         last = -math.inf
         for number in range(_MOST):
-            t = self.history.reached(first + number * period)
+            t = self.world.history.reached(first + number * period)
             if t > listening.limit:
                 return
             if t > last and t >= listening.since.t:
@@ -275,9 +284,7 @@ class Moments:
         for number, (t, value, is_sure) in enumerate(self._values(expression, listening)):
             if number > _MOST:
                 raise Undecided(f"`{expression.span.text}` changes more than {_MOST:,} times")
-            if last is None and value is not awaited and counts_from_start and awaited in begun:
-                yield Moment(t, t, False)
-            if last is None and value is awaited and not counts_from_start and (not awaited) in begun:
+            if last is None and (value is awaited) is not counts_from_start and (not value) in begun:
                 yield Moment(t, t, False)
             if value is awaited and (last is not awaited if last is not None else counts_from_start):
                 yield Moment(t, t, is_sure)
@@ -314,5 +321,5 @@ class Moments:
                 yield t, value, True
                 return
             place = min(following)
-            yield t, value, last is None or not self.history.may_be_one(last, place)
-            seq, t, last = place + 1, self.history.records[place]["t"], place
+            yield t, value, last is None or not self.world.history.may_be_one(last, place)
+            seq, t, last = place + 1, self.world.history.records[place]["t"], place

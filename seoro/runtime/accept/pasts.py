@@ -7,16 +7,23 @@ if several may have, they are *perhaps* in the past.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect, bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import Final
 
-from seoro.lang.plan import EventSpecification, InvokeAction, InvokeScenario
+from seoro.lang.plan import Emit, EventSpecification, InvokeAction, InvokeScenario
 from seoro.runtime.accept.channels import Channels
 from seoro.runtime.accept.findings import Undecided
-from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched
-from seoro.runtime.accept.history import History, LoggedEvent, Mark, Node
+from seoro.runtime.accept.frames import SUCCEEDED, Frame, Matched, is_ending
+from seoro.runtime.accept.history import LoggedEvent, Mark, Node
+from seoro.runtime.accept.instances import Instance
 from seoro.runtime.values.environment import Environment
+from seoro.runtime.values.values import Value
+
+_PHASES: Final = ("start", "end", "fail")
 
 
 @dataclass
@@ -37,18 +44,19 @@ class Pasts:
     """Finds causal pasts.
 
     Args:
-        history: The trace.
         matched: Matched behaviors.
         channels: Resolves event references.
-        emitted: Records of emissions, by the numbers of the behaviors.
     """
 
-    history: History
     matched: Matched
     channels: Channels
-    emitted: dict[int, LoggedEvent]
+    emitted: dict[int, LoggedEvent] = field(default_factory=dict, init=False)  # by numbers of behaviors
 
     def __post_init__(self) -> None:
+        for plan, node, instance in self.matched.all_emits:
+            occurrence = None if is_ending(plan) else self._occurrence(plan, node, instance)
+            if occurrence is not None:
+                self.emitted[node.number] = occurrence
         self._reactions = {node.number for _, _, nodes in self.matched.reactions for node in nodes}
         self._waits = {node.number: (plan, instance) for plan, node, instance in self.matched.waits}
         self._labels = {node.number: (label, instance) for label, node, instance in self.matched.labels}
@@ -57,6 +65,24 @@ class Pasts:
             for directive in layer.directives:
                 listening = (directive.event, frame, environment)
                 self._untils.setdefault(frame.node.number, []).append(listening)
+
+    def _occurrence(self, plan: Emit, node: Node, instance: Instance) -> LoggedEvent | None:
+        """Return the occurrence of an `emit`; an equal emission before in that instant may be the same."""
+        world, name = self.channels.world, plan.event.name
+        event = self.channels.event_of(instance, name)
+        given = dict(plan.arguments) if event is None else event.all_arguments(plan.arguments)
+        arguments: dict[str, Value] | None = None  # if the trace lacks them
+        with suppress(Undecided):
+            seq = node.start.seq
+            arguments = {each: world.value(value, instance.environment, seq) for each, value in given.items()}
+        fitting = [
+            each
+            for each in self.channels.at(instance.number, name, node.start.t)
+            if not each.is_derived
+            and each.mark.seq < node.end.seq
+            and (arguments is None or _same(world.arguments.get(each.mark.seq, {}), arguments))
+        ]
+        return fitting[-1] if fitting else None
 
     def before(self, node: Node, mark: Mark) -> Past:
         """Return the past of a task at a place within a behavior."""
@@ -82,7 +108,8 @@ class Pasts:
             if begun == 0:
                 return
             mark = Mark(node.attempts[begun - 1].start.seq, mark.t)
-        for index in range(_position(node.children, mark.seq) - 1, -1, -1):
+        started = bisect_left(node.children, mark.seq, key=lambda child: child.start.seq)
+        for index in reversed(range(started)):
             child = node.children[index]
             if child.number in self._reactions:
                 continue
@@ -97,11 +124,10 @@ class Pasts:
             return
         if node.number in self._labels:
             label, around = self._labels[node.number]
-            past.surely.update(self._phases(around.number, f"{label}.start", mark.t))
+            self._add_events(around.number, (f"{label}.start",), mark.t, past)
         if node.type in ("scenario", "action"):
             for number in node.instances:
-                found = self._phases(number, "start", mark.t)
-                past.surely.update(seq for seq in found if seq < mark.seq)
+                self._add_events(number, ("start",), mark.t, past, mark.seq)
 
     def _add_all(self, first: Node, joined: Mark, past: Past) -> None:
         """Add the emitted and received occurrences of an ended behavior, in an instant before a record."""
@@ -115,20 +141,21 @@ class Pasts:
                 past.surely.add(self.emitted[node.number].mark.seq)
             if node.number in self._labels:
                 label, around = self._labels[node.number]
-                for phase in ("start", "end", "fail"):
-                    found = self._phases(around.number, f"{label}.{phase}", t)
-                    past.surely.update(seq for seq in found if seq < joined.seq)
+                self._add_events(around.number, [f"{label}.{phase}" for phase in _PHASES], t, past, joined.seq)
             if isinstance(self.matched.plans.get(node.number), InvokeScenario | InvokeAction):
                 for number in node.instances:
-                    for phase in ("start", "end", "fail"):
-                        past.surely.update(seq for seq in self._phases(number, phase, t) if seq < joined.seq)
-            self._add_consumed(node, t, past)
+                    self._add_events(number, _PHASES, t, past, joined.seq)
+            if node.number in self._waits and node.end.t == t and node.status == SUCCEEDED:
+                plan, instance = self._waits[node.number]
+                self._consume(plan.event, instance.environment, node.start, node.end, past)
+            self._add_untils(node, Mark(node.end.seq + 1, t), past)
 
-    def _add_consumed(self, node: Node, t: float, past: Past) -> None:
-        if node.number in self._waits and node.end.t == t and node.status == SUCCEEDED:
-            plan, instance = self._waits[node.number]
-            self._consume(plan.event, instance.environment, node.start, node.end, past)
-        self._add_untils(node, Mark(node.end.seq + 1, t), past)
+    def _add_events(
+        self, number: int, names: Iterable[str], t: float, past: Past, before: float = math.inf
+    ) -> None:
+        """Add the occurrences of events of an instance, in an instant before a record."""
+        found = (each.mark.seq for name in names for each in self.channels.at(number, name, t))
+        past.surely.update(seq for seq in found if seq < before)
 
     def _add_untils(self, node: Node, mark: Mark, past: Past) -> None:
         """Add the events that met an `until` of a behavior, or of attempts, in an instant before a record."""
@@ -147,10 +174,9 @@ class Pasts:
         found = {seq for seq in sources if seq < end.seq}
         (past.surely if is_all and len(found) == 1 else past.perhaps).update(found)
 
-    def _phases(self, number: int, name: str, t: float) -> Iterator[int]:
-        return (found.mark.seq for found in self.channels.at(number, name, t))
 
-
-def _position(children: list[Node], seq: int) -> int:
-    """Return the number of behaviors that start before a record."""
-    return bisect_left(children, seq, key=lambda child: child.start.seq)
+def _same(recorded: dict[str, Value], evaluated: dict[str, Value]) -> bool:
+    """Whether arguments are equal; values missing in the trace match any."""
+    return recorded.keys() == evaluated.keys() and all(
+        type(recorded[name]) is not type(value) or recorded[name] == value for name, value in evaluated.items()
+    )

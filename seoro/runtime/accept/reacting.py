@@ -10,37 +10,32 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 from seoro.lang.plan import EventSpecification, On, OnEvent, Phase, Sample, Scenario
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule
-from seoro.runtime.accept.frames import CANCELLED, Frame, Matched
-from seoro.runtime.accept.history import History, LoggedEvent, Node
-from seoro.runtime.accept.instances import Holder, Instance
+from seoro.runtime.accept.frames import CANCELLED, Checker, Frame, Matched
+from seoro.runtime.accept.history import LoggedEvent, Mark, Node
+from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.moments import Listening, Moment, Moments
-from seoro.runtime.accept.pasts import Pasts
-from seoro.runtime.accept.world import Checker, World
+from seoro.runtime.accept.world import World
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value
 
 
-def _first_holders(
-    world: World, history: History, matched: Matched
-) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
+def _first_holders(world: World, matched: Matched) -> dict[Struct | Actor, tuple[Instance, Frame] | None]:
     """Return the executions that held each struct and actor first.
 
     None if unknown: several may have started at once, one may not have started, or a modifier received the object
     before."""
     found: dict[Struct | Actor, tuple[Instance, Frame] | None] = {}
     for instance, frame in sorted(matched.executions, key=lambda each: each[1].start.seq):
-        has_begun = frame.start.t < frame.end.t or frame.status not in frame.cuts
         for holder in _held(list(dict(instance.fields).values())):
-            first = found.setdefault(holder, (instance, frame) if has_begun else None)
+            first = found.setdefault(holder, None if frame.is_cut_at_once else (instance, frame))
             if first is not None and _are_beside(first[1], frame):
                 found[holder] = None
-    for node in history.nodes.values():
+    for node in world.history.nodes.values():
         for number in _numbers(node.arguments):
             given = world.objects.get(number)
             first = found.get(given) if given is not None else None
@@ -89,11 +84,9 @@ class ReactionChecker(Checker):
 
     Args:
         moments: Finds when specifications are met.
-        pasts: Finds causal pasts.
     """
 
     moments: Moments
-    pasts: Pasts
 
     def check(self, matched: Matched) -> None:
         """Check all reactions."""
@@ -103,7 +96,7 @@ class ReactionChecker(Checker):
                 self._on(directive, instance, frame, reactions.get((instance.number, id(directive)), ()))
             for sample in instance.declaration.samples:
                 self._sample(sample, instance, instance, frame)
-        for holder, within in _first_holders(self.world, self.history, matched).items():
+        for holder, within in _first_holders(self.world, matched).items():
             for sample in self.world.samples_of(holder):
                 if within is None:
                     reason = f"the trace does not show which scenario held a `{holder.types[0]}` first"
@@ -121,27 +114,21 @@ class ReactionChecker(Checker):
         own: frozenset[int] = frozenset(),
     ) -> list[Moment]:
         """Return the moments of an event for an instance; emissions of its own reaction may not count."""
-        past = partial(self.pasts.before, frame.node, frame.start)
         has_end = isinstance(instance.declaration, Scenario) or not frame.held
         receives_until = self._end(instance, frame) if has_end else frame.start.t
-        listening = Listening(frame.start, frame.end.t, environment, past, receives_until)
+        listening = Listening(frame.start, frame.end.t, environment, frame.node, receives_until)
         found = self.moments.of(event, listening)
-        return [
-            replace(each, sure=False) if each.occurrence is not None and each.occurrence.mark.seq in own else each
-            for each in found
-        ]
+        return [each if own.isdisjoint(each.records) else replace(each, sure=False) for each in found]
 
     def _on(self, directive: On, instance: Instance, frame: Frame, nodes: tuple[Node, ...]) -> None:
-        emitted = (self.pasts.emitted.get(node.number) for node in nodes)
+        emitted = (self.moments.pasts.emitted.get(node.number) for node in nodes)
         own = frozenset(occurrence.mark.seq for occurrence in emitted if occurrence is not None)
         with self.findings.undecided(Rule.ON, directive.span):
             found = self._found(directive.event, instance.environment, instance, frame, own)
             for number, member in enumerate(directive.members):
-                mine = [node for node in nodes if self.pasts.matched.plans.get(node.number) is member]
-                times = Counter(node.start.t for node in mine)
-                records = {node.start.t: node.start.seq for node in mine}
-                span = member.span if number else directive.span
-                self._compare(found, times, records, Rule.ON, span, self._end(instance, frame))
+                plans, span = self.moments.pasts.matched.plans, member.span if number else directive.span
+                marks = [node.start for node in nodes if plans.get(node.number) is member]
+                self._compare(found, marks, Rule.ON, span, self._end(instance, frame))
 
     def _end(self, instance: Instance, frame: Frame) -> float:
         """Return the end of an instance [s]; a held behavior lasts longer than its invocation."""
@@ -153,16 +140,9 @@ class ReactionChecker(Checker):
         ends += [child.end.t for child in frame.children if child.status == CANCELLED]  # its `do`
         return min([*ends, frame.end.t])
 
-    def _compare(
-        self,
-        found: list[Moment],
-        times: Counter[float],
-        records: dict[float, int],
-        rule: Rule,
-        span: Span,
-        end: float,
-    ) -> None:
+    def _compare(self, found: list[Moment], reactions: list[Mark], rule: Rule, span: Span, end: float) -> None:
         """Compare the times of reactions with those of the event, before the end [s] of the instance."""
+        times, records = Counter(mark.t for mark in reactions), {mark.t: mark.seq for mark in reactions}
         for t, count in times.items():
             if count > sum(moment.first <= t <= moment.last for moment in found):
                 message = f"it reacts {_times(count)} at {t:g} s, but its event has not occurred as often"
@@ -170,7 +150,7 @@ class ReactionChecker(Checker):
         due = Counter(moment.first for moment in found if moment.sure and moment.first == moment.last)
         for t, count in due.items():
             if times[t] < count and t < end:
-                seen = [m.occurrence.mark.seq for m in found if m.occurrence is not None and m.first == t]
+                seen = [seq for moment in found if moment.first == t for seq in moment.records]
                 message = f"it reacts {_times(times[t])} at {t:g} s, but its event occurs {_times(count)}"
                 self.findings.violate(rule, message, span, *seen)
 
@@ -182,14 +162,14 @@ class ReactionChecker(Checker):
         changes = [
             change
             for change in self.history.changes.get((self.world.number(holder) or 0, sample.field), ())
-            if change.recorded.get("by") == frame.node.number and frame.start.seq < change.mark.seq
+            if change.recorded.get("by") == frame.node.number
+            and frame.start.seq < change.mark.seq
+            and change.mark.t <= frame.end.t
         ]
-        changes = [change for change in changes if change.mark.t <= frame.end.t]
         with self.findings.undecided(Rule.SAMPLE, sample.span):
             found = self._found(sample.event, environment, instance, frame)
-            times = Counter(change.mark.t for change in changes)
-            records = {change.mark.t: change.mark.seq for change in changes}
-            self._compare(found, times, records, Rule.SAMPLE, sample.span, self._end(instance, frame))
+            marks = [change.mark for change in changes]
+            self._compare(found, marks, Rule.SAMPLE, sample.span, self._end(instance, frame))
             for change in changes:
                 self._check_value(sample, self._scopes(sample, environment, found, change.mark.t), change)
 
@@ -199,13 +179,8 @@ class ReactionChecker(Checker):
         """Return the environments of a sample: one for each occurrence that `as` may be bound to."""
         if not isinstance(sample.event, OnEvent) or sample.event.name is None:
             return [environment]
-        scopes: list[Environment] = []
-        for moment in found:
-            if moment.first <= t <= moment.last:
-                occurrence = moment.occurrence
-                arguments = self.world.arguments.get(occurrence.mark.seq, {}) if occurrence is not None else {}
-                scopes.append(environment.bind(**{sample.event.name: Holder((), arguments)}))
-        return scopes
+        meant = [moment for moment in found if moment.first <= t <= moment.last]
+        return [self.moments.named(sample.event.name, moment, environment) for moment in meant]
 
     def _check_value(self, sample: Sample, scopes: list[Environment], change: LoggedEvent) -> None:
         """Check that the value is one that the expression had in a delta cycle of that instant."""

@@ -56,32 +56,26 @@ class Reactions:
     Args:
         modifier: The modifier.
         node: Its behavior in the trace.
+        history: The trace.
     """
 
     modifier: Modifier
     node: Node
+    history: History
 
     def __post_init__(self) -> None:
         members = [member for directive in self.modifier.on for member in directive.members]
         self.nodes = [child for child in self.node.children if any(is_of(child, each) for each in members)]
-        self._ends = [each for each in members if isinstance(each, Emit) and is_ending(each)]
+        emits = [each for each in members if isinstance(each, Emit) and is_ending(each)]
+        late = [node for node in self.nodes if self.history.lasts(node.start.t, self.node.end.t)]
+        self.endings = [(node, emit) for node in late for emit in emits if is_of(node, emit)]  # of the behavior
 
-    def end_it(self, history: History) -> bool:
-        """Whether they end the modified behavior."""
-        return any(True for _ in self._endings(history))
-
-    def _endings(self, history: History) -> Iterator[tuple[Node, Emit]]:
-        for node in self.nodes:
-            if history.lasts(node.start.t, self.node.end.t):
-                yield from ((node, emit) for emit in self._ends if is_of(node, emit))
-
-    def check_end(self, frame: Frame, history: History, findings: Findings) -> None:
+    def check_end(self, frame: Frame, findings: Findings) -> None:
         """Check the end of a modifier that ends itself, unless the modified behavior ended in that instant too."""
-        endings = list(self._endings(history))
-        statuses = {_STATUSES[emit.event.phase] for _, emit in endings if isinstance(emit.event, PhaseEvent)}
+        statuses = {_STATUSES[emit.event.phase] for _, emit in self.endings if isinstance(emit.event, PhaseEvent)}
         ended = {child.status for child in frame.children if child.end.t == frame.end.t}
         if frame.status not in statuses | ended | {CANCELLED}:
-            [(node, emit), *_] = endings
+            node, emit = self.endings[0]
             message = f"`{self.modifier.name}` {frame.status}, but its own `emit` ends it otherwise"
             findings.violate(Rule.EMIT, message, emit.span, node.start.seq, frame.end.seq)
 

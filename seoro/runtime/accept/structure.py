@@ -125,18 +125,15 @@ class _Reader:
         if number in self._history.nodes:
             self._wrong(f"behavior {number} starts twice", self._history.nodes[number].start.seq, mark.seq)
             return
-        around = self._open.get(parent) if parent is not None else None
-        ended = self._history.nodes.get(parent) if parent is not None and around is None else None
-        if ended is not None and ended.end.t == mark.t and record["type"] in _REACTIONS:
-            around = ended  # reacts to its own end
-        if parent is not None and around is None:
+        around = self._history.nodes.get(parent)
+        is_reaction = around is not None and around.end.t == mark.t and record["type"] in _REACTIONS  # to its end
+        if parent is not None and parent not in self._open and not is_reaction:
             self._wrong(f"behavior {number} starts in behavior {parent}, which is not running", mark.seq)
-            around = self._history.nodes.get(parent)
-        kind, name, path, source = (str(record[name]) for name in ("type", "name", "path", "source"))
         arguments = record.get("arguments") or {}
         if not isinstance(arguments, dict):
             self._wrong(f"invalid `arguments` of behavior {number}; expected an object", mark.seq)
             arguments = {}
+        kind, name, path, source = (str(record[name]) for name in ("type", "name", "path", "source"))
         node = Node(number, around, kind, name, path, source, mark, mark, arguments=arguments)
         self._history.nodes[number] = self._open[number] = node
         if around is not None:

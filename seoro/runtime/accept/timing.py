@@ -27,9 +27,9 @@ from seoro.runtime.values.values import HasFields, Range, Value
 _FOREVER: Final = 1e9  # [s]; upper limit of all times
 _BESIDE: Final = 1e-9  # [s]
 _MOST: Final = 24  # values to try
-_KINDS: Final = plan.EnumType(
-    "overlap_kind", tuple((kind.value, number) for number, kind in enumerate(plan.Overlap))
-)
+_KINDS: Final = {
+    kind: plan.EnumValue("overlap_kind", kind.value, number) for number, kind in enumerate(plan.Overlap)
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,8 @@ class Timing:
         constraints = self._all_of("overlap", behavior, frame)
         if not constraints:
             return None
-        found = [kind for kind in plan.Overlap if self._holds(constraints, None, frame, {"overlap": _kind(kind)})]
+        kinds = _KINDS.items()
+        found = [kind for kind, value in kinds if self._holds(constraints, None, frame, {"overlap": value})]
         if len(found) != 1:
             raise Undecided("constraints leave several kinds of `overlap`")
         return found[0]
@@ -184,10 +185,8 @@ class Timing:
         found = {0.0, -_FOREVER, _FOREVER}
         seq = max(frame.start.seq, it.seq + 1) if it is not None else frame.start.seq
         for each in constraints:
-            if not _only_compares(each.constraint.condition):
-                raise Undecided("a constraint computes with times")
             environment = each.environment if it is None else each.environment.bind(it=it)
-            for operand in _operands(each.constraint.condition):
+            for operand in [*_operands(each.constraint.condition)]:
                 value = self.world.value(operand, environment, seq)
                 bounds = [value.low, value.high] if isinstance(value, Range) else [value]
                 numbers = (float(bound) for bound in bounds if isinstance(bound, int | float))
@@ -199,36 +198,27 @@ class Timing:
         return sorted(found)
 
 
-def _only_compares(expression: plan.Expression) -> bool:
-    """Whether times in a condition are only compared, without computation."""
-    match expression:
-        case plan.Logic(_, left, right):
-            return _only_compares(left) and _only_compares(right)
-        case plan.Not(operand):
-            return _only_compares(operand)
-        case plan.Compare(_, left, right) | plan.Contains(left, right):
-            return all(_is_bare(each) or not times_in(each) for each in (left, right))
-        case _:
-            return not times_in(expression)
-
-
 def _operands(expression: plan.Expression) -> Iterator[plan.Expression]:
-    """Yield the values that a condition compares with times."""
+    """Yield the values that a condition compares with times.
+
+    Raises:
+        Undecided: It computes with times.
+    """
+    if not times_in(expression):
+        return
     match expression:
         case plan.Logic(_, left, right):
             yield from _operands(left)
             yield from _operands(right)
         case plan.Not(operand):
             yield from _operands(operand)
-        case plan.Compare(_, left, right) | plan.Contains(left, right) if times_in(expression):
+        case plan.Compare(_, left, right) | plan.Contains(left, right) if all(
+            _is_bare(each) or not times_in(each) for each in (left, right)
+        ):
             yield from (each for each in (left, right) if not _is_bare(each))
         case _:
-            pass
+            raise Undecided("a constraint computes with times")
 
 
 def _is_bare(expression: plan.Expression) -> bool:
     return is_time(expression) or (isinstance(expression, plan.Bound) and is_time(expression.range))
-
-
-def _kind(kind: plan.Overlap) -> plan.EnumValue:
-    return plan.EnumValue(_KINDS.name, kind.value, dict(_KINDS.members)[kind.value])

@@ -16,18 +16,17 @@ from typing import TypeAlias
 
 from seoro.lang import plan as plan_
 from seoro.lang.source import Span
-from seoro.runtime.accept.compositions import Checking, end_of_one_of, end_of_serial
-from seoro.runtime.accept.findings import Rule, Undecided
+from seoro.runtime.accept.compositions import CompositionChecker, OneOfChecker, SerialChecker
+from seoro.runtime.accept.findings import Rule
 from seoro.runtime.accept.frames import (
     CANCELLED,
     FAILED,
     SUCCEEDED,
-    UNKNOWN,
+    Checker,
     End,
     Frame,
     Matched,
-    check_end,
-    ending_emit,
+    ends_by_emit,
     is_modifier,
     is_of,
     modifier_of_held,
@@ -36,8 +35,7 @@ from seoro.runtime.accept.frames import (
 from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Layer, Untils, layers_in, layers_of, layers_of_run
-from seoro.runtime.accept.modifying import overrides_in
-from seoro.runtime.accept.parallels import bounds_of, end_of_parallel
+from seoro.runtime.accept.parallels import ParallelChecker
 from seoro.runtime.accept.running import (
     Reactions,
     environment_in,
@@ -46,7 +44,6 @@ from seoro.runtime.accept.running import (
     running_instance,
 )
 from seoro.runtime.accept.timing import Timing
-from seoro.runtime.accept.world import Checker
 
 _Matched: TypeAlias = plan_.Behavior | None  # None for the run itself
 
@@ -61,8 +58,6 @@ class Tree(Checker):
 
     def match(self) -> Matched | None:
         """Match the whole trace; return None if it is from another scenario."""
-        overridden = frozenset(override.overridden[-1] for override in overrides_in(self.world.plan))
-        self._checking = Checking(self.history, self.findings, overridden)
         root = self.history.root
         if root.type != "scenario" or root.name != self.world.plan.entry:
             message = f"the run is `{root.name}`; expected the scenario `{self.world.plan.entry}`"
@@ -83,7 +78,6 @@ class Tree(Checker):
     def _behavior(self, plan: plan_.Behavior, node: Node, around: Instance, cuts: frozenset[str]) -> None:
         """Match a behavior with its plan."""
         self.matched.plans[node.number] = plan
-        self.matched.around[node.number] = around
         if node.name != title_of(plan) and plan.label is not None:
             message = f"it is named `{node.name}`; expected the label `{plan.label}`"
             self.findings.violate(Rule.TREE, message, plan.span, node.start.seq)
@@ -101,22 +95,23 @@ class Tree(Checker):
             case plan_.CallMethod():
                 self._zero_time(node, plan)
             case plan_.InvokeAction() | plan_.InvokeScenario():
-                for number, recorded in enumerate(node.instances):
-                    instance = self.world.instances.get(recorded)
-                    if instance is not None:
-                        instance.node = node
-                        self.matched.invocations.append((plan, instance, around))
-                        if plan.label is not None:
-                            insort(around.labels.setdefault(plan.label, []), instance, key=attrgetter("seq"))
-                    self._check_declared(plan, node, number)
+                for number in node.instances:
+                    if number in self.world.instances:
+                        self._invoked(plan, self.world.instances[number], node, around)
                 self._layers(plan, layers_of(plan, self.world.plan), frame)
             case plan_.Serial() | plan_.Parallel() | plan_.OneOf():
                 self._layers(plan, layers_of(plan, self.world.plan), frame)
 
-    def _check_declared(self, plan: plan_.InvokeAction | plan_.InvokeScenario, node: Node, number: int) -> None:
-        instance = self.world.instances.get(node.instances[number])
+    def _invoked(
+        self, plan: plan_.InvokeAction | plan_.InvokeScenario, instance: Instance, node: Node, around: Instance
+    ) -> None:
+        """Match an instance with the invocation that made it."""
+        instance.node = node
+        self.matched.invocations.append((plan, instance, around))
+        if plan.label is not None:
+            insort(around.labels.setdefault(plan.label, []), instance, key=attrgetter("seq"))
         name = plan.action if isinstance(plan, plan_.InvokeAction) else plan.scenario
-        if instance is not None and instance.declaration.name != name:
+        if instance.declaration.name != name:
             message = f"`{instance.declaration.name}` is invoked; expected `{name}`"
             self.findings.violate(Rule.DIRECT, message, plan.span, node.start.seq, instance.seq)
 
@@ -162,17 +157,15 @@ class Tree(Checker):
             return
         modifier = self.world.plan.modifiers[layer.modifier]
         self.matched.modifiers.append((layer, modifier, node, environment_in(frame, self.world)))
-        check_end(frame, self._checking.end_of(node), Rule.MODIFIER, layer.span, self.history, self.findings)
-        reactions = Reactions(modifier, node)
-        children = [child for child in node.children if child not in reactions.nodes]
-        is_ended, cuts = reactions.end_it(self.history), frozenset({CANCELLED})
-        inside = replace(
-            Frame(node, frame.owner, node.start, node.end, node.status, tuple(children), frame.around),
-            cuts=frozenset({CANCELLED, SUCCEEDED, FAILED}) if is_ended else cuts,
-            is_secondary=frame.is_secondary or is_ended,
-        )
+        self.check_end(frame, self.end_of(node), Rule.MODIFIER, layer.span)
+        reactions = Reactions(modifier, node, self.history)
+        children = tuple(child for child in node.children if child not in reactions.nodes)
+        is_ended = bool(reactions.endings)
+        cuts = frozenset({CANCELLED, SUCCEEDED, FAILED} if is_ended else {CANCELLED})
+        around, secondary = frame.around, frame.is_secondary or is_ended
+        inside = Frame(node, frame.owner, node.start, node.end, node.status, children, around, cuts, 0, secondary)
         if is_ended:
-            reactions.check_end(inside, self.history, self.findings)
+            reactions.check_end(inside, self.findings)
         if modifier.library is None and not node.attempts:  # otherwise implemented in Python
             if not children and node.status == FAILED:
                 return  # its function failed before it ran the behavior
@@ -182,13 +175,8 @@ class Tree(Checker):
         starts = [child.start.seq for child in children]
         for attempt in node.attempts:
             first, last = (bisect(starts, mark.seq) for mark in (attempt.start, attempt.end))
-            again = replace(
-                inside,
-                start=attempt.start,
-                end=attempt.end,
-                status=attempt.status,
-                children=tuple(children[first:last]),
-            )
+            within = children[first:last]
+            again = replace(inside, start=attempt.start, end=attempt.end, status=attempt.status, children=within)
             self._pending.append(partial(self._layers, behavior, rest, again))
 
     def _only_child(
@@ -199,7 +187,7 @@ class Tree(Checker):
         for other in [child for child in frame.children if child not in found] + found[1:]:
             self.findings.violate(rule, f"`{other.name}` runs besides {what}", span, other.start.seq)
         if not found:
-            check_end(frame, End(None, frame.start.t), rule, span, self.history, self.findings)
+            self.check_end(frame, End(None, frame.start.t), rule, span)
             return None
         if found[0].start.t != frame.start.t:
             message = f"{what} starts at {found[0].start.t:g} s; expected {frame.start.t:g} s"
@@ -221,45 +209,31 @@ class Tree(Checker):
                 else:
                     self._modifier(behavior, held, (), frame)
                 return
-            case plan_.Serial() as plan:
-                members, end = end_of_serial(plan, frame, self._checking)
-                rule = Rule.SERIAL
-            case plan_.OneOf() as plan:
-                members, end = end_of_one_of(plan, frame, self._checking)
-                rule = Rule.ONE_OF
-            case plan_.Parallel() as plan:
-                self._parallel(plan, frame)
-                return
+            case plan_.Serial():
+                checker: CompositionChecker = SerialChecker(self.world, behavior, frame)
+            case plan_.OneOf():
+                checker = OneOfChecker(self.world, behavior, frame)
+            case plan_.Parallel():
+                checker = ParallelChecker(self.world, behavior, frame, Timing(self.world, self.matched))
             case _:
                 return
-        check_end(frame, end, rule, plan.span, self.history, self.findings)
-        for member, node in members:
-            self._pending.append(partial(self._behavior, member, node, frame.around, frozenset({CANCELLED})))
-
-    def _parallel(self, plan: plan_.Parallel, frame: Frame) -> None:
-        try:
-            bounds = bounds_of(plan, frame, self.world, Timing(self.world, self.matched))
-        except Undecided as why:
-            self.findings.skip(Rule.PARALLEL, why, plan.span)
-            bounds = None
-        members, end = end_of_parallel(plan, frame, bounds, self._checking)
-        check_end(frame, end, Rule.PARALLEL, plan.span, self.history, self.findings)
-        for member, node in members:
-            may_be_ended = member is not plan.members[0] and (bounds is None or bounds.may_end_secondaries)
+        self.check_end(frame, checker.end(), checker.rule, behavior.span)
+        for index, node in checker.nodes.items():
+            may_be_ended = index > 0 and checker.may_end_secondaries
             cuts = frozenset({CANCELLED, SUCCEEDED} if may_be_ended else {CANCELLED})
+            member = behavior.members[index]
             self._pending.append(partial(self._behavior, member, node, frame.around, cuts))
 
     def _invocation(self, behavior: _Matched, frame: Frame) -> None:
         """Match an instance: the `do` of a scenario, and reactions."""
         owner, span = frame.owner, self._span(behavior)
         instance = running_instance(frame, self.world)
-        is_cut = frame.status in frame.cuts and frame.start.t == frame.end.t
-        if instance is None or (instance.number in self._executed and not is_cut):
-            if not is_cut:
+        if instance is None or (instance.number in self._executed and not frame.is_cut_at_once):
+            if not frame.is_cut_at_once:
                 self.findings.violate(Rule.STRUCTURE, "its values are missing", span, *frame.records)
             return
         instance.node = owner
-        if not is_cut:
+        if not frame.is_cut_at_once:
             self._executed.add(instance.number)
         is_inside = frame.start.seq < instance.seq
         t, due = instance.recorded["t"], frame.start
@@ -279,8 +253,7 @@ class Tree(Checker):
             message = f"`{child.name}` is not part of `{instance.declaration.name}`"
             self.findings.violate(Rule.TREE, message, span, child.start.seq)
         if isinstance(instance.declaration, plan_.Scenario):
-            end = End(SUCCEEDED, frame.start.t)
-            check_end(frame, end, Rule.DIRECT, span, self.history, self.findings)
+            self.check_end(frame, End(SUCCEEDED, frame.start.t), Rule.DIRECT, span)
 
     def _reactions(self, instance: Instance, frame: Frame) -> list[Node]:
         """Match the reactions of an instance; return the other behaviors."""
@@ -292,7 +265,6 @@ class Tree(Checker):
             for node in mine:
                 member = next(each for each in directive.members if is_of(node, each))
                 self.matched.plans[node.number] = member
-                self.matched.around[node.number] = instance
                 self._zero_time(node, member)
             self.matched.reactions.append((instance, directive, tuple(mine)))
         return others
@@ -302,11 +274,8 @@ class Tree(Checker):
         node = self._only_child(frame, Rule.DIRECT, "its `do`", body.span, lambda child: is_of(child, body))
         if node is None:
             return
-        if node.status == CANCELLED:
-            ending = ending_emit(instance, frame)
-            end = UNKNOWN if ending is not None or self._checking.was_overridden(node) else End(None, node.end.t)
-        else:
-            end = End(node.status, node.end.t, node.records)
-        if end is UNKNOWN or ending_emit(instance, frame) is None:
-            check_end(frame, end, Rule.DIRECT, body.span, self.history, self.findings)
+        if not ends_by_emit(instance, frame):
+            is_left = node.status == CANCELLED and not self.was_overridden(node)
+            end = End(None, node.end.t) if is_left else self.end_of(node)
+            self.check_end(frame, end, Rule.DIRECT, body.span)
         self._pending.append(partial(self._behavior, body, node, instance, frozenset({CANCELLED})))

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from math import inf, nextafter
 
 from seoro.lang.plan import Expression, OneOf, Serial, Wait
 from seoro.lang.source import Span
 from seoro.runtime.accept.findings import Rule, Undecided
-from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Frame, Matched
+from seoro.runtime.accept.frames import CANCELLED, FAILED, SUCCEEDED, Checker, Frame, Matched
 from seoro.runtime.accept.history import Node
 from seoro.runtime.accept.instances import Instance
 from seoro.runtime.accept.layers import Duration, Untils
 from seoro.runtime.accept.moments import Listening, Moment, Moments
-from seoro.runtime.accept.pasts import Pasts
+from seoro.runtime.accept.running import environment_in
 from seoro.runtime.accept.timing import Timing
-from seoro.runtime.accept.world import Checker
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Range
 
@@ -27,11 +25,9 @@ class WaitChecker(Checker):
 
     Args:
         moments: Finds when specifications are met.
-        pasts: Finds causal pasts.
     """
 
     moments: Moments
-    pasts: Pasts
 
     def check(self, matched: Matched) -> None:
         """Check all waiting behaviors."""
@@ -44,10 +40,9 @@ class WaitChecker(Checker):
             self._duration(duration, frame, it, timing)
 
     def _wait(self, plan: Wait, node: Node, instance: Instance) -> None:
-        past = partial(self.pasts.before, node, node.start)
         # A behavior that ends by its event has received it; one that is cancelled in that instant may not have.
         receives_until = nextafter(node.end.t, inf) if node.status == SUCCEEDED else node.end.t
-        listening = Listening(node.start, node.end.t, instance.environment, past, receives_until)
+        listening = Listening(node.start, node.end.t, instance.environment, node, receives_until)
         with self.findings.undecided(Rule.WAIT, plan.span):
             found = self.moments.of(plan.event, listening)
             end = node.end.t
@@ -58,11 +53,10 @@ class WaitChecker(Checker):
             self._check_overdue(Rule.WAIT, plan.span, found, end, node.records, is_cut=node.status == CANCELLED)
 
     def _until(self, layer: Untils, frame: Frame, environment: Environment) -> None:
-        past = partial(self.pasts.before, frame.node, frame.start)
         receives_until = frame.start.t if frame.held else frame.end.t  # held behaviors may have ended before
         if not frame.held and frame.status == SUCCEEDED and len(layer.directives) == 1:
             receives_until = nextafter(frame.end.t, inf)
-        listening = Listening(frame.start, frame.end.t, environment, past, receives_until)
+        listening = Listening(frame.start, frame.end.t, environment, frame.node, receives_until)
         span = layer.directives[0].span
         found: list[Moment] = []
         for directive in layer.directives:
@@ -80,9 +74,7 @@ class WaitChecker(Checker):
         return moment.first <= end and (end <= moment.last or self.history.lasts(moment.last, end))
 
     def _not_met(self, rule: Rule, span: Span, end: float, found: list[Moment], records: tuple[int, ...]) -> None:
-        shown = [
-            moment.occurrence.mark.seq for moment in found if moment.occurrence is not None and moment.first > end
-        ]
+        shown = [seq for moment in found if moment.first > end for seq in moment.records]
         message = f"it ends at {end:g} s, but its event has not occurred then"
         self.findings.violate(rule, message, span, *records, *shown[:1])
 
@@ -92,16 +84,15 @@ class WaitChecker(Checker):
         """Check that no earlier occurrence should have ended it."""
         for moment in found:
             if moment.sure and moment.last < end and not (is_cut and self.history.lasts(moment.last, end)):
-                shown = (moment.occurrence.mark.seq,) if moment.occurrence is not None else ()
                 message = f"it lasts until {end:g} s, but its event occurs at {moment.last:g} s"
-                self.findings.violate(rule, message, span, *records, *shown)
+                self.findings.violate(rule, message, span, *records, *moment.records)
                 return
 
     def _duration(self, layer: Duration, frame: Frame, it: Instance | None, timing: Timing) -> None:
         span, windows = layer.span, [Range(0.0, inf)]
         with self.findings.undecided(Rule.DURATION, span):
             if layer.expression is not None:
-                windows.append(self._argument(layer.expression, frame, it))
+                windows.append(self._argument(layer.expression, frame))
             window = timing.duration(layer.behavior, frame, it)
             if window is not None:
                 windows.append(window.bounds)
@@ -126,11 +117,9 @@ class WaitChecker(Checker):
             )
             self.findings.violate(Rule.DURATION, message, layer.span, *frame.records)
 
-    def _argument(self, expression: Expression, frame: Frame, it: Instance | None) -> Range:
-        environment = frame.around.environment
-        if it is not None:
-            environment = environment.bind(it=it)
-        bounds, text = self.world.value(expression, environment, frame.start.seq), expression.span.text
+    def _argument(self, expression: Expression, frame: Frame) -> Range:
+        environment, text = environment_in(frame, self.world), expression.span.text
+        bounds = self.world.value(expression, environment, frame.start.seq)
         if not isinstance(bounds, Range):
             raise Undecided(f"`{text}` is not a range")
         if bounds.low < 0:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import chain
 from typing import Any, cast
 
 from seoro.lang import plan as plan_
@@ -16,6 +17,7 @@ from seoro.runtime.accept.findings import Findings, Rule, Undecided
 from seoro.runtime.accept.fitting import is_plain_form
 from seoro.runtime.accept.history import History, LoggedEvent, Record
 from seoro.runtime.accept.instances import Instance, Present, TimedFields
+from seoro.runtime.accept.layers import overrides_in
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.values.environment import Environment, EvaluationError, NotInvoked, Reads
 from seoro.runtime.values.values import Actor, HasFields, Range, Struct, Value, Variable
@@ -36,55 +38,53 @@ class World:
 
     def __init__(self, plan: plan_.Plan, history: History, findings: Findings) -> None:
         self.plan = plan
+        self.history = history
+        self.findings = findings
+        self.overridden = frozenset(each.overridden[-1] for each in overrides_in(plan))
         self.present = Present()
         self.instances: dict[int, Instance] = {}
         self.objects: dict[int, Struct | Actor] = {}
         self.recorded: list[tuple[Struct | Actor, int]] = []  # with their records
         self._numbers: dict[int, int] = {}
-        self._history = history
-        self._findings = findings
         self._of_modifiers = {name for modifier in plan.modifiers.values() for name in modifier.structure.fields}
         self._undecidable: dict[int, tuple[plan_.Expression, str | None]] = {}
-        changes = {occurrence.mark.seq: occurrence for found in history.changes.values() for occurrence in found}
-        events = (occurrence for found in history.events.values() for occurrence in found)
-        events_by_seq = {occurrence.mark.seq: occurrence for occurrence in events}
+        logged = chain(*history.changes.values(), *history.events.values())
+        logged_by_seq = {each.mark.seq: each for each in logged}
         self.arguments: dict[int, dict[str, Value]] = {}  # of events, by record
-        instances = {record["seq"]: record for record in history.instances}
+        instances = {record["seq"] for record in history.instances}
         for seq, record in enumerate(history.records):
             self.present.seq = seq
-            self._load(record, instances.get(seq), changes.get(seq), events_by_seq.get(seq))
+            self._load(record, seq in instances, logged_by_seq.get(seq))
 
     # -------------------------------------------------------- reading the trace
 
-    def _load(
-        self, record: Record, instance: Record | None, change: LoggedEvent | None, event: LoggedEvent | None
-    ) -> None:
+    def _load(self, record: Record, is_instance: bool, logged: LoggedEvent | None) -> None:
         try:
-            if instance is not None:
-                self._load_instance(instance)
-            elif change is not None:
-                self._load_change(change)
-            elif event is not None:
-                recorded = event.recorded.get("exact") or {}
+            if is_instance:
+                self._load_instance(record)
+            elif logged is not None and record["kind"] == "variable":
+                self._load_change(logged)
+            elif logged is not None:
+                recorded = record.get("exact") or {}
                 arguments = {name: self.decode(value) for name, value in recorded.items()}
-                self.arguments[event.mark.seq] = arguments
-                self._compare_with_exact("arguments", event.recorded, arguments)
+                self.arguments[record["seq"]] = arguments
+                self._compare_with_exact("arguments", record, arguments)
             elif record["kind"] == "behavior.start" and isinstance(record.get("arguments"), dict):
                 for value in record["arguments"].values():
                     self.decode(value)  # for objects that first occur here
         except (Undecided, KeyError, TypeError, ValueError, AttributeError) as error:
-            self._findings.violate(Rule.STRUCTURE, f"cannot read a value: {error}", None, record["seq"])
+            self.findings.violate(Rule.STRUCTURE, f"cannot read a value: {error}", None, record["seq"])
 
     def _load_instance(self, record: Record) -> None:
         name, number = record["of"], record["instance"]
         declared = self.plan.scenarios.get(name) or self.plan.actions.get(name)
         if declared is None:
-            self._findings.violate(
+            self.findings.violate(
                 Rule.TREE, f"`{name}` is invoked, but is missing in the scenario", None, record["seq"]
             )
             return
         if number in self.instances or number in self.objects:
-            self._findings.violate(Rule.STRUCTURE, f"duplicate instance {number}", None, record["seq"])
+            self.findings.violate(Rule.STRUCTURE, f"duplicate instance {number}", None, record["seq"])
         fields = TimedFields(self.present)
         actor = self.decode(record["actor"]) if "actor" in record else None
         for field_name, value in record["values"].items():
@@ -109,7 +109,7 @@ class World:
         """Check that the plain and the exact values of a record are equal."""
         if not is_plain_form(record.get(name), exact):
             message = f"`{name}` and `exact` of a record differ"
-            self._findings.violate(Rule.STRUCTURE, message, None, self.present.seq)
+            self.findings.violate(Rule.STRUCTURE, message, None, self.present.seq)
 
     def decode(self, recorded: object) -> Value:
         """Decode an exact value of the trace.
@@ -140,7 +140,7 @@ class World:
 
     def _object(self, number: int, types: list[str], fields: Record, actor: object) -> Struct | Actor:
         if number in self.objects or number in self.instances:
-            self._findings.violate(Rule.STRUCTURE, f"duplicate instance {number}", None, self.present.seq)
+            self.findings.violate(Rule.STRUCTURE, f"duplicate instance {number}", None, self.present.seq)
         known = {structure.type.name: structure.type for structure in self.plan.structures.all()}
         for index, name in enumerate(types):
             type_ = known.get(name)
@@ -166,12 +166,12 @@ class World:
 
     def next_instance(self, seq: int) -> list[int]:
         """Return the record of the first instance at or after a record, if any."""
-        index = bisect_left(self._history.instances, seq, key=lambda record: int(record["seq"]))
-        return [int(record["seq"]) for record in self._history.instances[index : index + 1]]
+        index = bisect_left(self.history.instances, seq, key=lambda record: int(record["seq"]))
+        return [int(record["seq"]) for record in self.history.instances[index : index + 1]]
 
     def instances_before(self, seq: int, t: float) -> list[int]:
         """Return the records of instances before a record, in one instant."""
-        records = self._history.instances
+        records = self.history.instances
         last = bisect_left(records, seq, key=lambda record: int(record["seq"]))
         first = bisect_left(records, t, hi=last, key=lambda record: float(record["t"]))
         return [int(record["seq"]) for record in records[first:last]]
@@ -195,11 +195,15 @@ class World:
         fields = {member.name: member for member in latent if isinstance(member, plan_.FieldDeclaration)}
         return structure.fields.get(name) or fields.get(name)
 
+    def declaration_of(self, holder: HasFields) -> plan_.Scenario | plan_.Action | plan_.ObjectType | None:
+        """Return the declaration of an instance, a struct or an actor; None if unknown."""
+        if isinstance(holder, Instance):
+            return holder.declaration
+        return self.plan.object_type(holder.types) if isinstance(holder, Struct | Actor) else None
+
     def samples_of(self, holder: Instance | Struct | Actor) -> tuple[plan_.Sample, ...]:
         """Return the sampled variables of a holder."""
-        if isinstance(holder, Instance):
-            return holder.declaration.samples
-        declared = self.plan.object_type(holder.types)
+        declared = self.declaration_of(holder)
         return declared.samples if declared is not None else ()
 
     # -------------------------------------------------------- expressions
@@ -228,14 +232,8 @@ class World:
     def _why_undecidable(self, expression: plan_.Expression) -> str | None:
         known = self._undecidable.get(id(expression))
         if known is None:
-            reason = next(
-                (
-                    why
-                    for part in walk_calls(expression, self.plan.methods)
-                    if (why := self._why_not(part)) is not None
-                ),
-                None,
-            )
+            reasons = map(self._why_not, walk_calls(expression, self.plan.methods))
+            reason = next(filter(None, reasons), None)
             known = self._undecidable[id(expression)] = (expression, reason)  # kept, so that the id stays unique
         return known[1]
 
@@ -252,21 +250,6 @@ class World:
             case _:
                 pass
         return None
-
-
-@dataclass(eq=False)
-class Checker:
-    """Base of the checks of a trace.
-
-    Args:
-        history: The trace.
-        world: Values of the trace.
-        findings: Collects violations.
-    """
-
-    history: History
-    world: World
-    findings: Findings
 
 
 def walk_calls(expression: plan_.Expression, methods: plan_.Methods) -> Iterator[plan_.Expression]:

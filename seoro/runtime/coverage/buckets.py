@@ -12,17 +12,7 @@ from dataclasses import field
 from typing import assert_never
 
 from seoro.lang.lazy_dataclass import lazy_dataclass
-from seoro.lang.plan import (
-    AnyCoverageItem,
-    Buckets,
-    CoverageItem,
-    Distinct,
-    EachValue,
-    Edges,
-    Levels,
-    PhaseEvent,
-    Slices,
-)
+from seoro.lang.plan import AnyCoverageItem, Buckets, CoverageItem, Distinct, EachValue, Edges, Levels, Slices
 from seoro.runtime.values.values import Value, plain
 from seoro.runtime.verdict import ItemCoverage
 
@@ -128,7 +118,7 @@ class Tally:
         return ItemCoverage(
             item=f"{item.owner}.{item.name}",
             kind=item.kind,
-            event=item.event.phase.value if isinstance(item.event, PhaseEvent) else item.event.name,
+            event=item.event.name,
             unit=unit.name if unit is not None else "",
             text=item.text,
             target=item.target,

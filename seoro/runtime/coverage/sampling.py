@@ -111,20 +111,10 @@ class Coverage:
 
     def concerns(self, instance: Instance) -> bool:
         """Whether an instance, or an object that it is the first to hold, has items."""
-        pending: list[Value] = list(instance.fields.values())
-        seen = set(self._held)
         if any(type_ in self.run_plan.coverage for type_ in types_of(instance.declaration)):
             return True
-        while pending:
-            value = pending.pop()
-            if isinstance(value, tuple):
-                pending += value
-            elif isinstance(value, Struct | Actor) and value not in seen:
-                seen.add(value)
-                if any(type_ in self.run_plan.coverage for type_ in value.types):
-                    return True
-                pending += value.fields.values()
-        return False
+        held = newly_held(instance, set(self._held))
+        return any(type_ in self.run_plan.coverage for value, _ in held for type_ in value.types)
 
     def watch(self, instance: Instance, observe: Observe) -> None:
         """Start sampling the items of an instance and of its objects.

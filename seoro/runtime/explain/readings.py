@@ -15,6 +15,7 @@ from seoro.runtime.values.values import Actor, HasFields, Range, Struct, Value, 
 _MOST = 8  # readings of one condition
 _LONGEST = 80  # characters of a text
 _DIGITS = 6  # of floats
+_UNCOMPUTED = (plan_.Field, plan_.Global, plan_.Member, plan_.Index, plan_.Call, plan_.Literal, plan_.RangeOf)
 
 
 def short(text: str) -> str:
@@ -76,18 +77,7 @@ def _informative_parts(expression: plan_.Expression) -> Iterator[plan_.Expressio
         case plan_.Field() | plan_.Global() | plan_.Member() | plan_.Index() | plan_.Call():
             yield expression
         case plan_.Compare(_, left, right):
-            for side in (left, right):
-                if not isinstance(
-                    side,
-                    plan_.Field
-                    | plan_.Global
-                    | plan_.Member
-                    | plan_.Index
-                    | plan_.Call
-                    | plan_.Literal
-                    | plan_.RangeOf,
-                ):
-                    yield side
+            yield from (side for side in (left, right) if not isinstance(side, _UNCOMPUTED))
             yield from _informative_parts(left)
             yield from _informative_parts(right)
         case _:

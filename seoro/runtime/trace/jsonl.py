@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from typing import Any, Final
 
 from seoro.runtime.trace.writer import MOST_WAITING, ByteSink, Writer
@@ -49,7 +48,7 @@ def _finite(value: Any) -> object:
             return value
 
 
-class JsonLines:
+class JsonLines(Writer[dict[str, Any]]):
     """Writes records to a file without delaying the run (see `writer.py`).
 
     Args:
@@ -59,17 +58,6 @@ class JsonLines:
     """
 
     def __init__(self, file: ByteSink, name: str, most_waiting: int = MOST_WAITING) -> None:
-        self._writer = Writer(file, name, to_line, most_waiting)
-        self.record = self._writer.put  # an observer of the trace
+        super().__init__(file, name, to_line, most_waiting)
 
-    def on_failure(self, act: Callable[[Exception], object]) -> None:
-        """Set a callback for write errors; called in another thread."""
-        self._writer.on_error = act
-
-    async def finish(self) -> None:
-        """Wait until all records are written.
-
-        Raises:
-            OSError: They cannot be written.
-        """
-        await self._writer.finish()
+    record = Writer[dict[str, Any]].put  # an observer of the trace

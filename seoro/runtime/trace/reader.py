@@ -19,6 +19,7 @@ from seoro.errors import UsageError
 from seoro.runtime.kernel.clock import NEXT, TIME_DIGITS, Clock
 
 WINDOW = 1000  # records kept, unless the whole trace is kept
+LOOK_AGAIN = 0.05  # [s]; dropped readers do not notify
 
 
 class Follower(Protocol):
@@ -145,9 +146,18 @@ class Readers:
 
     async def wait_until_read(self, interrupt: asyncio.Event) -> None:
         """Wait until no reader is too far behind, or until an interrupt."""
-        from seoro.runtime.trace.slow_readers import wait_while  # noqa: PLC0415 - anyio, for slow readers only
+        import anyio  # noqa: PLC0415 - for slow readers only
 
-        await wait_while(lambda: self.are_behind, self._moved.wait, interrupt)
+        async def cancel_when_set() -> None:
+            await interrupt.wait()
+            group.cancel_scope.cancel()
+
+        async with anyio.create_task_group() as group:
+            group.start_soon(cancel_when_set)
+            while self.are_behind:
+                with anyio.move_on_after(LOOK_AGAIN):
+                    await self._moved.wait()
+            group.cancel_scope.cancel()
 
     def wait_no_more(self) -> None:
         """Stop waiting for readers: the run is ending."""
