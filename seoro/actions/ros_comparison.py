@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-import operator as operators
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from itertools import islice
-from types import MappingProxyType
 from typing import Any
 
 from seoro.actions.ros_messages import read_message
 from seoro.actions.ros_structs import of_struct
 from seoro.actions.ros_support import shown
 from seoro.errors import ActionFailed, UsageError
+from seoro.runtime.values.comparison import RELATIONS
 from seoro.runtime.values.values import Struct
 
 CLOSE = 1e-6  # relative tolerance of numbers: a `float32` has seven digits
@@ -30,16 +29,6 @@ class Operator(Enum):
     ne = "!="
     ge = ">="
     gt = ">"
-
-
-_ORDERS: Mapping[Operator, Callable[[Any, Any], bool]] = MappingProxyType(
-    {
-        Operator.lt: operators.lt,
-        Operator.le: operators.le,
-        Operator.ge: operators.ge,
-        Operator.gt: operators.gt,
-    }
-)
 
 
 def read_expected(value: object, *, is_text: bool) -> Any:
@@ -78,7 +67,7 @@ def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
     try:
         if _are_numbers(actual, expected) and _is_equal(actual, expected):
             return operator in (Operator.le, Operator.ge)
-        return _ORDERS[operator](actual, expected)
+        return RELATIONS[operator.value](actual, expected)
     except TypeError:
         raise ActionFailed(
             f"cannot compare {what}: `{shown(actual)}` has no order with `{shown(expected)}`"
