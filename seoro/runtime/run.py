@@ -75,7 +75,7 @@ class Execution:
             plan=plan,
             seed=settings.seed,
             scheduler=self._scheduler,
-            events=Events(self._scheduler, self._trace.occurrence),
+            events=Events(self._scheduler, self._trace),
             trace=self._trace,
             coverage=self._coverage,
             actions=self._actions,

@@ -85,11 +85,10 @@ async def _attempt(inner: Carry, context: ExecutionContext) -> Outcome:
 
 async def _run_function(applied: Applied, context: ExecutionContext, inner: Carry) -> Outcome:
     bound, span = context.services.modifiers[applied.modifier.name], applied.plan.span
-    arguments = {name: applied.fields[name] for name in applied.modifier.structure.fields}
     waiting = _Waiting()
     ctx, child = _Context(applied, context, waiting), _Child(applied, context, inner, waiting)
     try:
-        outcome = await _Driven(bound.call(ctx, actor_of(applied), child, arguments), waiting)
+        outcome = await _Driven(bound.call(ctx, actor_of(applied), child, applied.fields), waiting)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"it returned {outcome!r}, not an `Outcome`")
     except Exception as error:

@@ -234,7 +234,8 @@ class ExecutionContext:
         subscription = Subscription(self.task, past, on_receive, once=True)
         subscriptions = self.services.subscriptions
         if not subscriptions.connect_own(subscription, event, self.instance):
-            subscriptions.connect(subscription, event, self.environment(), self.event_context(past, purpose))
+            context = self.event_context(past, purpose)
+            subscription.on_close(subscriptions.listen(event, self.environment(), context, subscription.deliver))
         return subscription
 
     def waiting(self, span: Span) -> Waiting:
