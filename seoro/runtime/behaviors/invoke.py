@@ -17,7 +17,7 @@ from functools import partial
 from typing import NamedTuple
 
 from seoro.lang.plan import InvokeAction, InvokeScenario, Literal, OneOf, Parallel, Phase, Serial
-from seoro.runtime.behaviors.reactions import arm_reactions
+from seoro.runtime.behaviors.reactions import Reactions
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.behaviors.timing import times_of
 from seoro.runtime.choose.plain import is_given
@@ -59,7 +59,7 @@ async def run_instance(instance: Instance, context: ExecutionContext, carry: Car
     with ExitStack() as armed:
         with CancelScope(context.task) as scope:
             instance.scope = scope
-            reactions = arm_reactions(inside, scope, armed)
+            reactions = Reactions(inside, scope, armed)
             _emit_phase(instance, Phase.START, context)
             try:
                 outcome = await carry(inside)
