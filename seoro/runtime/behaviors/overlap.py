@@ -18,6 +18,7 @@ from seoro.runtime.behaviors.limits import is_open_ended
 from seoro.runtime.behaviors.timing import Timing
 from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.execution.names import name_of
+from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.clock import TIME_DIGITS
 from seoro.runtime.kernel.task import Task
 from seoro.runtime.kernel.task_group import TaskGroup
@@ -165,7 +166,8 @@ class Overlap:
 
 def overlap_in(context: ExecutionContext, plan: Parallel, timing: Timing) -> Overlap:
     """Return the policy of a composition in a context."""
-    scope = context.own_scope
+    scope = context.task.scope
+    assert isinstance(scope, CancelScope), "behaviors run in scopes"
 
     def explain(outcome: Outcome) -> Outcome:
         return context.explained(outcome, scope)

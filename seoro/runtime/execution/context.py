@@ -97,13 +97,6 @@ class ExecutionContext:
         """The scheduler of the run."""
         return self.services.scheduler
 
-    @property
-    def own_scope(self) -> CancelScope:
-        """The innermost scope: that of the behavior itself, unless a nested one is open."""
-        scope = self.task.scope
-        assert isinstance(scope, CancelScope), "behaviors run in scopes"
-        return scope
-
     def explained(self, outcome: Outcome, scope: CancelScope) -> Outcome:
         """Add the explanation to an outcome: the current activities in a scope that the outcome is about to end.
 

@@ -241,7 +241,7 @@ def _conflict(
     instance, times = Instance(invoked.name, Fields(), invoked, {}), _times(invocation, around)
     attempt = Invocation(given, None, relaxed.limits, around, around.seed, None, (), times)
     try:
-        choose_parameters(plan, relaxed.structure, instance, attempt, {})
+        choose_parameters(plan, (relaxed.structure,), instance, attempt)
     except NoSolution as error:
         if error.code == CONFLICT:
             places = (*error.places, (invocation.span, "invoked here"))

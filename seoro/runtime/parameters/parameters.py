@@ -120,26 +120,7 @@ def entry_parameters(
     invocation = Invocation({}, None, (), None, Seed(seed), run, applied, times)
     roots = (plan.globals, scenario.structure)
     made = made or Composed(scenario.name, Fields(), types=types_of(scenario))
-    return _choose(plan, roots, made, invocation, plan.overrides)
-
-
-def choose_parameters(
-    plan: Plan, structure: Structure, made: Made, invocation: Invocation, shared: Mapping[str, Value]
-) -> None:
-    """Choose the values of an invoked instance and of its modifiers.
-
-    Args:
-        plan: The plan.
-        structure: Its structure.
-        made: The instance.
-        invocation: Data of the invocation.
-        shared: Values of global parameters.
-
-    Raises:
-        EvaluationError: A value cannot be computed, or no values meet all constraints.
-    """
-    made.fields.update(shared)
-    _choose(plan, (structure,), made, invocation, ())
+    return choose_parameters(plan, roots, made, invocation, plan.overrides)
 
 
 def take_given(fields: Fields, given: Mapping[str, Value], shared: Mapping[str, Value]) -> None:
@@ -155,23 +136,25 @@ def take_given(fields: Fields, given: Mapping[str, Value], shared: Mapping[str, 
     fields.setdefault(DURATION, ANY_TIME)
 
 
-def choose_times(plan: Plan, made: Made, invocation: Invocation) -> None:
-    """Choose the times of a composition and the values of its modifiers.
+def choose_parameters(
+    plan: Plan,
+    roots: tuple[Structure, ...],
+    made: Made,
+    invocation: Invocation,
+    overrides: tuple[Constraint, ...] = (),
+) -> dict[str, Value]:
+    """Choose the values of an instance and of its modifiers; return those of the instance.
 
     Args:
         plan: The plan.
-        made: Instance of the composition.
-        invocation: Its timing parameters and modifiers.
+        roots: Structures of the instance; none for a composition, which has times only.
+        made: The instance; its fields have the values of global parameters.
+        invocation: Data of the invocation.
+        overrides: Constraints by the user.
 
     Raises:
         EvaluationError: A value cannot be computed, or no values meet all constraints.
     """
-    _choose(plan, (), made, invocation, ())
-
-
-def _choose(
-    plan: Plan, roots: tuple[Structure, ...], made: Made, invocation: Invocation, overrides: tuple[Constraint, ...]
-) -> dict[str, Value]:
     given, fields = invocation.given, made.fields
     is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
     if is_free and all(map(is_plain_modifier, invocation.applied)):
