@@ -8,10 +8,9 @@ from enum import Enum
 from itertools import islice
 from typing import Any
 
-from seoro.actions.ros_messages import read_message
 from seoro.actions.ros_structs import of_struct
-from seoro.actions.ros_support import shown
-from seoro.errors import ActionFailed, UsageError
+from seoro.actions.ros_support import read, shown
+from seoro.errors import ActionFailed
 from seoro.runtime.values.comparison import RELATIONS
 from seoro.runtime.values.values import Struct
 
@@ -45,10 +44,7 @@ def read_expected(value: object, *, is_text: bool) -> Any:
         return of_struct(value)
     if not isinstance(value, str) or is_text:
         return value
-    try:
-        found = read_message(value)
-    except UsageError as error:
-        raise ActionFailed(f"`expected_value`: {error}") from error
+    found = read(value, "`expected_value`")
     return "" if found is None else found  # an empty text parses as None
 
 

@@ -109,7 +109,7 @@ def to_members(value: object, what: str) -> Members:
     Raises:
         ActionFailed: The text is invalid.
     """
-    found = of_struct(value) if isinstance(value, Struct) else _read(str(value), what)
+    found = of_struct(value) if isinstance(value, Struct) else read(str(value), what)
     if found is None or found == "":
         return {}
     if not isinstance(found, Mapping):
@@ -117,7 +117,16 @@ def to_members(value: object, what: str) -> Members:
     return found
 
 
-def _read(text: str, what: str) -> Any:
+def read(text: str, what: str) -> Any:
+    """Read a message in YAML or JSON.
+
+    Args:
+        text: The text.
+        what: Name of the message for errors.
+
+    Raises:
+        ActionFailed: The text is invalid.
+    """
     try:
         return read_message(text)
     except UsageError as error:

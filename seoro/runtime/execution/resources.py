@@ -137,10 +137,6 @@ class RunResources:
         self.share = ThreadUsage()
         self.uses = ExclusiveUses(scheduler, decide)
 
-    def begin(self) -> None:
-        """Start measuring blocking code."""
-        self.share.begin()
-
     async def end(self) -> None:
         """Close the background resources, after the last instant."""
         if self._lasting is not None:
