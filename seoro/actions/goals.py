@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Collection
 
-from seoro.actions.reports import move
+from seoro.actions.reports import finish
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.backends import Reporter
 from seoro.runtime.values.values import Actor
@@ -47,7 +47,7 @@ async def pursue(
     if success_on_acceptance:
         active[actor.name, part] = await ctx.ask(start(_ignore))
     else:
-        await move(ctx, actor, start, cancel, may_touch)
+        await finish(ctx, start, cancel, actor, may_touch)
 
 
 def _ignore(_report: object) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from seoro.actions.goals import pursue
@@ -11,7 +11,6 @@ from seoro.actions.reports import finish
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.backends import Reporter
 from seoro.runtime.contracts.robots import Arms, MotionOptions
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
@@ -31,10 +30,7 @@ async def move_tool(
     """Move the tool to a pose."""
     arms, name = ctx.home(arm, Arms)
     options = MotionOptions(max_velocity_scaling_factor, tolerance, tuple(may_touch))
-
-    def start(report: Reporter) -> Awaitable[str]:
-        return arms.move_tool(name, goal_pose, frame_id, options, report, straight=straight)
-
+    start = partial(arms.move_tool, name, goal_pose, frame_id, options, straight=straight)
     await pursue(ctx, arm, ARM, start, arms.cancel_goal, may_touch=may_touch)
 
 

@@ -80,10 +80,7 @@ async def move_to_pose(
     arms, name = ctx.home(arm, Arms)
     options = MotionOptions(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
     frame = str(arm.fields.get("base_link") or BASE_FRAME)
-
-    def start(report: Reporter) -> Awaitable[str]:
-        return arms.move_tool(name, goal_pose, frame, options, report, straight=False)
-
+    start = partial(arms.move_tool, name, goal_pose, frame, options, straight=False)
     await pursue(ctx, arm, ARM, start, arms.cancel_goal, success_on_acceptance=success_on_acceptance)
 
 

@@ -16,9 +16,8 @@ import socket
 import subprocess
 import sys
 from collections import deque
-from collections.abc import AsyncGenerator, Callable, Iterable, Iterator, Sequence
+from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
 from contextlib import ExitStack, asynccontextmanager, suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import anyio
@@ -341,30 +340,18 @@ async def _read_output(process: RunningProcess, under: Process) -> None:
 
 
 async def _read(stream: ByteReceiveStream, process: RunningProcess) -> None:
-    lines = _Lines()
-    with suppress(anyio.EndOfStream, anyio.BrokenResourceError):
-        while True:
-            if found := list(lines.feed(await stream.receive(CHUNK))):
-                process.add_lines(found)
-    if found := list(lines.feed(b"", is_end=True)):
-        process.add_lines(found)
-
-
-@dataclass
-class _Lines:
-    """Splits bytes into lines."""
-
-    rest: str = ""
-    decoder: codecs.IncrementalDecoder = field(
-        default_factory=lambda: codecs.getincrementaldecoder("utf-8")(errors="replace")
-    )
-
-    def feed(self, data: bytes, *, is_end: bool = False) -> Iterator[str]:
-        """Yield the lines completed by `data`."""
-        *whole, self.rest = (self.rest + self.decoder.decode(data, is_end)).split("\n")
-        if self.rest and (is_end or len(self.rest) > MAX_LINE):
-            whole.append(self.rest)
-            self.rest = ""
-        for line in whole:
-            bare = line.rstrip("\r")
-            yield from (bare[at : at + MAX_LINE] for at in range(0, max(1, len(bare)), MAX_LINE))
+    """Read lines of an output stream to its end."""
+    decoder, rest, is_open = codecs.getincrementaldecoder("utf-8")(errors="replace"), "", True
+    while is_open:
+        try:
+            data = await stream.receive(CHUNK)
+        except (anyio.EndOfStream, anyio.BrokenResourceError):
+            data, is_open = b"", False
+        *whole, rest = (rest + decoder.decode(data, not is_open)).split("\n")
+        if rest and (not is_open or len(rest) > MAX_LINE):
+            whole.append(rest)
+            rest = ""
+        bare = (line.rstrip("\r") for line in whole)
+        lines = [line[at : at + MAX_LINE] for line in bare for at in range(0, max(1, len(line)), MAX_LINE)]
+        if lines:
+            process.add_lines(lines)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Collection, Coroutine
-from typing import Any, TypeVar
+from collections.abc import Awaitable, Callable, Collection
+from contextlib import nullcontext
+from typing import TypeVar
 
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
@@ -17,7 +18,11 @@ DONE = Report(GoalStatus.SUCCEEDED)
 
 
 async def finish(
-    ctx: ActionContext, start: Callable[[Reporter], Awaitable[str]], cancel: Callable[[str], Awaitable[None]]
+    ctx: ActionContext,
+    start: Callable[[Reporter], Awaitable[str]],
+    cancel: Callable[[str], Awaitable[None]],
+    moved: Actor | None = None,
+    may_touch: Collection[str] | None = (),
 ) -> Report:
     """Start work of a backend, wait for its report, and return that.
 
@@ -25,38 +30,11 @@ async def finish(
         ctx: Context of the action.
         start: Starts the work, given a reporter; returns its id.
         cancel: Cancels the work by its id.
+        moved: Actor whose robot the work moves, or None.
+        may_touch: Entities that this robot may touch, in addition to modifiers; None for all.
 
     Raises:
-        ActionFailed: The backend reports a failure.
-    """
-    pending = Pending()
-    number = await ctx.ask(start(pending.settle))
-    try:
-        report = await ctx.report(pending)
-    finally:
-        if not pending.settled:
-            await ctx.ask(cancel(number))
-    return succeeded(report)
-
-
-async def move(
-    ctx: ActionContext,
-    actor: Actor,
-    start: Callable[[Reporter], Awaitable[str]],
-    cancel: Callable[[str], Awaitable[None]],
-    may_touch: Collection[str] | None,
-) -> Report:
-    """As `finish`, for a motion of an actor's robot; also fail if the robot moves into something.
-
-    Args:
-        ctx: Context of the action.
-        actor: The actor.
-        start: Starts the motion, given a reporter; returns its id.
-        cancel: Cancels the motion by its id.
-        may_touch: Entities that the robot may touch, in addition to modifiers; None for all.
-
-    Raises:
-        ActionFailed: The motion failed, or the robot moved into something else.
+        ActionFailed: The backend reports a failure, or the robot moved into something else.
     """
     pending = Pending()
     struck: list[str] = []
@@ -66,28 +44,19 @@ async def move(
             struck.append(reason)
             pending.settle(Report(GoalStatus.ABORTED, reason))
 
-    with ctx.guard(actor, may_touch, touched):
+    with nullcontext() if moved is None else ctx.guard(moved, may_touch, touched):
         number = await ctx.ask(start(lambda report: None if struck else pending.settle(report)))
         try:
             report = await ctx.report(pending)
         finally:
             if struck or not pending.settled:
                 await ctx.ask(cancel(number))
-    return succeeded(report)
-
-
-def succeeded(report: Report) -> Report:
-    """Return the report of a success.
-
-    Raises:
-        ActionFailed: It reports a failure.
-    """
     if report.status is not GoalStatus.SUCCEEDED:
         raise ActionFailed(report.message or report.status.value)
     return report
 
 
-async def meanwhile(ctx: ActionContext, work: Coroutine[Any, Any, T]) -> T:
+async def meanwhile(ctx: ActionContext, work: Awaitable[T]) -> T:
     """Await external work of some length, while the time of the run goes on.
 
     Args:

@@ -8,16 +8,7 @@ from contextlib import AbstractAsyncContextManager
 
 from seoro.actions.reports import meanwhile
 from seoro.actions.ros_parameters import set_parameter
-from seoro.actions.ros_support import (
-    Target,
-    as_action_failure,
-    as_text,
-    member,
-    shown,
-    store,
-    system_of,
-    to_members,
-)
+from seoro.actions.ros_support import as_action_failure, as_text, member, shown, store, system_of, to_members
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.backends import GoalStatus
@@ -112,11 +103,13 @@ def _note_absence(ctx: ActionContext, wanted: Wanted) -> None:
             ctx.log(f"waiting for the {missing}")
 
 
-def _store_member(ctx: ActionContext, target: Target, found: Members, path: str, what: str) -> None:
-    if path and not isinstance(target, Variable):
-        raise ActionFailed(f"no variable given for `{path}` of {what}; set the parameter for the variable")
-    if isinstance(target, Variable):
+def _store_member(
+    ctx: ActionContext, target: Variable[object] | str, found: Members, path: str, what: str
+) -> None:
+    if isinstance(target, Variable):  # not the declared default for none
         store(ctx, target, member(found, path, what), f"`{path}` of {what}" if path else what)
+    elif path:
+        raise ActionFailed(f"no variable given for `{path}` of {what}; set the parameter for the variable")
 
 
 @action("set_node_parameter", anywhere=Ros2System | Faults)

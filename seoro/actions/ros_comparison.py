@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-import operator as operators
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from itertools import islice
-from types import MappingProxyType
 from typing import Any
 
-from seoro.actions.ros_messages import read_message
 from seoro.actions.ros_structs import of_struct
-from seoro.actions.ros_support import shown
-from seoro.errors import ActionFailed, UsageError
+from seoro.actions.ros_support import read, shown
+from seoro.errors import ActionFailed
+from seoro.runtime.values.comparison import RELATIONS
 from seoro.runtime.values.values import Struct
 
 CLOSE = 1e-6  # relative tolerance of numbers: a `float32` has seven digits
@@ -32,16 +30,6 @@ class Operator(Enum):
     gt = ">"
 
 
-_ORDERS: Mapping[Operator, Callable[[Any, Any], bool]] = MappingProxyType(
-    {
-        Operator.lt: operators.lt,
-        Operator.le: operators.le,
-        Operator.ge: operators.ge,
-        Operator.gt: operators.gt,
-    }
-)
-
-
 def read_expected(value: object, *, is_text: bool) -> Any:
     """Return the expected value: a struct, a number, a boolean, or the value that a text contains.
 
@@ -56,10 +44,7 @@ def read_expected(value: object, *, is_text: bool) -> Any:
         return of_struct(value)
     if not isinstance(value, str) or is_text:
         return value
-    try:
-        found = read_message(value)
-    except UsageError as error:
-        raise ActionFailed(f"`expected_value`: {error}") from error
+    found = read(value, "`expected_value`")
     return "" if found is None else found  # an empty text parses as None
 
 
@@ -78,7 +63,7 @@ def compares(actual: Any, operator: Operator, expected: Any, what: str) -> bool:
     try:
         if _are_numbers(actual, expected) and _is_equal(actual, expected):
             return operator in (Operator.le, Operator.ge)
-        return _ORDERS[operator](actual, expected)
+        return RELATIONS[operator.value](actual, expected)
     except TypeError:
         raise ActionFailed(
             f"cannot compare {what}: `{shown(actual)}` has no order with `{shown(expected)}`"

@@ -122,7 +122,7 @@ async def assert_tf_moving(
 
     with as_action_failure():
         async with system.frames(tf_topic_namespace, note) as frames, system.clock(note) as followed:
-            clock = _SystemTime(followed) if use_sim_time else _MachineTime()
+            clock = _Time(followed if use_sim_time else _MachineClock())
             poses = partial(frames.next_pose, frame_id, parent_frame_id)
             rested = await meanwhile(ctx, clock.started())  # time of the last known motion
             if wait_for_first_transform:
@@ -140,31 +140,25 @@ async def assert_tf_moving(
                     raise ActionFailed(absence or movement.describe_stillness(frame_id, parent_frame_id, timeout))
 
 
-class _MachineTime:
-    """The time of this machine [s]."""
+class _MachineClock:
+    """The monotonic clock of this machine, as a `RosClock`."""
 
-    async def started(self) -> float:
-        """Wait for the first clock message; return the time."""
-        return self.now()
+    jumps = 0
 
-    def now(self) -> float:
-        """Return the current time."""
+    def at(self, arrived: float) -> float:
+        """Return the current time [s]."""
         return time.monotonic()
 
     async def wait_until(self, moment: float) -> None:
-        """Wait until a time."""
-        await anyio.sleep(max(0.0, moment - self.now()))
-
-    def has_jumped(self) -> bool:
-        """Always False."""
-        return False
+        """Wait until a time [s]."""
+        await anyio.sleep(max(0.0, moment - time.monotonic()))
 
 
-class _SystemTime:
-    """The time of a ROS 2 system [s], which may be paused.
+class _Time:
+    """The time on a clock [s], which may be paused.
 
     Args:
-        clock: Its clock.
+        clock: The clock.
     """
 
     def __init__(self, clock: RosClock) -> None:
@@ -193,9 +187,7 @@ class _SystemTime:
         return self._jumps != before
 
 
-async def _until(
-    poses: Callable[[], Awaitable[FramePose]], clock: _MachineTime | _SystemTime, moment: float
-) -> FramePose | None:
+async def _until(poses: Callable[[], Awaitable[FramePose]], clock: _Time, moment: float) -> FramePose | None:
     """Return the next pose, or None if a time is reached first."""
     pose: FramePose | None = None
 

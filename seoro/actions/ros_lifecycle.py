@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import Sequence
 
 from seoro.actions.reports import meanwhile
 from seoro.actions.ros_support import as_action_failure, log_missing, system_of
@@ -35,7 +35,7 @@ async def assert_lifecycle_state(
     with as_action_failure(), log_missing(ctx, lambda: _missing(node_name, sequence, place)):
         async with system_of(ctx).lifecycle(node_name) as states:
             while True:
-                state = await meanwhile(ctx, _next(states))
+                state = await meanwhile(ctx, anext(states))
                 found = _place(state, sequence, place, may_skip=allow_initial_skip)
                 if found is not None:
                     place = found
@@ -62,7 +62,3 @@ def _expected(sequence: Sequence[str], place: int) -> str:
 def _missing(node: str, sequence: Sequence[str], place: int) -> str:
     rest = sequence[place + 1 :]
     return f"{node} being {', then '.join(rest)}" if rest else ""
-
-
-async def _next(states: AsyncIterator[str]) -> str:
-    return await anext(states)

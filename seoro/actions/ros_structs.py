@@ -6,10 +6,10 @@ Members keep their names, except where `geometry_msgs` differs: angles become a 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 from seoro.lang.plan import EnumValue
+from seoro.robotics.geometry import quaternion
 from seoro.runtime.values.values import Struct, Value, plain
 
 _RENAMED: Mapping[str, str] = {"translational": "linear"}
@@ -20,7 +20,7 @@ def of_struct(struct: Struct) -> dict[str, object]:
     names = {name.rpartition("::")[2] for name in struct.types}
     fields = struct.fields
     if "orientation_3d" in names:
-        return _quaternion(*(float(fields[name]) for name in ("roll", "pitch", "yaw")))  # type: ignore[arg-type]
+        return quaternion(*(float(fields[name]) for name in ("roll", "pitch", "yaw")))._asdict()  # type: ignore[arg-type]
     if names & {"orientation_rate_3d", "orientation_acceleration_3d"}:
         return {"x": fields["roll"], "y": fields["pitch"], "z": fields["yaw"]}
     return {_RENAMED.get(name, name): _value(value) for name, value in fields.items()}
@@ -36,14 +36,3 @@ def _value(value: Value) -> object:
             return [_value(item) for item in value]
         case _:
             return plain(value)
-
-
-def _quaternion(roll: float, pitch: float, yaw: float) -> dict[str, object]:
-    """Return the quaternion of rotations about the fixed axes x, y and z, in this order."""
-    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(half), math.sin(half)) for half in (roll / 2, pitch / 2, yaw / 2))
-    return {
-        "x": sr * cp * cy - cr * sp * sy,
-        "y": cr * sp * cy + sr * cp * sy,
-        "z": cr * cp * sy - sr * sp * cy,
-        "w": cr * cp * cy + sr * sp * sy,
-    }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 
 @dataclass(frozen=True)
@@ -63,3 +64,24 @@ class Velocity6D(Record):
 
     translational: TranslationalVelocity3D = TranslationalVelocity3D()
     angular: OrientationRate3D = OrientationRate3D()
+
+
+class Quaternion(NamedTuple):
+    """Rotation as a quaternion of length one."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    w: float = 1.0
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return the rotation by angles [rad]: about z, then the new y, then the new x."""
+    half = [(math.cos(angle / 2.0), math.sin(angle / 2.0)) for angle in (roll, pitch, yaw)]
+    (cr, sr), (cp, sp), (cy, sy) = half
+    return Quaternion(
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )

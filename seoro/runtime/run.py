@@ -62,7 +62,6 @@ class Execution:
         )
         self._trace = Trace(settings.observers, lambda: self._scheduler.now, self._observer_failed)
         self._homes = ActorAssignment(settings.backends, settings.placements)
-        self._actions = settings.actions
         self._run = self._method_context()
         self._coverage = self._cover() if plan.coverage else None
         self._entry = self._instantiate()
@@ -75,10 +74,10 @@ class Execution:
             plan=plan,
             seed=settings.seed,
             scheduler=self._scheduler,
-            events=Events(self._scheduler, self._trace.occurrence),
+            events=Events(self._scheduler, self._trace),
             trace=self._trace,
             coverage=self._coverage,
-            actions=self._actions,
+            actions=settings.actions,
             modifiers=settings.modifiers,
             run=self._run,
             homes=self._homes,
@@ -140,7 +139,7 @@ class Execution:
             if isinstance(value, Actor):
                 self._homes.assign(value)
         self._homes.check()
-        check_needs(self._plan, entry, self._actions, self._homes)
+        check_needs(self._plan, entry, self._settings.actions, self._homes)
         return entry
 
     def _entry_again(self, context: ExecutionContext) -> Instance:
@@ -227,7 +226,7 @@ class Execution:
                 await backend.start_run(partial(self._on_event, backend), self.fail_backend)
             self._settings.clock.start()
             self._has_started = True
-            self._services.common.begin()
+            self._services.common.share.begin()
             try:
                 await scheduler.run(self._stop_with_task, self._settings.grace, self._services.common.end)
             except asyncio.CancelledError:

@@ -7,32 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from seoro.bridges.wire import Orientation3D, Pose3D, Position3D, Twist, Vector3
+from seoro.robotics.geometry import quaternion
 
 NANO = 1_000_000_000
-
-
-class Quaternion(NamedTuple):
-    """Rotation as a quaternion of length one."""
-
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
-    w: float = 1.0
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation by angles [rad]: about z, then the new y, then the new x."""
-    half = [(math.cos(angle / 2.0), math.sin(angle / 2.0)) for angle in (roll, pitch, yaw)]
-    (cr, sr), (cp, sp), (cy, sy) = half
-    return Quaternion(
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
 
 
 def orientation(message: Any) -> Orientation3D:

@@ -10,51 +10,48 @@ of `async with`, is its clean-up: it is driven as before, within a grace period 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine, Generator
+from collections.abc import Coroutine, Generator, Mapping
 from contextlib import suppress
-from typing import Any, Protocol
+from functools import partial
+from typing import Any, cast
 
-from seoro.runtime.execution.blocking import Meter
-from seoro.runtime.kernel.scheduler import Scheduler
-from seoro.runtime.kernel.task import Task
-
-
-class Watch(Protocol):
-    """Callbacks for a cancelled action."""
-
-    @property
-    def grace(self) -> float:
-        """Time for its clean-up [s]."""
-
-    def cancelled(self) -> None:
-        """Called when the cancellation is delivered, before the clean-up."""
-
-    def overrun(self) -> None:
-        """Called when the clean-up takes too long."""
+from seoro.lang.plan import InvokeAction
+from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.execution.blocking import Meter, place_of_thread
+from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.functions.actions import BoundAction
+from seoro.runtime.instances.instances import Instance
+from seoro.runtime.values.values import Actor, Value
+from seoro.runtime.verdict import RunStatus
 
 
 class ActionDriver:
-    """Awaitable that runs a coroutine to its end.
+    """Awaitable that runs an action to its end; it reports blocking code and overruns of the clean-up.
+
+    After an overrun the action is cancelled again, and abandoned after another grace period.
 
     Args:
-        coroutine: Coroutine of the action.
-        task: Its task.
-        scheduler: Scheduler of the run.
-        meter: Measures its steps.
-        watch: Receives the cancellation and overruns. After an overrun the action is cancelled again, and
-            abandoned after another grace period.
+        bound: The action.
+        instance: Its instance, with the values of its parameters.
+        plan: Its invocation.
+        context: Context of the invocation.
     """
 
-    __slots__ = ("_coroutine", "_deadline", "_meter", "_overruns", "_scheduler", "_task", "_watch")
+    __slots__ = ("_bound", "_context", "_coroutine", "_ctx", "_deadline", "_meter", "_overruns", "_plan", "_task")
 
     def __init__(
-        self, coroutine: Coroutine[Any, Any, None], task: Task, scheduler: Scheduler, meter: Meter, watch: Watch
+        self, bound: BoundAction, instance: Instance, plan: InvokeAction, context: ExecutionContext
     ) -> None:
-        self._coroutine = coroutine
-        self._task = task
-        self._scheduler = scheduler
-        self._meter = meter
-        self._watch = watch
+        self._bound = bound
+        self._plan = plan
+        self._context = context
+        self._task = context.task
+        common = context.services.common
+        # No reference back to this object, so that it is freed without the garbage collector.
+        self._meter = Meter(common.share, partial(common.warn_of_blocking, plan.action, plan.span))
+        self._ctx = ActionContext(context, plan, self._meter)
+        self._coroutine = call_action(bound, self._ctx, instance.actor, instance.fields)
+        self._meter.attach(self._coroutine)
         self._deadline: asyncio.TimerHandle | None = None
         self._overruns = 0
 
@@ -91,7 +88,7 @@ class ActionDriver:
         task = self._task
         parked = awaited is not None and awaited is task.parked
         if not parked:
-            self._scheduler.leave(task, awaited)
+            self._context.scheduler.leave(task, awaited)
         error = yield from _passing(awaited)
         if task.cancel_seen_next:
             return self._cancellation(error)
@@ -99,7 +96,7 @@ class ActionDriver:
             return None
         # A cancel scope within the action may cancel it here, too. The cancellation reaches the action in its
         # turn, and is kept if it is repeated meanwhile.
-        turn = self._scheduler.readmit(task)
+        turn = self._context.scheduler.readmit(task)
         while not turn.done():
             again = yield from _shielded(turn)
             error = error or again
@@ -112,19 +109,49 @@ class ActionDriver:
         return error if isinstance(error, asyncio.CancelledError) else asyncio.CancelledError()
 
     def _give_up(self) -> None:
+        """End the run as an error because the clean-up takes too long, and cancel the action again."""
         self._overruns += 1
-        self._watch.overrun()
-        self._scheduler.deliver_cancel(self._task)
+        name, ctx = self._plan.action, self._ctx
+        text = f"the clean-up of `{name}` took longer than {ctx.grace:g} s"
+        where = self._meter.place
+        if ctx.thread is not None:
+            text = f"the thread of `{name}` has not ended {ctx.grace:g} s after it was cancelled"
+            where = place_of_thread(ctx.thread, self._bound.function)
+        self._task.overran = True
+        text = f"{text}; it is at {where}" if where else text
+        self._context.services.decide(RunStatus.ERROR, text, self._plan.span)
+        self._context.scheduler.deliver_cancel(self._task)
         self._set_deadline()
 
     def _cancelled(self) -> None:
         """Start the grace period when the cancellation is delivered, possibly without a step here."""
         if self._deadline is None:
             self._set_deadline()
-            self._watch.cancelled()
+            self._context.services.trace.record("behavior.cancel", id=self._context.number)
 
     def _set_deadline(self) -> None:
-        self._deadline = asyncio.get_running_loop().call_later(self._watch.grace, self._give_up)
+        self._deadline = asyncio.get_running_loop().call_later(self._ctx.grace, self._give_up)
+
+
+def call_action(
+    bound: BoundAction, context: ActionContext, actor: Actor | None, fields: Mapping[str, Value]
+) -> Coroutine[Any, Any, None]:
+    """Call the function of an action. Values refused by the types of the function are a fault of the function.
+
+    Args:
+        bound: The action.
+        context: Context of the invocation.
+        actor: Actor of the invocation, if it has one.
+        fields: Values of the parameters; others are ignored.
+    """
+    converted = {name: convert(fields[name]) for name, convert in bound.converters.items()}
+    leading = (actor,) if bound.declaration.has_actor else ()
+    if bound.mark.thread:
+        from seoro.runtime.actions.threads import run_in_thread  # noqa: PLC0415 - few actions have threads
+
+        return run_in_thread(context, lambda inside: bound.function(inside, *leading, **converted))
+    # It is `async`: checked when the scenario was loaded.
+    return cast(Coroutine[Any, Any, None], bound.function(context, *leading, **converted))
 
 
 def _passing(awaited: Any) -> Generator[Any, None, BaseException | None]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections import deque
 from collections.abc import Awaitable, Callable
 from concurrent.futures import CancelledError as NoAnswer
 from concurrent.futures import Future
@@ -52,8 +51,7 @@ class _Exchange:
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        self._requests: deque[_Request] = deque()
-        self._arrival: asyncio.Future[None] | None = None
+        self._requests: asyncio.Queue[_Request] = asyncio.Queue()
         self.cancelled = threading.Event()
         self.is_closed = False
 
@@ -82,24 +80,19 @@ class _Exchange:
     def _arrive(self, request: _Request) -> None:
         if self.is_closed:
             request.answer.cancel()
-            return
-        self._requests.append(request)
-        if self._arrival is not None and not self._arrival.done():
-            self._arrival.set_result(None)
+        else:
+            self._requests.put_nowait(request)
 
     async def take(self) -> _Request:
         """Wait for the next request, and remove it."""
-        while not self._requests:
-            self._arrival = self._loop.create_future()
-            await self._arrival
-        return self._requests.popleft()
+        return await self._requests.get()
 
     def close(self) -> None:
         """Cancel all requests: the action is over, even if the thread is not."""
         self.cancelled.set()
         self.is_closed = True
-        while self._requests:
-            self._requests.popleft().answer.cancel()
+        while not self._requests.empty():
+            self._requests.get_nowait().answer.cancel()
 
 
 class ThreadContext:

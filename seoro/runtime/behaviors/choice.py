@@ -2,27 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from random import Random
-from typing import Protocol
 
 from seoro.lang.plan import Behavior, OneOf, Serial, Wait
 from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task_group import TaskGroup
 from seoro.runtime.verdict import CANCELLED, SUCCEEDED, Outcome, Status, failure
-
-
-class ChoiceGroup(Protocol):
-    """Task group as seen by the policy."""
-
-    @property
-    def alive(self) -> Sequence[Task]:
-        """Members that have not ended."""
-
-    def cancel(self, child: Task) -> None:
-        """Cancel a member at commit."""
-
-    def choose(self, act: Callable[[], None]) -> None:
-        """Call a function when the instant has otherwise settled."""
 
 
 class Choice:
@@ -33,7 +19,7 @@ class Choice:
         random: Draws the order in which unguarded members are tried.
     """
 
-    group: ChoiceGroup
+    group: TaskGroup
 
     def __init__(self, plan: OneOf, random: Random) -> None:
         self._plan = plan

@@ -14,10 +14,10 @@ import asyncio
 from collections.abc import Awaitable
 from contextlib import ExitStack
 from functools import partial
-from typing import NamedTuple
+from typing import TypeAlias
 
 from seoro.lang.plan import InvokeAction, InvokeScenario, Literal, OneOf, Parallel, Phase, Serial
-from seoro.runtime.behaviors.reactions import arm_reactions
+from seoro.runtime.behaviors.reactions import Reactions
 from seoro.runtime.behaviors.records import record_instance
 from seoro.runtime.behaviors.timing import times_of
 from seoro.runtime.choose.plain import is_given
@@ -27,24 +27,14 @@ from seoro.runtime.instances.applied import OF_BLOCK, OF_TYPE, Applied, Modifyin
 from seoro.runtime.instances.instances import Composed, Instance
 from seoro.runtime.instances.times import DURATION
 from seoro.runtime.kernel.cancel_scope import CancelScope
-from seoro.runtime.parameters.parameters import Invocation, choose_parameters, choose_times, take_given
+from seoro.runtime.parameters.parameters import Invocation, choose_parameters, take_given
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Actor, Fields, Value
 from seoro.runtime.verdict import CANCELLED, Outcome, Status
 
-
-class Begun(NamedTuple):
-    """A behavior that is ready to run.
-
-    Args:
-        context: Its context, with the invoked instance.
-        modifying: Modifications of this invocation, the outermost first.
-        own: Modifications of the invoked type.
-    """
-
-    context: ExecutionContext
-    modifying: tuple[Modifying, ...]
-    own: tuple[Modifying, ...]
+Begun: TypeAlias = tuple[ExecutionContext, tuple[Modifying, ...], tuple[Modifying, ...]]
+# Context of a behavior that is ready to run, with the invoked instance; modifications of this invocation, the
+# outermost first; modifications of the invoked type.
 
 
 async def run_instance(instance: Instance, context: ExecutionContext, carry: Carry) -> Outcome:
@@ -59,7 +49,7 @@ async def run_instance(instance: Instance, context: ExecutionContext, carry: Car
     with ExitStack() as armed:
         with CancelScope(context.task) as scope:
             instance.scope = scope
-            reactions = arm_reactions(inside, scope, armed)
+            reactions = Reactions(inside, scope, armed)
             _emit_phase(instance, Phase.START, context)
             try:
                 outcome = await carry(inside)
@@ -129,7 +119,7 @@ def begin_composition(plan: Serial | Parallel | OneOf, context: ExecutionContext
         EvaluationError: A value cannot be computed, or no values meet all constraints.
     """
     if not (plan.constraints or plan.modifications or plan.duration):
-        return Begun(context, (), ())
+        return context, (), ()
     plans = context.services.plan
     first = Composed(context.path, Fields())
     modifying = apply(plan.modifications, plans.modifiers, context.environment({"it": first}), first, OF_BLOCK)
@@ -138,7 +128,7 @@ def begin_composition(plan: Serial | Parallel | OneOf, context: ExecutionContext
     def fill(composed: Composed, environment: Environment) -> None:
         times, seed, run = times_of(plan, environment), environment.seed, environment.run
         invocation = Invocation({}, None, plan.constraints, environment, seed, run, applied, times)
-        choose_times(plans, composed, invocation)
+        choose_parameters(plans, (), composed, invocation)
 
     def make(again: ExecutionContext) -> Composed:
         composed = Composed(again.path, Fields() if has_times else first.fields)
@@ -150,7 +140,7 @@ def begin_composition(plan: Serial | Parallel | OneOf, context: ExecutionContext
 
     fill(first, context.environment())
     has_times = bool(plan.constraints or first.windows)
-    return Begun(context.invoking(Invoked(first, make, context.task.depth, True)), modifying, ())
+    return context.invoking(Invoked(first, make, context.task.depth, True)), modifying, ()
 
 
 def begin_invocation(plan: InvokeScenario | InvokeAction, context: ExecutionContext) -> Begun:
@@ -175,7 +165,7 @@ def begin_invocation(plan: InvokeScenario | InvokeAction, context: ExecutionCont
 
     is_watched = bool(applied) and any(each.modifier.on or each.modifier.samples for each in applied)
     invoked = Invoked(first, make, context.task.depth, is_watched)
-    return Begun(context.invoking(invoked), modifying, own)
+    return context.invoking(invoked), modifying, own
 
 
 def _modifiers(
@@ -228,7 +218,8 @@ def _fill(
         seed, run = environment.seed, environment.run
         times = times_of(plan, environment) if DURATION not in structure.fields else None
         invocation = Invocation(given, instance.actor, plan.constraints, environment, seed, run, applied, times)
-        choose_parameters(services.plan, structure, instance, invocation, shared)
+        instance.fields.update(shared)
+        choose_parameters(services.plan, (structure,), instance, invocation)
     for value in instance.fields.values():
         if isinstance(value, Actor) and services.homes.of(value) is None:
             services.homes.assign(value)

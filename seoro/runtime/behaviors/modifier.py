@@ -85,11 +85,10 @@ async def _attempt(inner: Carry, context: ExecutionContext) -> Outcome:
 
 async def _run_function(applied: Applied, context: ExecutionContext, inner: Carry) -> Outcome:
     bound, span = context.services.modifiers[applied.modifier.name], applied.plan.span
-    arguments = {name: applied.fields[name] for name in applied.modifier.structure.fields}
-    waiting = _Waiting()
-    ctx, child = _Context(applied, context, waiting), _Child(applied, context, inner, waiting)
+    ctx = _Context(applied, context)
+    child = _Child(ctx, inner)
     try:
-        outcome = await _Driven(bound.call(ctx, actor_of(applied), child, arguments), waiting)
+        outcome = await _Driven(bound.call(ctx, actor_of(applied), child, applied.fields), ctx)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"it returned {outcome!r}, not an `Outcome`")
     except Exception as error:
@@ -103,33 +102,17 @@ async def _run_function(applied: Applied, context: ExecutionContext, inner: Carr
     return replace(outcome, span=span, explanation=outcome.explanation or child.explanation)
 
 
-class _Waiting:
-    """Mark of permitted waits: those for the context or the child."""
-
-    def __init__(self) -> None:
-        self.is_given = False
-
-    @contextmanager
-    def given(self) -> Generator[None]:
-        """Mark a permitted wait."""
-        self.is_given = True
-        try:
-            yield
-        finally:
-            self.is_given = False
-
-
 class _Driven:
     """Driver of a modifier's function that forbids all other waits.
 
     Args:
         coroutine: Coroutine of the function.
-        waiting: Marks permitted waits.
+        ctx: Context of the function.
     """
 
-    def __init__(self, coroutine: Coroutine[Any, Any, Outcome], waiting: _Waiting) -> None:
+    def __init__(self, coroutine: Coroutine[Any, Any, Outcome], ctx: _Context) -> None:
         self._coroutine = coroutine
-        self._waiting = waiting
+        self._ctx = ctx
 
     def __await__(self) -> Generator[Any, Any, Outcome]:
         error: BaseException | None = None
@@ -138,7 +121,7 @@ class _Driven:
                 awaited = self._coroutine.send(None) if error is None else self._coroutine.throw(error)
             except StopIteration as returned:
                 return returned.value  # type: ignore[no-any-return] # checked by the caller
-            if not self._waiting.is_given:
+            if not self._ctx.is_waiting:
                 error = RuntimeError("a modifier may wait for its context and its child only")
                 continue
             error = None
@@ -151,25 +134,34 @@ class _Driven:
 class _Context:
     """`ModifierContext` of one application."""
 
-    def __init__(self, applied: Applied, context: ExecutionContext, waiting: _Waiting) -> None:
-        self._span = applied.plan.span
-        self._context = context
-        self._waiting = waiting
+    def __init__(self, applied: Applied, context: ExecutionContext) -> None:
+        self.span = applied.plan.span
+        self.context = context
+        self.is_waiting = False  # for this context or the child, as permitted
+
+    @contextmanager
+    def waiting(self) -> Generator[None]:
+        """Mark a permitted wait."""
+        self.is_waiting = True
+        try:
+            yield
+        finally:
+            self.is_waiting = False
 
     @property
     def now(self) -> float:
-        return self._context.scheduler.now
+        return self.context.scheduler.now
 
     def log(self, message: str, level: str = "info") -> None:
-        self._context.services.trace.log(message, level, self._span)
+        self.context.services.trace.log(message, level, self.span)
 
     async def sleep(self, duration: float) -> None:
-        waiter = Waiter(self._context.task)
-        self._context.scheduler.wake_at(self.now + duration, waiter)
+        waiter = Waiter(self.context.task)
+        self.context.scheduler.wake_at(self.now + duration, waiter)
         await self._wait(waiter)
 
     async def hold(self) -> NoReturn:
-        task, open_ended = self._context.task, self._context.services.open_ended
+        task, open_ended = self.context.task, self.context.services.open_ended
         open_ended.add(task)
         try:
             await self._wait(Waiter(task))
@@ -178,25 +170,25 @@ class _Context:
         raise AssertionError("this waiter is never woken")
 
     async def _wait(self, waiter: Waiter) -> None:
-        with self._context.waiting(self._span), self._waiting.given():
-            await self._context.scheduler.wait(waiter)
+        with self.context.waiting(self.span), self.waiting():
+            await self.context.scheduler.wait(waiter)
 
     def allow_contact(self, entities: Sequence[str]) -> AbstractContextManager[None]:
-        context = self._context
+        context = self.context
         return context.services.contacts.allow(context.position, None, frozenset(entities) or None)
 
     @contextmanager
     def forbid_contact(
         self, robots: Sequence[str], allowed: Sequence[str], interrupt: Interrupt, *, also_struck: bool
     ) -> Generator[None]:
-        context = self._context
+        context = self.context
         services = context.services
         homes = services.homes.robots(robots)
         unobserved = [home for home in homes if not senses(home)]
         if unobserved:
             who = ", ".join(f"{home.name} of {home.backend.name}" for home in unobserved)
             reason = f"cannot forbid contacts: those of {who} are not reported"
-            services.decide(RunStatus.ERROR, reason, self._span)
+            services.decide(RunStatus.ERROR, reason, self.span)
         contacts, names = services.contacts, frozenset(allowed)
         with (
             contacts.allow(context.position, None, names),
@@ -230,23 +222,21 @@ async def _interruptible(
 class _Child:
     """`Child` of one application."""
 
-    def __init__(self, applied: Applied, context: ExecutionContext, inner: Carry, waiting: _Waiting) -> None:
-        self._span = applied.plan.span
-        self._context = context
+    def __init__(self, ctx: _Context, inner: Carry) -> None:
+        self._ctx = ctx
         self._inner = inner
-        self._waiting = waiting
         self._runs = 0
         self.explanation: Explanation | None = None  # of a run that was cancelled at its limit
 
     async def run(self, limit: float | None = None, interrupt: Interrupt | None = None) -> Outcome | None:
-        context = self._context
+        context = self._ctx.context
         if context.task.is_cancelled:
             raise asyncio.CancelledError  # the modifier has not let itself be cancelled
         self._runs += 1
         context = context.run_again(self._runs)
-        with self._waiting.given():
+        with self._ctx.waiting():
             if self._runs > 1:
-                context.services.count_start(self._span, len(context.position))
+                context.services.count_start(self._ctx.span, len(context.position))
                 await context.task.step()
             behave: Callable[[], Awaitable[Outcome]] = partial(self._inner, context)
             if interrupt is not None:

@@ -8,48 +8,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import groupby
 from math import inf
-from typing import Protocol
 
 from seoro.lang.plan import Parallel
 from seoro.runtime.behaviors.limits import is_open_ended
 from seoro.runtime.behaviors.timing import Timing
 from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.execution.names import name_of
+from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.clock import TIME_DIGITS
 from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task_group import TaskGroup
 from seoro.runtime.verdict import CANCELLED, SUCCEEDED, Outcome, failure
-
-
-class OverlapGroup(Protocol):
-    """Task group as seen by the policy."""
-
-    @property
-    def now(self) -> float:
-        """Time of the present instant [s]."""
-
-    @property
-    def children(self) -> Sequence[Task]:
-        """Started members."""
-
-    @property
-    def alive(self) -> Sequence[Task]:
-        """Started members that have not ended."""
-
-    def cancel(self, child: Task) -> None:
-        """Cancel a member at commit."""
-
-    def end(self, child: Task, outcome: Outcome) -> None:
-        """End a member at commit with an outcome."""
-
-    def after(self, delay: float, act: Callable[[], None]) -> None:
-        """Call a function after a delay [s], when that instant has otherwise settled."""
-
-    def interrupt(self) -> None:
-        """Stop waiting for the starts of members."""
 
 
 class Overlap:
@@ -62,7 +35,7 @@ class Overlap:
         is_open_ended: Whether a member runs an open-ended behavior.
     """
 
-    group: OverlapGroup
+    group: TaskGroup
 
     def __init__(
         self,
@@ -193,7 +166,8 @@ class Overlap:
 
 def overlap_in(context: ExecutionContext, plan: Parallel, timing: Timing) -> Overlap:
     """Return the policy of a composition in a context."""
-    scope = context.own_scope
+    scope = context.task.scope
+    assert isinstance(scope, CancelScope), "behaviors run in scopes"
 
     def explain(outcome: Outcome) -> Outcome:
         return context.explained(outcome, scope)

@@ -19,6 +19,7 @@ from seoro.lang.plan import (
     Override,
     Parallel,
     Phase,
+    Scenario,
     Serial,
     Until,
     Wait,
@@ -27,12 +28,11 @@ from seoro.runtime.behaviors.action import run_action
 from seoro.runtime.behaviors.call import run_call
 from seoro.runtime.behaviors.duration import run_duration
 from seoro.runtime.behaviors.emit import run_emit
-from seoro.runtime.behaviors.invoke import begin_composition, begin_invocation, run_composed
+from seoro.runtime.behaviors.invoke import begin_composition, begin_invocation, run_composed, run_instance
 from seoro.runtime.behaviors.one_of import run_one_of
 from seoro.runtime.behaviors.override import end_labelled, is_overridden, run_override, start_labelled
 from seoro.runtime.behaviors.parallel import run_parallel
 from seoro.runtime.behaviors.records import record_end, record_start
-from seoro.runtime.behaviors.scenario import run_scenario
 from seoro.runtime.behaviors.serial import run_serial
 from seoro.runtime.behaviors.timing import timing_of
 from seoro.runtime.behaviors.until import run_until
@@ -45,7 +45,7 @@ from seoro.runtime.instances.times import DURATION
 from seoro.runtime.kernel.stack import descend
 from seoro.runtime.kernel.task import Task
 from seoro.runtime.values.environment import EvaluationError
-from seoro.runtime.verdict import CANCELLED, Cancelled, Outcome
+from seoro.runtime.verdict import CANCELLED, SUCCEEDED, Cancelled, Outcome
 
 LEVELS = 8  # of nested behaviors that await each other directly
 
@@ -135,7 +135,7 @@ def _carry_modified(behavior: Behavior, context: ExecutionContext) -> Awaitable[
     """Run a behavior within its modifications."""
     match behavior:  # the most frequent kinds first: each further case takes time
         case InvokeAction() | InvokeScenario():
-            begun = begin_invocation(behavior, context)
+            inside, modifying, own = begin_invocation(behavior, context)
         case Wait():
             return run_wait(behavior, context)
         case Emit():
@@ -143,11 +143,11 @@ def _carry_modified(behavior: Behavior, context: ExecutionContext) -> Awaitable[
         case CallMethod():
             return _at_once(run_call(behavior, context.environment()))
         case Serial() | Parallel() | OneOf():
-            begun = begin_composition(behavior, context)
+            inside, modifying, own = begin_composition(behavior, context)
         case _:
             assert_never(behavior)
-    carry = lasting(begun.context, within(begun.own, partial(_carry_out, behavior)))
-    return within(begun.modifying, carry)(begun.context)
+    carry = lasting(inside, within(own, partial(_carry_out, behavior)))
+    return within(modifying, carry)(inside)
 
 
 async def _at_once(outcome: Outcome) -> Outcome:
@@ -178,7 +178,15 @@ def within(modifying: Iterable[Modifying], carry: Carry) -> Carry:
 def carry_scenario(context: ExecutionContext) -> Awaitable[Outcome]:
     """Run the scenario that is invoked in a context."""
     instance = context.take_invoked()
-    return _held_within(instance, lambda inside: run_scenario(instance, inside, perform), context)
+    body = partial(_perform_body, instance)
+    return _held_within(instance, lambda inside: run_instance(instance, inside, body), context)
+
+
+def _perform_body(instance: Instance, context: ExecutionContext) -> Awaitable[Outcome]:
+    """Run the `do` of a scenario (7.3.5.1.3)."""
+    assert isinstance(instance.declaration, Scenario)
+    body = instance.declaration.body
+    return perform(body, context.member(0, body)) if body is not None else _at_once(SUCCEEDED)
 
 
 def _held_within(instance: Instance, carry: Carry, context: ExecutionContext) -> Awaitable[Outcome]:

@@ -31,32 +31,14 @@ from seoro.runtime.verdict import CANCELLED
 _Answer = Callable[[Environment, CausalPast], None]
 
 
-def arm_reactions(context: ExecutionContext, scope: CancelScope, armed: ExitStack) -> Reactions:
-    """Start the reactions of an instance.
+class Reactions:
+    """The started reactions of an instance.
 
     Args:
         context: Context within the instance.
         scope: Scope of its execution.
         armed: Receives the callbacks that stop the reactions.
     """
-    reactions = Reactions(context, scope, armed)
-    instance = context.instance
-    for sample in instance.declaration.samples:
-        reactions.sample(sample, instance, sample.field)
-    if context.services.has_samples_in_objects:
-        for holder, path in newly_held(instance, context.services.held):
-            for sample in context.services.samples_of(holder):
-                reactions.sample(sample, holder, f"{path}.{sample.field}")
-    for directive in instance.declaration.on:
-        reactions.on(directive)
-    coverage = context.services.coverage
-    if coverage is not None:
-        coverage.watch(instance, reactions.observe)
-    return reactions
-
-
-class Reactions:
-    """Reactions of an instance; for the arguments see `arm_reactions`."""
 
     def __init__(self, context: ExecutionContext, scope: CancelScope, armed: ExitStack) -> None:
         self._context = context
@@ -64,12 +46,23 @@ class Reactions:
         self._armed = armed
         self._number = 0
         self._abandoned = 0  # number of calls of `abandon`
+        instance = context.instance
+        for sample in instance.declaration.samples:
+            self._sample(sample, instance, sample.field)
+        if context.services.has_samples_in_objects:
+            for holder, path in newly_held(instance, context.services.held):
+                for sample in context.services.samples_of(holder):
+                    self._sample(sample, holder, f"{path}.{sample.field}")
+        for directive in instance.declaration.on:
+            self._on(directive)
+        if context.services.coverage is not None:
+            context.services.coverage.watch(instance, self._observe)
 
     def abandon(self) -> None:
         """Drop pending reactions of an instance that was cancelled."""
         self._abandoned += 1
 
-    def on(self, directive: On) -> None:
+    def _on(self, directive: On) -> None:
         """Start an `on` directive, which runs its members in order."""
         inside = self._next_context("on")
 
@@ -79,7 +72,7 @@ class Reactions:
 
         self._arm(directive.event, self._context.environment(), inside, answer)
 
-    def sample(self, sample: Sample, holder: HasFields, shown: str) -> None:
+    def _sample(self, sample: Sample, holder: HasFields, shown: str) -> None:
         """Start sampling a variable."""
         inside = self._next_context("sample")
 
@@ -93,7 +86,7 @@ class Reactions:
             environment = inside.services.environment_of(holder, environment)
         self._arm(sample.event, environment, inside, answer)
 
-    def observe(self, source: HasFields, event: OwnEvent, notify: Callable[[], None]) -> None:
+    def _observe(self, source: HasFields, event: OwnEvent, notify: Callable[[], None]) -> None:
         """Call `notify` at commit for each occurrence of an event of the instance, or of an object that it holds.
 
         The observer has an empty past, so it receives all occurrences."""

@@ -83,7 +83,8 @@ class Conditions:
             case Holds(expression) | Rise(expression) | Fall(expression):
                 awaited = not isinstance(condition, Fall)
                 watch = _Watch(expression, environment, lambda value: occurs() if value is awaited else None)
-                self._watch(watch, context.path)
+                watch.path = context.path
+                watch.value = self._evaluate(watch)
                 if isinstance(condition, Holds) and watch.value:
                     occurs()
                 return partial(self._forget, watch)
@@ -205,10 +206,6 @@ class Conditions:
                 return False
 
         return check
-
-    def _watch(self, watch: _Watch, path: tuple[int, ...]) -> None:
-        watch.path = path
-        watch.value = self._evaluate(watch)
 
     def _look_again(self, watch: _Watch) -> None:
         watch.is_due = False

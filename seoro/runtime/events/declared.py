@@ -7,7 +7,6 @@ of its own for its source: it occurs in the context of each use.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
 from weakref import ReferenceType, WeakKeyDictionary, ref
 
 from seoro.lang.plan import OwnEvent, Phase
@@ -16,6 +15,7 @@ from seoro.runtime.instances.instances import Composed, Instance, event_name, ph
 from seoro.runtime.kernel.channel import Channel, Occurrence
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.kernel.task import CausalPast
+from seoro.runtime.trace.records import Trace
 from seoro.runtime.values.values import Actor, Struct, Value, plain
 
 
@@ -38,33 +38,17 @@ class Event(Channel):
         self.derived = -1  # last instant in which its source has occurred
 
 
-class Emitted(Protocol):
-    """Callback for each occurrence."""
-
-    def __call__(
-        self, event: Event, arguments: Mapping[str, Value], *, is_derived: bool = False, origin: str = ""
-    ) -> None:
-        """Record an occurrence.
-
-        Args:
-            event: The event.
-            arguments: Its arguments.
-            is_derived: Whether its specification occurred, without an `emit`.
-            origin: Emitter other than the scenario.
-        """
-
-
 class Events:
     """The channels of a run.
 
     Args:
         scheduler: Scheduler of the run.
-        emitted: Called once per occurrence.
+        trace: Trace of the run.
     """
 
-    def __init__(self, scheduler: Scheduler, emitted: Emitted) -> None:
+    def __init__(self, scheduler: Scheduler, trace: Trace) -> None:
         self._scheduler = scheduler
-        self._emitted = emitted
+        self._trace = trace
         self._of_objects: WeakKeyDictionary[Struct | Actor, dict[str, Event]] = WeakKeyDictionary()
 
     def phase(self, instance: Instance | Composed, label: str | None, phase: Phase) -> Event:
@@ -97,18 +81,18 @@ class Events:
     def emit(self, event: Event, arguments: Mapping[str, Value], past: CausalPast) -> None:
         """Emit an event; it is delivered after this delta cycle, and is in the past of the emitter."""
         if event.send(arguments, past, _key(arguments)) is not None:
-            self._emitted(event, arguments)
+            self._trace.occurrence(event, arguments)
 
     def emit_outside(self, event: Event, arguments: Mapping[str, Value]) -> None:
         """Emit an event of the application; it is in no past."""
         if event.send(arguments, CausalPast(), _key(arguments)) is not None:
-            self._emitted(event, arguments, origin=APPLICATION)
+            self._trace.occurrence(event, arguments, origin=APPLICATION)
 
     def derive(self, event: Event) -> Occurrence:
         """Return an occurrence of a derived event for one use; recorded once per instant."""
         if event.derived != self._scheduler.instant:
             event.derived = self._scheduler.instant
-            self._emitted(event, {}, is_derived=True)
+            self._trace.occurrence(event, {}, is_derived=True)
         return Occurrence({})
 
 

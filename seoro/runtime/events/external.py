@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from seoro.errors import UsageError
 from seoro.lang.frozen import Frozen
-from seoro.lang.plan import Declaration, Event, ObjectType, Phase, Plan, Scenario, ValueType, behaviors_in
+from seoro.lang.plan import Declaration, Event, ObjectType, Phase, Plan, Scenario, behaviors_in
 from seoro.runtime.contracts.backends import BACKEND_EVENTS
 from seoro.runtime.events.occurrence import without_attempts
 from seoro.runtime.expressions.evaluation import evaluate
@@ -103,7 +103,10 @@ class ExternalEvents:
             scope = replace(scope, instance=event.actor, bindings={}, scenario=scope.outermost)
         for name, default in declared.parameters:
             if name in given:
-                found[name] = self._fitting(event, name, given[name], types[name])
+                try:
+                    found[name] = given_value(given[name], types[name], self._plan.structures, self._actors)
+                except InvalidValue as error:
+                    raise UsageError(f"invalid field `{name}` of event `{event.name}`: {error}") from None
                 continue
             if default is None:
                 raise UsageError(
@@ -114,12 +117,6 @@ class ExternalEvents:
             except EvaluationError as error:
                 raise UsageError(f"the default of field `{name}` has no value: {error}", error.span) from error
         return found
-
-    def _fitting(self, event: ExternalEvent, name: str, given: object, type_: ValueType) -> Value:
-        try:
-            return given_value(given, type_, self._plan.structures, self._actors)
-        except InvalidValue as error:
-            raise UsageError(f"invalid field `{name}` of event `{event.name}`: {error}") from None
 
     def _find(self, name: str) -> ExternalEvent:
         path, name = self._entry.path, without_attempts(name)

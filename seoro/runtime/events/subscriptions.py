@@ -91,26 +91,6 @@ class Subscriptions:
         subscription.receive_from(channel)
         return True
 
-    def connect(
-        self,
-        subscription: Subscription,
-        specification: EventSpecification,
-        environment: Environment,
-        context: EventContext,
-    ) -> None:
-        """Deliver each occurrence from this instant on to a subscription.
-
-        Args:
-            subscription: The subscription.
-            specification: The event specification.
-            environment: Environment of the specification; its instance has the events.
-            context: Context of the subscription.
-
-        Raises:
-            EvaluationError: The path to the event has no value.
-        """
-        subscription.on_close(self.listen(specification, environment, context, subscription.deliver))
-
     def listen(
         self,
         specification: EventSpecification,
@@ -118,7 +98,17 @@ class Subscriptions:
         context: EventContext,
         on_receive: OnReceive,
     ) -> Stop:
-        """Call a function with each occurrence at commit; return the function that stops it. See `connect`."""
+        """Call a function with each occurrence from this instant on, at commit; return the function that stops it.
+
+        Args:
+            specification: The event specification.
+            environment: Environment of the specification; its instance has the events.
+            context: Context of the subscription.
+            on_receive: The function.
+
+        Raises:
+            EvaluationError: The path to the event has no value.
+        """
         if not isinstance(specification, OnEvent):
             occurs = self._once_an_instant(on_receive)
             return self._conditions.arm(specification, environment, context, occurs)

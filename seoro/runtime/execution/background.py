@@ -89,18 +89,13 @@ class BackgroundResources:
             value = await asyncio.shield(host.opened)
         except asyncio.CancelledError:
             host.released.set()
-            await self._give_up(host)
+            with anyio.move_on_after(OPENING):
+                await host.closed.wait()
+            if not host.opened.done():  # it may never be open, such as one that waits for an answer
+                host.scope.cancel()
+            await host.closed.wait()
             raise
         return BackgroundResource(value, host.released.set, host.closed)
-
-    @staticmethod
-    async def _give_up(host: _Host) -> None:
-        """Close a resource that may never finish opening, such as one that waits for an answer."""
-        with anyio.move_on_after(OPENING):
-            await host.closed.wait()
-        if not host.opened.done():
-            host.scope.cancel()
-        await host.closed.wait()
 
     async def _serve(self, host: _Host) -> None:
         try:

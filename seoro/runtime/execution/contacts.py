@@ -8,8 +8,8 @@ forbid them for all robots. Scopes are positions in the tree of invocations.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from typing import Any
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any, TypeVar
 
 from seoro.lang.frozen import Value
 from seoro.lang.lazy_dataclass import lazy_dataclass
@@ -17,6 +17,7 @@ from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.contracts.contacts import Contact, ContactSensing
 from seoro.runtime.execution.assignment import Home
 
+T = TypeVar("T")
 Position = tuple[int, ...]
 Names = frozenset[str] | None
 """Names of entities; None for all."""
@@ -94,16 +95,9 @@ class Contacts:
             for allowance in self._allowances
         )
 
-    @contextmanager
-    def allow(self, position: Position, home: Home | None, entities: Names) -> Iterator[None]:
+    def allow(self, position: Position, home: Home | None, entities: Names) -> AbstractContextManager[None]:
         """Allow contacts during the block, for behaviors at or below a position."""
-        allowance = Allowance(position, home, entities)
-        self._allowances.append(allowance)
-        try:
-            yield
-        finally:
-            # Any equal allowance may be removed.
-            self._allowances.remove(allowance)
+        return _listed(self._allowances, Allowance(position, home, entities))
 
     @contextmanager
     def guard(
@@ -120,13 +114,12 @@ class Contacts:
         if not senses(home):
             self._note_unobserved(home)
         watch = _Watch(position, (home,), also_struck=False, is_of_block=False, found=found)
-        with self.allow(position, home, entities), self._watching(watch):
+        with self.allow(position, home, entities), _listed(self._watches, watch):
             yield
 
-    @contextmanager
     def forbid(
         self, position: Position, homes: tuple[Home, ...], found: Callable[[str], None], *, also_struck: bool
-    ) -> Iterator[None]:
+    ) -> AbstractContextManager[None]:
         """Watch robots during the block; contacts allowed around or within it stay allowed.
 
         Args:
@@ -135,16 +128,7 @@ class Contacts:
             found: Called with the reason when a robot strikes an entity.
             also_struck: Whether to count contacts in which the robot was struck.
         """
-        with self._watching(_Watch(position, homes, also_struck, is_of_block=True, found=found)):
-            yield
-
-    @contextmanager
-    def _watching(self, watch: _Watch) -> Iterator[None]:
-        self._watches.append(watch)
-        try:
-            yield
-        finally:
-            self._watches.remove(watch)
+        return _listed(self._watches, _Watch(position, homes, also_struck, is_of_block=True, found=found))
 
     def _note_unobserved(self, home: Home) -> None:
         called = f"{home.name} of {home.backend.name}"
@@ -156,6 +140,16 @@ class Contacts:
 def senses(home: Home) -> bool:
     """Whether the contacts of a robot are reported."""
     return isinstance(home.backend, ContactSensing) and home.backend.senses_contacts(home.name)
+
+
+@contextmanager
+def _listed(items: list[T], item: T) -> Iterator[None]:
+    """Keep an item in a list during the block."""
+    items.append(item)
+    try:
+        yield
+    finally:
+        items.remove(item)  # or an equal one
 
 
 def _is_within(position: Position, around: Position) -> bool:

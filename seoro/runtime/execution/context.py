@@ -97,13 +97,6 @@ class ExecutionContext:
         """The scheduler of the run."""
         return self.services.scheduler
 
-    @property
-    def own_scope(self) -> CancelScope:
-        """The innermost scope: that of the behavior itself, unless a nested one is open."""
-        scope = self.task.scope
-        assert isinstance(scope, CancelScope), "behaviors run in scopes"
-        return scope
-
     def explained(self, outcome: Outcome, scope: CancelScope) -> Outcome:
         """Add the explanation to an outcome: the current activities in a scope that the outcome is about to end.
 
@@ -234,7 +227,8 @@ class ExecutionContext:
         subscription = Subscription(self.task, past, on_receive, once=True)
         subscriptions = self.services.subscriptions
         if not subscriptions.connect_own(subscription, event, self.instance):
-            subscriptions.connect(subscription, event, self.environment(), self.event_context(past, purpose))
+            context = self.event_context(past, purpose)
+            subscription.on_close(subscriptions.listen(event, self.environment(), context, subscription.deliver))
         return subscription
 
     def waiting(self, span: Span) -> Waiting:

@@ -54,11 +54,6 @@ class _User:
     waiter: Waiter
     is_admitted: bool = False
 
-    @property
-    def task(self) -> Task:
-        """Its task."""
-        return self.waiter.task
-
 
 class ExclusiveUses:
     """Exclusive uses in one run.
@@ -111,7 +106,7 @@ class ExclusiveUses:
 
     def _judge(self, use: Use) -> None:
         queue = self._queues[use]
-        if len(queue) > 1 and not queue[0].task.is_cancelled:
+        if len(queue) > 1 and not queue[0].waiter.task.is_cancelled:
             first, second = queue[:2]
             reason = (
                 f"`{second.name}` uses the {use} while `{first.name}` ({first.span}) uses it; "
@@ -141,10 +136,6 @@ class RunResources:
         self._blocking: set[tuple[Span, str]] = set()
         self.share = ThreadUsage()
         self.uses = ExclusiveUses(scheduler, decide)
-
-    def begin(self) -> None:
-        """Start measuring blocking code."""
-        self.share.begin()
 
     async def end(self) -> None:
         """Close the background resources, after the last instant."""

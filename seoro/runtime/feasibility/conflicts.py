@@ -8,6 +8,7 @@ invocation.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Set
+from contextlib import suppress
 from dataclasses import replace
 
 from seoro.errors import CONFLICT
@@ -44,59 +45,44 @@ def is_fixed(expression: plan_.Expression, names: Set[str], structures: plan_.St
     return True
 
 
-def fixed_values(
-    expressions: Iterable[tuple[str, plan_.Expression]],
-    known: Mapping[str, Value],
-    around: Environment,
-    plan: plan_.Plan,
-) -> dict[str, Value]:
+def fixed_values(expressions: Iterable[tuple[str, plan_.Expression]], around: Environment) -> dict[str, Value]:
     """Return the values of the fixed expressions.
 
     Args:
         expressions: Expressions by name.
-        known: Fixed fields of the instance of their scope.
-        around: Environment of that scope.
-        plan: The plan.
+        around: Environment of their scope; its instance has the fixed fields.
     """
     found: dict[str, Value] = {}
     for name, expression in expressions:
-        if is_fixed(expression, known.keys(), plan.structures):
-            try:
+        if is_fixed(expression, around.instance.fields.keys(), around.plan.structures):
+            with suppress(EvaluationError):  # the run reports it
                 found[name] = evaluate(expression, around)
-            except EvaluationError:
-                continue  # the run reports it
     return found
 
 
-def scope_of(declared: plan_.Scenario | plan_.Action, known: Mapping[str, Value], plan: plan_.Plan) -> Environment:
-    """Return the environment of an instance with some values."""
-    fields = Fields()
-    fields.update(known)
-    return Environment(Instance(declared.name, fields, declared, {}), plan)
-
-
-def known_in(
-    declared: plan_.Scenario,
+def scope_of(
+    declared: Scenario,
     given: Mapping[str, Value],
     passed: Set[str],
     limits: tuple[plan_.ConstraintMember, ...],
-    plan: plan_.Plan,
-) -> dict[str, Value]:
-    """Return the fixed parameters of a scenario: given ones, and uncontested defaults.
+    plan: Plan,
+) -> Environment:
+    """Return the environment of a scenario with its fixed parameters: given ones, and uncontested defaults.
 
     Args:
         declared: The scenario.
         given: Fixed values of arguments.
-        passed: Names of all parameters with arguments.
+        passed: Names of all parameters that may differ from their defaults.
         limits: Constraints of the invocation.
         plan: The plan.
     """
-    known = dict(given)
+    fields = Fields(given)
+    around = Environment(Instance(declared.name, fields, declared, {}), plan)
     contested = passed | {name for each in (*declared.structure.members, *limits) for name in _read(each)}
     for field in declared.structure.fields.values():
         if field.default is not None and not field.is_variable and field.name not in contested:
-            known |= fixed_values([(field.name, field.default)], known, scope_of(declared, known, plan), plan)
-    return known
+            fields.update(fixed_values([(field.name, field.default)], around))
+    return around
 
 
 def _read(member: plan_.StructureMember) -> Iterator[str]:
@@ -116,10 +102,9 @@ class Relaxation:
     Args:
         structure: Structure of the invoked declaration.
         given: Fixed values of arguments.
-        passed: Names of all parameters with arguments.
+        passed: Names of all parameters that may differ from their defaults.
         limits: Constraints of the invocation.
-        known: Names of the fixed fields of the invoking scenario.
-        plan: The plan.
+        around: Environment of the invoking scenario, with its fixed fields.
     """
 
     def __init__(
@@ -128,10 +113,9 @@ class Relaxation:
         given: Mapping[str, Value],
         passed: Set[str],
         limits: tuple[plan_.ConstraintMember, ...],
-        known: Set[str],
-        plan: plan_.Plan,
+        around: Environment,
     ) -> None:
-        self._given, self._known, self._plan = given, known, plan
+        self._given, self._known, self._plan = given, around.instance.fields, around.plan
         members = [each for each in structure.members if not isinstance(each, plan_.FieldDeclaration)]
         self._free: set[str] = set(passed - given.keys())
         self._fields = structure.fields
@@ -214,87 +198,64 @@ _MAX_DEPTH = 50  # of nested invocations with different arguments
 def find_conflicts(plan: Plan) -> Iterator[NoSolution]:
     """Yield the conflicts of all reachable invocations, for values that the text fixes."""
     entry = plan.scenarios[plan.entry]
-    known = {} if plan.overrides or entry.modifiers else known_in(entry, {}, frozenset(), (), plan)
-    yield from _Search(plan).conflicts(entry, known, 0)
+    passed = frozenset(entry.structure.fields if plan.overrides or entry.modifiers else ())
+    yield from _conflicts(entry, scope_of(entry, {}, passed, (), plan), 0, set())
 
 
-class _Search:
-    """Visits invocations, starting at the entry scenario.
+def _conflicts(
+    scenario: Scenario, around: Environment, depth: int, visited: set[tuple[str, str]]
+) -> Iterator[NoSolution]:
+    """Yield the conflicts within a scenario.
 
     Args:
-        plan: The plan.
+        scenario: The scenario.
+        around: Its environment, with its fixed fields.
+        depth: Number of surrounding invocations.
+        visited: Scenarios with their fixed fields that were visited before.
     """
-
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._visited: set[tuple[str, str]] = set()
-
-    def conflicts(self, scenario: Scenario, known: Mapping[str, Value], depth: int) -> Iterator[NoSolution]:
-        """Yield the conflicts within a scenario.
-
-        Args:
-            scenario: The scenario.
-            known: Fixed values of its fields.
-            depth: Number of surrounding invocations.
-        """
-        visit = (scenario.name, repr(sorted(known.items())))
-        if visit in self._visited or depth > _MAX_DEPTH:
-            return
-        self._visited.add(visit)
-        around = scope_of(scenario, known, self._plan)
-        for invocation in invocations_in(scenario.body):
-            given = fixed_values(invocation.arguments, known, around, self._plan)
-            if self._plan.is_bound(invocation):
-                conflict = self._conflict(invocation, given, known, around)
-                if conflict is not None:
-                    yield conflict
-                    continue
-            if isinstance(invocation, InvokeScenario):
-                invoked = self._plan.scenarios[invocation.scenario]
-                is_modified = bool(invocation.modifications or invoked.modifiers)
-                passed = frozenset(name for name, _ in invocation.arguments)
-                limits = invocation.constraints
-                inner = given if is_modified else known_in(invoked, given, passed, limits, self._plan)
-                yield from self.conflicts(invoked, inner, depth + 1)
-
-    def _conflict(
-        self,
-        invocation: InvokeScenario | InvokeAction,
-        given: Mapping[str, Value],
-        known: Mapping[str, Value],
-        around: Environment,
-    ) -> NoSolution | None:
-        declared = self._plan.invoked(invocation)
+    plan, visit = around.plan, (scenario.name, repr(sorted(around.instance.fields.items())))
+    if visit in visited or depth > _MAX_DEPTH:
+        return
+    visited.add(visit)
+    for invocation in invocations_in(scenario.body):
+        invoked, limits = plan.invoked(invocation), invocation.constraints
+        given = fixed_values(invocation.arguments, around)
         passed = frozenset(name for name, _ in invocation.arguments)
-        if invocation.modifications or declared.modifiers:  # they may override any default
-            passed = frozenset(declared.structure.fields)
-        relaxed = Relaxation(declared.structure, given, passed, invocation.constraints, known.keys(), self._plan)
-        if not relaxed.is_bound:
-            return None
-        instance = Instance(declared.name, Fields(), declared, {})
-        attempt = Invocation(
-            given, None, relaxed.limits, around, around.seed, None, (), self._times(invocation, around)
-        )
-        try:
-            choose_parameters(self._plan, relaxed.structure, instance, attempt, {})
-        except NoSolution as error:
-            return _at(error, invocation) if error.code == CONFLICT else None
-        except EvaluationError:
-            return None  # the run reports it
+        if invocation.modifications or invoked.modifiers:  # they may override any default
+            passed = frozenset(invoked.structure.fields)
+        if (conflict := _conflict(invocation, given, passed, around)) is not None:
+            yield conflict
+        elif isinstance(invoked, Scenario):
+            yield from _conflicts(invoked, scope_of(invoked, given, passed, limits, plan), depth + 1, visited)
+
+
+def _conflict(
+    invocation: InvokeScenario | InvokeAction, given: Mapping[str, Value], passed: Set[str], around: Environment
+) -> NoSolution | None:
+    plan, invoked = around.plan, around.plan.invoked(invocation)
+    if not plan.is_bound(invocation):
         return None
+    relaxed = Relaxation(invoked.structure, given, passed, invocation.constraints, around)
+    if not relaxed.is_bound:
+        return None
+    instance, times = Instance(invoked.name, Fields(), invoked, {}), _times(invocation, around)
+    attempt = Invocation(given, None, relaxed.limits, around, around.seed, None, (), times)
+    try:
+        choose_parameters(plan, (relaxed.structure,), instance, attempt)
+    except NoSolution as error:
+        if error.code == CONFLICT:
+            places = (*error.places, (invocation.span, "invoked here"))
+            return NoSolution(str(error), error.code, places, error.help)
+    except EvaluationError:
+        pass  # the run reports it
+    return None
 
-    def _times(self, invocation: InvokeScenario | InvokeAction, around: Environment) -> Times | None:
-        if DURATION in self._plan.invoked(invocation).structure.fields:
-            return None
-        known = set(around.instance.fields)
-        if invocation.duration is not None and is_fixed(invocation.duration, known, self._plan.structures):
-            try:
-                return times_of(invocation, around)
-            except EvaluationError:
-                pass  # the run reports it
-        return Times(invocation.span, {})
 
-
-def _at(error: NoSolution, invocation: InvokeScenario | InvokeAction) -> NoSolution:
-    """Return a conflict with the place of the invocation."""
-    return NoSolution(str(error), error.code, (*error.places, (invocation.span, "invoked here")), error.help)
+def _times(invocation: InvokeScenario | InvokeAction, around: Environment) -> Times | None:
+    plan, known = around.plan, around.instance.fields.keys()
+    if DURATION in plan.invoked(invocation).structure.fields:
+        return None
+    if invocation.duration is not None and is_fixed(invocation.duration, known, plan.structures):
+        with suppress(EvaluationError):  # the run reports it
+            return times_of(invocation, around)
+    return Times(invocation.span, {})

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
 from seoro.lang import frozen
 from seoro.runtime.functions.fitting import Converter, Fitting
-from seoro.runtime.functions.signatures import Declaration, check_marked, check_marking, match_function
+from seoro.runtime.functions.signatures import Declaration, marking, match_function
 from seoro.runtime.values.values import Value
 
 AsyncFunction: TypeAlias = Callable[..., Coroutine[Any, Any, None]]
@@ -77,15 +77,7 @@ def action(name: str, *, thread: bool = False, **options: Unpack[ActionOptions])
             `files`: parameters that name files or folders beside the scenario file, to be sent along to executors.
             `uris`: parameters that name resources loaded by a simulator.
     """
-
-    check_marking("action", name)
-
-    def mark(function: ActionFunction) -> ActionFunction:
-        check_marked("action", function)
-        setattr(function, ACTION_MARK, Mark(name, thread=thread, **options))
-        return function
-
-    return mark
+    return marking("action", name, ACTION_MARK, Mark(name, thread=thread, **options))
 
 
 class BoundAction(frozen.Value):

@@ -148,16 +148,8 @@ class Fitting:
     def value(self, result: object, declared: plan.ValueType) -> Value | None:
         """Convert the result of a Python function to the declared type; None if the types differ."""
         match declared:
-            case plan.PrimitiveType("bool"):
-                return result if isinstance(result, bool) else None
-            case plan.PrimitiveType("string"):
-                return str(result) if isinstance(result, str) else None
-            case plan.PrimitiveType("float") | plan.PhysicalType():
-                return float(result) if isinstance(result, Real) and not isinstance(result, bool) else None
-            case plan.PrimitiveType(name):
-                low, high = INTEGER_LIMITS[name]
-                is_integer = isinstance(result, Integral) and not isinstance(result, bool)
-                return int(result) if is_integer and low <= result <= high else None  # type: ignore[operator,call-overload]
+            case plan.PrimitiveType() | plan.PhysicalType():
+                return scalar(result, declared)
             case plan.EnumType():
                 return _enum_value(result, declared)
             case plan.ListType(element):
@@ -195,6 +187,21 @@ class Fitting:
                 return None
             made.fields[name] = value
         return made
+
+
+def scalar(result: object, declared: plan.PrimitiveType | plan.PhysicalType) -> bool | str | float | None:
+    """Convert a Python value to a boolean, a string or a number; None if the types differ."""
+    match declared:
+        case plan.PrimitiveType("bool"):
+            return result if isinstance(result, bool) else None
+        case plan.PrimitiveType("string"):
+            return str(result) if isinstance(result, str) else None
+        case plan.PrimitiveType("float") | plan.PhysicalType():
+            return float(result) if isinstance(result, Real) and not isinstance(result, bool) else None
+        case plan.PrimitiveType(name):
+            low, high = INTEGER_LIMITS[name]
+            is_integer = isinstance(result, Integral) and not isinstance(result, bool)
+            return int(result) if is_integer and low <= result <= high else None  # type: ignore[operator,call-overload]
 
 
 class _Record:

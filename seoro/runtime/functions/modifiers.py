@@ -47,15 +47,7 @@ def modifier(name: str) -> Callable[[ModifierFunction], ModifierFunction]:
     Args:
         name: Name of the modifier as declared, qualified by the actor type if it has one.
     """
-
-    signatures.check_marking("modifier", name)
-
-    def mark(function: ModifierFunction) -> ModifierFunction:
-        signatures.check_marked("modifier", function)
-        setattr(function, MODIFIER_MARK, ModifierMark(name))
-        return function
-
-    return mark
+    return signatures.marking("modifier", name, MODIFIER_MARK, ModifierMark(name))
 
 
 class BoundModifier(frozen.Value):
@@ -66,10 +58,10 @@ class BoundModifier(frozen.Value):
     converters: Mapping[str, Converter]
 
     def call(
-        self, context: ModifierContext, actor: Actor | None, child: Child, arguments: Mapping[str, Value]
+        self, context: ModifierContext, actor: Actor | None, child: Child, fields: Mapping[str, Value]
     ) -> Coroutine[Any, Any, Outcome]:
         """Call the function. Values refused by the types of the function are a fault of the function."""
-        converted = {name: self.converters[name](value) for name, value in arguments.items()}
+        converted = {name: convert(fields[name]) for name, convert in self.converters.items()}
         leading = (context, actor, child) if self.declaration.has_actor else (context, child)
         return self.function(*leading, **converted)
 

@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
 from types import UnionType
-from typing import Any, Union, get_args, get_origin
+from typing import Any, TypeVar, Union, get_args, get_origin
 
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
@@ -17,6 +17,7 @@ from seoro.runtime.values.values import Variable
 
 _VALUE = ParameterTrait.VALUE
 _OF_VARIABLES = (ParameterTrait.VARIABLE, ParameterTrait.NUMBER)
+Marked = TypeVar("Marked")
 BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
@@ -45,11 +46,18 @@ class SignatureMismatch(Exception):
         self.expected = expected
 
 
-def check_marking(decorator: str, name: object) -> None:
-    """Check the name argument of a decorator.
+def marking(decorator: str, name: object, attribute: str, mark: object) -> Callable[[Marked], Marked]:
+    """Return the decorator that marks a function as an implementation.
+
+    Args:
+        decorator: Name of the decorator.
+        name: Name of the declaration.
+        attribute: Attribute of the function for the mark.
+        mark: The mark.
 
     Raises:
-        UsageError: It is not a `str`, as with `@seoro.action` without a name.
+        UsageError: The name is not a `str`, as with `@seoro.action` without a name, or the decorated object is not
+            a function.
     """
     if not isinstance(name, str):
         raise UsageError(
@@ -57,15 +65,13 @@ def check_marking(decorator: str, name: object) -> None:
             help=f'write `@seoro.{decorator}("NAME")`, with the name of the declaration',
         )
 
+    def decorate(function: Marked) -> Marked:
+        if not callable(function):
+            raise UsageError(f"`@seoro.{decorator}` expects a function, found {function!r}")
+        setattr(function, attribute, mark)
+        return function
 
-def check_marked(decorator: str, function: object) -> None:
-    """Check the object that a decorator is applied to.
-
-    Raises:
-        UsageError: It is not a function.
-    """
-    if not callable(function):
-        raise UsageError(f"`@seoro.{decorator}` expects a function, found {function!r}")
+    return decorate
 
 
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:

@@ -165,11 +165,11 @@ class Scheduler(Stepping):
 
     def choose(self, choice: Deadline) -> None:
         """Make a choice when the instant has otherwise settled, before deadlines act."""
-        self._settling.choose(choice)
+        self._settling.choices.append(choice)
 
     def when_settled(self, act: Callable[[], None]) -> None:
         """Call a function when the instant has otherwise settled, after deadlines; tasks may be outside."""
-        self._settling.follow(act)
+        self._settling.rest.append(act)
 
     # -------------------------------------------------------- the outside world
 
@@ -320,7 +320,7 @@ class Scheduler(Stepping):
             elif isinstance(due, Timer):
                 due.act()
             else:
-                self._settling.reach(due)
+                self._settling.deadlines.append(due)
                 continue
             has_acted = True
         return has_acted

@@ -20,26 +20,14 @@ class Settling:
     """Actions that wait for the end of the present instant."""
 
     def __init__(self) -> None:
-        self._choices: list[Deadline] = []
-        self._deadlines: list[Deadline] = []
-        self._rest: list[Callable[[], None]] = []
+        self.choices: list[Deadline] = []
+        self.deadlines: list[Deadline] = []  # reached
+        self.rest: list[Callable[[], None]] = []  # called after choices and deadlines
 
     @property
     def is_waited_for(self) -> bool:
         """Whether any action may be waiting."""
-        return bool(self._choices or self._deadlines or self._rest)
-
-    def choose(self, choice: Deadline) -> None:
-        """Add a choice."""
-        self._choices.append(choice)
-
-    def reach(self, deadline: Deadline) -> None:
-        """Add a reached deadline."""
-        self._deadlines.append(deadline)
-
-    def follow(self, act: Callable[[], None]) -> None:
-        """Add a function to call after choices and deadlines."""
-        self._rest.append(act)
+        return bool(self.choices or self.deadlines or self.rest)
 
     def act(self, cancellations: Effects, *, with_deadlines: bool) -> bool:
         """Perform the next actions.
@@ -52,18 +40,18 @@ class Settling:
             Whether there were any.
         """
         made: list[Deadline] = []
-        if self._choices:
-            made, self._choices = _split(self._choices)
-        if not made and self._deadlines and with_deadlines:
-            made, self._deadlines = _split(self._deadlines)
+        if self.choices:
+            made, self.choices = _split(self.choices)
+        if not made and self.deadlines and with_deadlines:
+            made, self.deadlines = _split(self.deadlines)
         if made:
             for each in made:
                 each.over = True
                 cancellations.append((each.scope.task.path, each.act))
             return True
-        if not self._rest:
+        if not self.rest:
             return False
-        acts, self._rest = self._rest, []
+        acts, self.rest = self.rest, []
         for act in acts:
             act()
         return True

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
-from typing import NamedTuple, Protocol
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
 
 from seoro.errors import UsageError
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import Constraint, ConstraintMember, Plan, Structure, Structures
 from seoro.runtime.choose.plain import fill, is_plain
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.applied import OF_TYPE, Applied, Modifying, apply, with_nested
-from seoro.runtime.instances.instances import Instance, types_of
-from seoro.runtime.instances.times import ANY_TIME, DURATION, Times, Window
+from seoro.runtime.instances.instances import Composed, Instance, types_of
+from seoro.runtime.instances.times import ANY_TIME, DURATION, Times
 from seoro.runtime.values.environment import Calls, Environment, EvaluationError, MethodContext, NoSolution, Seed
 from seoro.runtime.values.values import Actor, Fields, HasFields, Value
 
@@ -69,20 +68,6 @@ def enter_modifier(applied: Applied, path: str, structures: Structures) -> Insta
     return instance
 
 
-@lazy_dataclass
-class Parameters:
-    """Parameters of an instance while they get their values.
-
-    Args:
-        types: Names of its type and the inherited ones as in `plan.Methods`, nearest first.
-        fields: The values.
-    """
-
-    types: tuple[str, ...]
-    fields: Fields = field(default_factory=Fields)
-    windows: Mapping[str, Window] = field(default_factory=dict)
-
-
 class Invocation(NamedTuple):
     """Data of an invocation for its instance.
 
@@ -107,18 +92,8 @@ class Invocation(NamedTuple):
     times: Times | None = None
 
 
-class Made(Protocol):
-    """An instance while its parameters get their values."""
-
-    @property
-    def fields(self) -> Fields:
-        """Its values."""
-
-    @property
-    def types(self) -> tuple[str, ...]:
-        """Names of its type and the inherited ones as in `plan.Methods`, nearest first."""
-
-    windows: Mapping[str, Window]  # of its constrained times
+Made: TypeAlias = Instance | Composed
+"""An instance while its parameters get their values."""
 
 
 def entry_parameters(
@@ -144,26 +119,8 @@ def entry_parameters(
     times = Times(scenario.span, {})
     invocation = Invocation({}, None, (), None, Seed(seed), run, applied, times)
     roots = (plan.globals, scenario.structure)
-    return _choose(plan, roots, made or Parameters(types_of(scenario)), invocation, plan.overrides)
-
-
-def choose_parameters(
-    plan: Plan, structure: Structure, made: Made, invocation: Invocation, shared: Mapping[str, Value]
-) -> None:
-    """Choose the values of an invoked instance and of its modifiers.
-
-    Args:
-        plan: The plan.
-        structure: Its structure.
-        made: The instance.
-        invocation: Data of the invocation.
-        shared: Values of global parameters.
-
-    Raises:
-        EvaluationError: A value cannot be computed, or no values meet all constraints.
-    """
-    made.fields.update(shared)
-    _choose(plan, (structure,), made, invocation, ())
+    made = made or Composed(scenario.name, Fields(), types=types_of(scenario))
+    return choose_parameters(plan, roots, made, invocation, plan.overrides)
 
 
 def take_given(fields: Fields, given: Mapping[str, Value], shared: Mapping[str, Value]) -> None:
@@ -179,23 +136,25 @@ def take_given(fields: Fields, given: Mapping[str, Value], shared: Mapping[str, 
     fields.setdefault(DURATION, ANY_TIME)
 
 
-def choose_times(plan: Plan, made: Made, invocation: Invocation) -> None:
-    """Choose the times of a composition and the values of its modifiers.
+def choose_parameters(
+    plan: Plan,
+    roots: tuple[Structure, ...],
+    made: Made,
+    invocation: Invocation,
+    overrides: tuple[Constraint, ...] = (),
+) -> dict[str, Value]:
+    """Choose the values of an instance and of its modifiers; return those of the instance.
 
     Args:
         plan: The plan.
-        made: Instance of the composition.
-        invocation: Its timing parameters and modifiers.
+        roots: Structures of the instance; none for a composition, which has times only.
+        made: The instance; its fields have the values of global parameters.
+        invocation: Data of the invocation.
+        overrides: Constraints by the user.
 
     Raises:
         EvaluationError: A value cannot be computed, or no values meet all constraints.
     """
-    _choose(plan, (), made, invocation, ())
-
-
-def _choose(
-    plan: Plan, roots: tuple[Structure, ...], made: Made, invocation: Invocation, overrides: tuple[Constraint, ...]
-) -> dict[str, Value]:
     given, fields = invocation.given, made.fields
     is_free = not (invocation.constraints or overrides) and all(is_plain(root, given) for root in roots)
     if is_free and all(map(is_plain_modifier, invocation.applied)):

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from seoro.actions.ros_frames import _MachineTime
+from seoro.actions.ros_frames import _MachineClock, _Time
 from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import RunRos
@@ -116,7 +116,7 @@ async def test_navigation_actions_need_a_robot_that_navigates(run_ros: RunRos) -
 
 
 async def test_late_messages_are_not_awaited() -> None:
-    clock = _MachineTime()
+    clock = _Time(_MachineClock())
     before = clock.now()
     await clock.wait_until(before - 1.0)
     assert clock.now() - before < 1.0

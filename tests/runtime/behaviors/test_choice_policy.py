@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from random import Random
+from typing import cast
 
 from seoro.lang.plan import Behavior
 from seoro.runtime.behaviors.choice import Choice
 from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task_group import TaskGroup
 from seoro.runtime.verdict import CANCELLED, SUCCEEDED, Outcome, failure
 from tests.runtime.behaviors.groups import SPAN, Group, emit, finish, one_of, serial, wait
 
@@ -20,7 +22,7 @@ class Case:
     def __init__(self, *members: Behavior, seed: int = 0) -> None:
         self.group = Group()
         self.choice = Choice(one_of(*members), Random(seed))
-        self.choice.group = self.group
+        self.choice.group = cast(TaskGroup, self.group)
         self.resumed: list[Task] = []
 
     def guarded(self, index: int) -> Task:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from math import inf
+from typing import cast
 
 from seoro.runtime.behaviors.overlap import Overlap
 from seoro.runtime.behaviors.timing import Timing
 from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task_group import TaskGroup
 from seoro.runtime.values.values import Range
 from seoro.runtime.verdict import CANCELLED, SUCCEEDED, Outcome, failure
 from tests.runtime.behaviors.groups import SPAN, Group, emit, finish, parallel
@@ -28,7 +30,7 @@ class Case:
         plan = parallel(*(emit(name) for name in "abc"[: len(starts)]))
         self.group = Group()
         self.policy = Overlap(plan, Timing(starts, ends, cuts), lambda outcome: outcome, self._is_open_ended)
-        self.policy.group = self.group
+        self.policy.group = cast(TaskGroup, self.group)
         self._open_ended = open_ended
 
     def _is_open_ended(self, child: Task) -> bool:

@@ -32,9 +32,9 @@ def settle(settling: Settling, *, with_deadlines: bool = True) -> list[bool]:
 async def test_choices_then_deadlines_then_the_rest_act_each_in_a_turn_of_their_own(task: Task) -> None:
     log: list[str] = []
     settling, scope = Settling(), CancelScope(task)
-    settling.follow(partial(log.append, "rest"))
-    settling.reach(Deadline(scope, partial(log.append, "deadline")))
-    settling.choose(Deadline(scope, partial(log.append, "choice")))
+    settling.rest.append(partial(log.append, "rest"))
+    settling.deadlines.append(Deadline(scope, partial(log.append, "deadline")))
+    settling.choices.append(Deadline(scope, partial(log.append, "choice")))
     for expected in (["choice"], ["choice", "deadline"], ["choice", "deadline", "rest"]):
         assert settle(settling) == [True]
         assert log == expected
@@ -44,7 +44,7 @@ async def test_choices_then_deadlines_then_the_rest_act_each_in_a_turn_of_their_
 async def test_deadlines_are_held_back_while_something_may_end_in_time(task: Task) -> None:
     log: list[str] = []
     settling = Settling()
-    settling.reach(Deadline(CancelScope(task), partial(log.append, "deadline")))
+    settling.deadlines.append(Deadline(CancelScope(task), partial(log.append, "deadline")))
     assert settle(settling, with_deadlines=False) == [False]
     assert settle(settling) == [True]
     assert log == ["deadline"]
@@ -54,8 +54,8 @@ async def test_inner_deadlines_act_first(task: Task) -> None:
     log: list[str] = []
     settling = Settling()
     with CancelScope(task) as outer, CancelScope(task) as inner:
-        settling.reach(Deadline(outer, partial(log.append, "outer")))
-        settling.reach(Deadline(inner, partial(log.append, "inner")))
+        settling.deadlines.append(Deadline(outer, partial(log.append, "outer")))
+        settling.deadlines.append(Deadline(inner, partial(log.append, "inner")))
         assert settle(settling) == [True]
         assert log == ["inner"]
         assert settle(settling) == [True]
@@ -66,7 +66,7 @@ async def test_independent_deadlines_act_together(task: Task) -> None:
     log: list[str] = []
     settling = Settling()
     for name in ("a", "b"):
-        settling.reach(Deadline(CancelScope(task), partial(log.append, name)))
+        settling.deadlines.append(Deadline(CancelScope(task), partial(log.append, name)))
     assert settle(settling) == [True]
     assert log == ["a", "b"]
 
@@ -76,7 +76,7 @@ async def test_finished_deadlines_do_not_act_and_deadlines_finish_by_acting(task
     settling = Settling()
     over, acting = (Deadline(CancelScope(task), partial(log.append, name)) for name in ("over", "acting"))
     over.over = True
-    settling.reach(over)
-    settling.reach(acting)
+    settling.deadlines.append(over)
+    settling.deadlines.append(acting)
     assert settle(settling) == [True]
     assert (log, acting.over) == (["acting"], True)

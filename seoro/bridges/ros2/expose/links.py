@@ -10,8 +10,9 @@ from xml.etree.ElementTree import Element
 
 from defusedxml import ElementTree
 
-from seoro.bridges.ros2.geometry import Quaternion, header, quaternion
+from seoro.bridges.ros2.geometry import header
 from seoro.bridges.ros2.tf.transform import IDENTITY, Transform, Vector
+from seoro.robotics.geometry import Quaternion, quaternion
 
 REVOLUTE, PRISMATIC = ("revolute", "continuous"), "prismatic"
 

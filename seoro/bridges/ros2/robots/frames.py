@@ -10,6 +10,7 @@ from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.tf import TransformBuffer
 from seoro.bridges.wire import Pose3D, Position3D
 from seoro.concurrency.condition import Condition
+from seoro.robotics.geometry import Quaternion
 
 log = logging.getLogger(__name__)
 
@@ -46,7 +47,7 @@ class Frames:
         if found is None:
             return None
         x, y, z = found.transform.translation
-        orientation = geometry.orientation(geometry.Quaternion(*found.transform.rotation))
+        orientation = geometry.orientation(Quaternion(*found.transform.rotation))
         return Pose3D(Position3D(x, y, z), orientation)
 
     def distance(self, frame: str, parent: str, x: float, y: float) -> float:
