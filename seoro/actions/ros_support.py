@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from seoro.actions.reports import DONE
 from seoro.actions.ros_messages import member_of, read_message
 from seoro.actions.ros_structs import of_struct
-from seoro.errors import ActionFailed, BackendError, BackendLost, UsageError
+from seoro.errors import ActionFailed, BackendError, BackendLost, UsageError, cause_of
 from seoro.lang.plan import PrimitiveType
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.pending import Pending
@@ -45,16 +45,11 @@ def as_action_failure(place: Path = Path(), named: Path = Path()) -> Iterator[No
         raise ActionFailed(_words(error).replace(str(place), str(named))) from error
     except ExceptionGroup as group:
         if (lost := group.subgroup(BackendLost)) is not None:
-            raise _first(lost) from group
+            raise cause_of(lost) from group
         failures, others = group.split((UsageError, BackendError))
         if failures is None or others is not None:
             raise
-        raise ActionFailed(_words(_first(failures)).replace(str(place), str(named))) from group
-
-
-def _first(error: Exception) -> Exception:
-    """Return the first exception of a group, at any depth."""
-    return _first(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
+        raise ActionFailed(_words(cause_of(failures)).replace(str(place), str(named))) from group
 
 
 @contextmanager

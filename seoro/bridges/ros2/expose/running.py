@@ -22,7 +22,7 @@ from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.concurrency.background import background
-from seoro.errors import BackendRefused, UsageError
+from seoro.errors import BackendRefused, UsageError, cause_of
 from seoro.security.keys.roles import MOVING
 from seoro.security.network.endpoint_keys import node_keys, security_of
 from seoro.security.network.peers import node_signer
@@ -90,11 +90,7 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
     except SessionError as error:
         raise UsageError(str(error), help=HELP) from error
     except ExceptionGroup as group:
-        raise _first_error(group) from None
-
-
-def _first_error(error: Exception) -> Exception:
-    return _first_error(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
+        raise cause_of(group) from None
 
 
 async def _expose(

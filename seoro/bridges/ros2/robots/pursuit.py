@@ -11,7 +11,7 @@ from typing import Any
 import anyio
 
 from seoro.bridges.ros2.clients.cancellation import cancel_goal, wait_ended
-from seoro.bridges.ros2.clients.goals import UnsettledGoal, sending_goal
+from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.clients.lifecycle import watching_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
@@ -63,7 +63,7 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
         log.warning("%s", text)
         work.warn(identifier, text)
 
-    def on_unsettled(unsettled: UnsettledGoal) -> None:
+    def on_unsettled(unsettled: Goal) -> None:
         work.mark_unsettled(robot)
         if unsettled.is_lost:
             state.add_unanswered()
@@ -100,7 +100,7 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
         raise RequestRefused(Result.OPERATION_FAILED, answer.refusal)
 
 
-async def _settle(link: Link, work: Work, robot: str, type_name: str, goal: UnsettledGoal) -> None:
+async def _settle(link: Link, work: Work, robot: str, type_name: str, goal: Goal) -> None:
     """Wait for the end of a goal that may continue; cancel the goal if it is lost."""
     if goal.is_lost:
         await cancel_goal(link.node, goal.action, goal.goal_id, log.warning)

@@ -11,8 +11,7 @@ from pathlib import Path
 import anyio
 
 from seoro.bridges.ros2.clock import SharedClock
-from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
-from seoro.bridges.ros2.participant import RosOptions, RosSystem, connect_system
+from seoro.bridges.ros2.participant import BRIDGE, GUARD, RosOptions, RosSystem, connect_system
 from seoro.bridges.ros2.robots.guard import PERIOD, GuardSettings
 from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, GuardState, Standstills
 from seoro.bridges.ros2.robots.guarded import guarded
