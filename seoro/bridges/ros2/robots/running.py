@@ -15,7 +15,7 @@ from seoro.bridges.ros2.participant import BRIDGE, GUARD, RosOptions, RosSystem,
 from seoro.bridges.ros2.robots.guard import PERIOD, GuardSettings
 from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, GuardState, Standstills
 from seoro.bridges.ros2.robots.guarded import guarded
-from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.profile import BridgedRobot
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.wire.names import resolve
@@ -86,10 +86,9 @@ async def _serving_robots(
         nodes = [await stack.enter_async_context(system.node(BRIDGE, each.namespace)) for each in options.robots]
 
         def make(work: Work, events: EventLog) -> Sequence[RosRobot]:
-            robots.extend(
-                RosRobot(robot.name, robot.profile, Link(node, stack, tasks, state), work, events)
-                for robot, node in zip(options.robots, nodes, strict=True)
-            )
+            for robot, node in zip(options.robots, nodes, strict=True):
+                link = RobotLink(node, stack, tasks, state, name=robot.name, work=work, events=events)
+                robots.append(RosRobot(robot.profile, link))
             return robots
 
         def forget() -> None:
