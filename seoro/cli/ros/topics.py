@@ -26,21 +26,13 @@ from seoro.bridges.ros2.wire.qos import matching_qos
 from seoro.bridges.session import Bound
 from seoro.cli.exit_status import Exit
 from seoro.cli.ros.system import connected, resolve_type
-from seoro.cli.ros.values import as_json, as_yaml, count_of, print_types, read_value
+from seoro.cli.ros.values import as_json, as_yaml, count_of, read_value
 from seoro.cli.tables import table
 from seoro.errors import BackendError
 
 WINDOW = 10_000  # messages for a rate
 WAITING = Bound(10_000)  # messages, independent of the history of publishers: bursts are complete
 REPORT = 1.0  # [s] between reports of a rate
-
-
-async def list_topics(options: argparse.Namespace) -> int:
-    """Print topics with their types."""
-    async with connected(options) as node:
-        topics = node.graph.topics(hidden=options.all)
-    print_types(topics, in_json=options.json)
-    return Exit.PASSED
 
 
 async def show_info(options: argparse.Namespace) -> int:

@@ -87,11 +87,10 @@ class RobotNavigation:
     async def _drive(self, stamped: Sequence[Any], on_feedback: OnFeedback) -> GoalEnd:
         """Drive through poses, and stop at the last one."""
         try:
-            poses = tuple(_pose(each) for each in stamped)
-
-            def request(goal: str) -> wire.NavigateThroughPoses:
-                return wire.NavigateThroughPoses(id=goal, robot=self._robot, poses=poses, feedback_period=PERIOD)
-
+            poses, identifier = tuple(_pose(each) for each in stamped), self._node.new_id()
+            request = wire.NavigateThroughPoses(
+                id=identifier, robot=self._robot, poses=poses, feedback_period=PERIOD
+            )
             async with self._node.receiving_feedback(self._robot, on_feedback):
                 ended = await self._node.pursue(wire.NAVIGATE_THROUGH_POSES, request)
         except BackendRefused as error:

@@ -58,11 +58,11 @@ class ExposedRobot:
         return self.description.max_speed > 0.0
 
 
-def stream_of(robots: Sequence[ExposedRobot]) -> wire.OpenStream:
-    """Return the stream of the data of robots."""
+def stream_of(robots: Sequence[ExposedRobot], identifier: str) -> wire.OpenStream:
+    """Return the request of a stream of the data of robots."""
     sensed = [(each.name, sensor) for each in robots for sensor in SENSED if sensor in each.description.sensors]
     return wire.OpenStream(
-        id="",
+        id=identifier,
         sensors=tuple(wire.SensorName(robot=name, sensor=sensor) for name, sensor in sensed),
         poses=tuple(each.name for each in robots if each.drives and each.navigates),
         joints=tuple(each.name for each in robots),

@@ -151,7 +151,7 @@ async def _exposing_world(
             robots[name] = await stack.enter_async_context(exposing_robot(ros, node, robot))
             exposed.append(robot)
         if features.state is not wire.SimulationState.NO_WORLD:
-            updates = await stack.enter_async_context(node.streaming(stream_of(exposed)))
+            updates = await stack.enter_async_context(node.streaming(stream_of(exposed, node.new_id())))
             tasks = await stack.enter_async_context(background())
             tasks.start_soon(_publish_updates, updates, clock, robots)
         yield
