@@ -142,16 +142,15 @@ async def _exposing_world(
     """Expose the robots of the present world during the block."""
     async with AsyncExitStack() as stack:
         robots: dict[str, RobotTopics] = {}
-        exposed: list[ExposedRobot] = []
         for name in [robot.name for robot in features.robots]:
             description = await node.ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot=name))
             robot = ExposedRobot(name, description, settings.stamped, settings.navigation)
             namespace = "/" if name == settings.root else f"/{name}"
             ros = await stack.enter_async_context(system.node(f"seoro_{name}", namespace))
             robots[name] = await stack.enter_async_context(exposing_robot(ros, node, robot))
-            exposed.append(robot)
         if features.state is not wire.SimulationState.NO_WORLD:
-            updates = await stack.enter_async_context(node.streaming(stream_of(exposed, node.new_id())))
+            wanted = stream_of([each.robot for each in robots.values()], node.new_id())
+            updates = await stack.enter_async_context(node.streaming(wanted))
             tasks = await stack.enter_async_context(background())
             tasks.start_soon(_publish_updates, updates, clock, robots)
         yield

@@ -24,7 +24,7 @@ import anyio.to_thread
 from seoro.bridges.ros2.recording.errors import RecordingFailed, RefusedRecording, UnreadableBag
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression, McapFile
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, write_metadata
-from seoro.bridges.ros2.recording.repair import repair_bag
+from seoro.bridges.ros2.recording.reader import repair_bag
 
 PERIOD: Final = 0.5  # [s] in the queue
 METADATA_PERIOD: Final = 5.0  # [s] between updates of metadata.yaml
