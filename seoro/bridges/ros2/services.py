@@ -14,7 +14,7 @@ from seoro.bridges.ros2.errors import NoResponse, NoServiceServer, ServerFailed,
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.type_matching import match_types
-from seoro.bridges.ros2.wire import Attachment, Dialect, InvalidAttachment
+from seoro.bridges.ros2.wire import Attachment, Dialect
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, NoAnswer, NoServer, Refused, Request
 from seoro.errors import SeoroError
 
@@ -155,9 +155,8 @@ class Server:
 
     def _attachment(self, request: Request) -> bytes | None:
         """Return the attachment of a response, with the sequence number and sender of the request."""
-        try:
-            received = Attachment.parse(request.attachment)
-        except InvalidAttachment:
+        received = Attachment.parse(request.attachment)
+        if received is None:
             return None
         return self.dialect.attachment(received.sequence, time.time_ns(), received.gid)
 
