@@ -14,7 +14,7 @@ from typing import Any
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status, serving_action
-from seoro.bridges.ros2.expose.entities import check_frame
+from seoro.bridges.ros2.expose.entities import check_frame, read_pose
 from seoro.bridges.ros2.expose.goal_queue import GoalQueue
 from seoro.bridges.ros2.expose.messages import MAP
 from seoro.bridges.ros2.expose.node import ExposedNode, OnFeedback
@@ -126,10 +126,7 @@ def _pose(stamped: Any) -> wire.Pose3D:
         BackendRefused: The pose is invalid, or in an unsupported frame.
     """
     check_frame(stamped.header.frame_id, "the goal", Result.OPERATION_FAILED)
-    try:
-        return geometry.pose(stamped.pose)
-    except ValueError as error:
-        raise BackendRefused(str(error), Result.OPERATION_FAILED) from None
+    return read_pose(stamped.pose, Result.OPERATION_FAILED)
 
 
 @asynccontextmanager
