@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from seoro.actions.reports import DONE
 from seoro.actions.ros_messages import member_of, read_message
@@ -19,8 +19,9 @@ from seoro.lang.plan import PrimitiveType
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.pending import Pending
 from seoro.runtime.contracts.ros2 import Members, Ros2System, RosMessage, RosSubscription
-from seoro.runtime.functions.fitting import scalar
-from seoro.runtime.values.values import Struct, Variable
+from seoro.runtime.values.values import INTEGER_LIMITS, Struct, Variable
+
+Target: TypeAlias = Variable[object] | str  # a variable, or the declared default for none
 
 
 def system_of(ctx: ActionContext) -> Ros2System:
@@ -38,14 +39,17 @@ def as_action_failure(place: Path = Path(), named: Path = Path()) -> Iterator[No
     """
     try:
         yield
-    except Exception as error:
-        errors = ExceptionGroup("", [error])
-        if (lost := errors.subgroup(BackendLost)) is not None:
-            raise cause_of(lost) from None
-        failures, others = errors.split((UsageError, BackendError))
+    except BackendLost:
+        raise
+    except (UsageError, BackendError) as error:
+        raise ActionFailed(_words(error).replace(str(place), str(named))) from error
+    except ExceptionGroup as group:
+        if (lost := group.subgroup(BackendLost)) is not None:
+            raise cause_of(lost) from group
+        failures, others = group.split((UsageError, BackendError))
         if failures is None or others is not None:
             raise
-        raise ActionFailed(_words(cause_of(failures)).replace(str(place), str(named))) from error
+        raise ActionFailed(_words(cause_of(failures)).replace(str(place), str(named))) from group
 
 
 @contextmanager
@@ -109,7 +113,7 @@ def to_members(value: object, what: str) -> Members:
     Raises:
         ActionFailed: The text is invalid.
     """
-    found = of_struct(value) if isinstance(value, Struct) else read(str(value), what)
+    found = of_struct(value) if isinstance(value, Struct) else _read(str(value), what)
     if found is None or found == "":
         return {}
     if not isinstance(found, Mapping):
@@ -117,44 +121,50 @@ def to_members(value: object, what: str) -> Members:
     return found
 
 
-def read(text: str, what: str) -> Any:
-    """Read a message in YAML or JSON.
-
-    Args:
-        text: The text.
-        what: Name of the message for errors.
-
-    Raises:
-        ActionFailed: The text is invalid.
-    """
+def _read(text: str, what: str) -> Any:
     try:
         return read_message(text)
     except UsageError as error:
         raise ActionFailed(f"{what}: {error}") from error
 
 
-def store(ctx: ActionContext, target: Variable[object], found: object, what: str) -> None:
-    """Store a received value in a variable: in a `string` as text, in a `float` also integers.
+def store(ctx: ActionContext, target: Target, found: object, what: str) -> None:
+    """Store a received value in a variable.
 
     Args:
         ctx: Context of the action.
-        target: The variable.
+        target: The variable; nothing is stored without one.
         found: The value.
         what: Name of the value for errors.
 
     Raises:
         ActionFailed: The type of the variable does not fit.
     """
-    type_, value = target.type, None
-    if isinstance(type_, PrimitiveType):
-        value = as_text(found) if type_.name == "string" else scalar(found, type_)
-    if value is None:
-        type_name = getattr(type_, "name", "list")
-        raise ActionFailed(
-            f"cannot store {what}, `{shown(found)}`, in `{target.path}` of the type {type_name}; choose a member "
-            "that fits, or a variable of the type `string`"
-        )
-    ctx.update(target, lambda before: value)
+    if isinstance(target, Variable):
+        value = fitted(found, target, what)
+        ctx.update(target, lambda before: value)
+
+
+def fitted(found: object, variable: Variable[object], what: str) -> object:
+    """Convert a value for a variable: for `string`, other types become JSON; for `float`, integers convert."""
+    match variable.type:
+        case PrimitiveType("string"):
+            return as_text(found)
+        case PrimitiveType("bool") if isinstance(found, bool):
+            return found
+        case PrimitiveType("float") if isinstance(found, int | float) and not isinstance(found, bool):
+            return float(found)
+        case PrimitiveType("int" | "uint" as name) if isinstance(found, int) and not isinstance(found, bool):
+            low, high = INTEGER_LIMITS[name]
+            if low <= found <= high:
+                return found
+        case _:
+            pass
+    type_name = getattr(variable.type, "name", "list")
+    raise ActionFailed(
+        f"cannot store {what}, `{shown(found)}`, in `{variable.path}` of the type {type_name}; choose a member "
+        "that fits, or a variable of the type `string`"
+    )
 
 
 def as_text(found: object) -> str:

@@ -105,10 +105,16 @@ def _add_graph(parser: argparse.ArgumentParser) -> None:
     _add_json(parser)
 
 
+def _add_list(kinds: Commands, listed: str) -> None:
+    parser = _leaf(kinds, "list", f"list {listed} with their types", "graph.list_types")
+    parser.set_defaults(listed=listed)
+    if listed != "actions":  # no action is hidden
+        _add_hidden(parser)
+    _add_json(parser)
+
+
 def _add_topics(topics: Commands) -> None:
-    listing = _leaf(topics, "list", "list topics with their types", "topics.list_topics")
-    _add_hidden(listing)
-    _add_json(listing)
+    _add_list(topics, "topics")
     _leaf(topics, "info", "show publishers and subscriptions with QoS", "topics.show_info", "TOPIC")
     echo = _leaf(topics, "echo", "print messages as they arrive", "topics.echo", "TOPIC")
     rate = _leaf(topics, "hz", "measure the rate of messages", "topics.measure_rate", "TOPIC")
@@ -135,9 +141,7 @@ def _add_topics(topics: Commands) -> None:
 
 
 def _add_services(services: Commands) -> None:
-    listing = _leaf(services, "list", "list services with their types", "requests.list_services")
-    _add_hidden(listing)
-    _add_json(listing)
+    _add_list(services, "services")
     calling = _leaf(services, "call", "call a service", "requests.call_service", "SERVICE")
     calling.add_argument("value", metavar="VALUE", nargs="?", default="", help="request as YAML")
     _add_type(calling)
@@ -146,8 +150,7 @@ def _add_services(services: Commands) -> None:
 
 
 def _add_actions(actions: Commands) -> None:
-    listing = _leaf(actions, "list", "list actions with their types", "requests.list_actions")
-    _add_json(listing)
+    _add_list(actions, "actions")
     sending = _leaf(
         actions, "send", "send a goal and wait for its result; a signal cancels it", "requests.send_goal", "ACTION"
     )

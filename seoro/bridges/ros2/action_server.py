@@ -84,7 +84,7 @@ class GoalHandle:
 
     def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
         """Publish feedback."""
-        self._publish({"goal_id": {"uuid": list(self.goal_id)}, "feedback": feedback})
+        self._publish({"goal_id": {"uuid": self.goal_id}, "feedback": feedback})
 
     def stop(self, end: GoalEnd) -> None:
         """Cancel the execution of the goal, which then ends with `end`."""
@@ -182,7 +182,7 @@ class ActionServer:
 
 
 def _info(goal: GoalHandle) -> dict[str, Any]:
-    return {"goal_id": {"uuid": list(goal.goal_id)}, "stamp": stamp(goal.accepted)}
+    return {"goal_id": {"uuid": goal.goal_id}, "stamp": stamp(goal.accepted)}
 
 
 @asynccontextmanager

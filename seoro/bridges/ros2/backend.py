@@ -13,7 +13,7 @@ import anyio.to_thread
 from anyio.abc import TaskGroup
 
 from seoro.bridges.ros2.clients.cancellation import cancel_goal
-from seoro.bridges.ros2.clients.goals import UnsettledGoal, sending_goal
+from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.clients.lifecycle import watching_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.parameters import set_parameter
@@ -280,7 +280,7 @@ class RosBackend:
     ) -> AbstractAsyncContextManager[contract.RosGoal]:
         """Send a goal to an action; the goal is canceled at the end of the block."""
 
-        def cancel_lost(unsettled: UnsettledGoal) -> None:
+        def cancel_lost(unsettled: Goal) -> None:
             if unsettled.is_lost:
                 self._tasks.start_soon(cancel_goal, self._node, unsettled.action, unsettled.goal_id, note)
 

@@ -33,6 +33,7 @@ from seoro.bridges.session import (
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
 
+BRIDGE, GUARD = "seoro_bridge", "seoro_guard"  # names of the nodes of bridges and their guards
 DISCOVERY_TIMEOUT = 3.0  # [s] to detect the dialect of a system
 SERVICE_QOS = wire.PRESETS["services_default"]
 

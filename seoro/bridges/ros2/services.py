@@ -14,7 +14,7 @@ from seoro.bridges.ros2.errors import NoResponse, NoServiceServer, ServerFailed,
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import Message, TypeStore
 from seoro.bridges.ros2.type_matching import match_types
-from seoro.bridges.ros2.wire import Attachment, Dialect, InvalidAttachment
+from seoro.bridges.ros2.wire import Attachment, Dialect
 from seoro.bridges.session import AsyncSession, Bound, Mailbox, NoAnswer, NoServer, Refused, Request
 from seoro.errors import SeoroError
 
@@ -110,6 +110,7 @@ class Client:
         raise SystemLost(message) from None
 
 
+@dataclass(eq=False)
 class Server:
     """Server of a service, with one task per request.
 
@@ -121,11 +122,10 @@ class Server:
         types: Definitions of the types.
     """
 
-    def __init__(self, type_name: str, handler: Handler, dialect: Dialect, types: TypeStore) -> None:
-        self._type = type_name
-        self._handler = handler
-        self._dialect = dialect
-        self._types = types
+    type_name: str
+    handler: Handler
+    dialect: Dialect
+    types: TypeStore
 
     async def run(self, requests: Mailbox[Request]) -> None:
         """Respond to requests until their queue is closed."""
@@ -137,7 +137,7 @@ class Server:
 
     async def _respond(self, request: Request, free: anyio.Semaphore) -> None:
         try:
-            response = self._types.encode(f"{self._type}_Response", await self._handler(self._read(request)))
+            response = self.types.encode(f"{self.type_name}_Response", await self.handler(self._read(request)))
         except SeoroError as error:
             request.refuse(str(error).encode())
         except BaseException:
@@ -150,16 +150,15 @@ class Server:
 
     def _read(self, request: Request) -> Message:
         if not request.payload:  # the bridge for DDS allows empty requests
-            return self._types.message(f"{self._type}_Request", {})
-        return self._types.decode(f"{self._type}_Request", request.payload)
+            return self.types.message(f"{self.type_name}_Request", {})
+        return self.types.decode(f"{self.type_name}_Request", request.payload)
 
     def _attachment(self, request: Request) -> bytes | None:
         """Return the attachment of a response, with the sequence number and sender of the request."""
-        try:
-            received = Attachment.parse(request.attachment)
-        except InvalidAttachment:
+        received = Attachment.parse(request.attachment)
+        if received is None:
             return None
-        return self._dialect.attachment(received.sequence, time.time_ns(), received.gid)
+        return self.dialect.attachment(received.sequence, time.time_ns(), received.gid)
 
 
 def simulation_service_type(name: str) -> str:

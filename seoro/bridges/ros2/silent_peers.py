@@ -14,7 +14,6 @@ import logging
 from typing import Final
 
 import anyio
-from anyio.abc import TaskGroup
 
 from seoro.bridges.session import AsyncSession, SessionError, is_local, open_session
 
@@ -85,18 +84,13 @@ async def _announce(router: AsyncSession, near: AsyncSession, tokens: str) -> No
     async with near.tokens(tokens) as changes, anyio.create_task_group() as tasks:
         async for token, is_alive in changes:
             if is_alive and token not in announced:
-                announced[token] = _start_announcing(tasks, router, token)
+                announced[token] = anyio.CancelScope()
+                tasks.start_soon(_announce_token, router, token, announced[token])
             elif not is_alive and token in announced:
                 announced.pop(token).cancel()
 
 
-def _start_announcing(tasks: TaskGroup, router: AsyncSession, token: str) -> anyio.CancelScope:
-    scope = anyio.CancelScope()
-
-    async def announce() -> None:
-        with scope:
-            async with router.token(token):
-                await anyio.sleep_forever()
-
-    tasks.start_soon(announce)
-    return scope
+async def _announce_token(router: AsyncSession, token: str, scope: anyio.CancelScope) -> None:
+    with scope:
+        async with router.token(token):
+            await anyio.sleep_forever()

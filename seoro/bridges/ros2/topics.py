@@ -12,7 +12,7 @@ import anyio
 
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message, TypeStore
-from seoro.bridges.ros2.wire import Attachment, Dialect, InvalidAttachment, Qos
+from seoro.bridges.ros2.wire import Attachment, Dialect, Qos
 from seoro.bridges.session import Bound, Mailbox, Publisher, Sample
 from seoro.errors import BackendError, UsageError
 
@@ -198,9 +198,8 @@ class Subscription:
 
     def _unpack(self, sample: Sample) -> ReceivedPayload:
         type_hash = self._dialect.type_hash(sample.key)
-        try:
-            attachment = Attachment.parse(sample.attachment)
-        except InvalidAttachment:
+        attachment = Attachment.parse(sample.attachment)
+        if attachment is None:
             return ReceivedPayload(sample.payload, sample.arrived, None, None, b"", type_hash)
         self._count_missed(attachment)
         sequence, stamp, gid = attachment

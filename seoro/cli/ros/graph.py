@@ -40,6 +40,23 @@ async def show(options: argparse.Namespace) -> int:
     return Exit.PASSED
 
 
+async def list_types(options: argparse.Namespace) -> int:
+    """Print the topics, services or actions with their types."""
+    async with connected(options) as node:
+        match options.listed:
+            case "topics":
+                found = node.graph.topics(hidden=options.all)
+            case "services":
+                found = node.graph.services(hidden=options.all)
+            case _:
+                found = node.graph.actions()
+    if options.json:
+        print(as_json(found))
+    elif found:
+        print(table([[name, ", ".join(types)] for name, types in found.items()]))
+    return Exit.PASSED
+
+
 def _system(node: RosNode, *, hidden: bool) -> dict[str, Any]:
     graph = node.graph
     own = node.node.full_name

@@ -16,18 +16,10 @@ from seoro.bridges.ros2.errors import GoalRejected, NodeRefused
 from seoro.bridges.ros2.participant import RosNode
 from seoro.cli.exit_status import Exit
 from seoro.cli.ros.system import connected, find_node, resolve_type
-from seoro.cli.ros.values import as_json, as_yaml, print_types, read_value
+from seoro.cli.ros.values import as_json, as_yaml, read_value
 from seoro.errors import UsageError
 from seoro.runtime.contracts.backends import GoalStatus
 from seoro.text.printable import printable
-
-
-async def list_services(options: argparse.Namespace) -> int:
-    """Print services with their types."""
-    async with connected(options) as node:
-        services = node.graph.services(hidden=options.all)
-    print_types(services, in_json=options.json)
-    return Exit.PASSED
 
 
 async def call_service(options: argparse.Namespace) -> int:
@@ -43,14 +35,6 @@ async def call_service(options: argparse.Namespace) -> int:
             response = await client.call(request, options.timeout)
         value = caller.system.types.plain(f"{client.type}_Response", response)
     print(as_json(value) if options.json else as_yaml(value, full=options.full))
-    return Exit.PASSED
-
-
-async def list_actions(options: argparse.Namespace) -> int:
-    """Print actions with their types."""
-    async with connected(options) as node:
-        actions = node.graph.actions()
-    print_types(actions, in_json=options.json)
     return Exit.PASSED
 
 

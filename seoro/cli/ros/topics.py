@@ -26,21 +26,13 @@ from seoro.bridges.ros2.wire.qos import matching_qos
 from seoro.bridges.session import Bound
 from seoro.cli.exit_status import Exit
 from seoro.cli.ros.system import connected, resolve_type
-from seoro.cli.ros.values import as_json, as_yaml, count_of, print_types, read_value
+from seoro.cli.ros.values import as_json, as_yaml, count_of, read_value
 from seoro.cli.tables import table
 from seoro.errors import BackendError
 
 WINDOW = 10_000  # messages for a rate
 WAITING = Bound(10_000)  # messages, independent of the history of publishers: bursts are complete
 REPORT = 1.0  # [s] between reports of a rate
-
-
-async def list_topics(options: argparse.Namespace) -> int:
-    """Print topics with their types."""
-    async with connected(options) as node:
-        topics = node.graph.topics(hidden=options.all)
-    print_types(topics, in_json=options.json)
-    return Exit.PASSED
 
 
 async def show_info(options: argparse.Namespace) -> int:
@@ -50,12 +42,17 @@ async def show_info(options: argparse.Namespace) -> int:
         publishers, subscriptions = (
             node.others(found) for found in (node.graph.publishers(topic), node.graph.subscriptions(topic))
         )
-        resolve_type("topic", topic, None, types_of((*publishers, *subscriptions)), node.graph.topics(hidden=True))
+        _topic_type(node, topic, None)
         for name, found in (("publisher", publishers), ("subscription", subscriptions)):
             print(count_of(len(found), name))
             if found:
                 print(table([_described(node, each) for each in found], "  "))
     return Exit.PASSED
+
+
+def _topic_type(node: RosNode, topic: str, given: str | None) -> str:
+    found = types_of(node.others((*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
+    return resolve_type("topic", topic, given, found, node.graph.topics(hidden=True))
 
 
 def _described(node: RosNode, endpoint: Endpoint) -> list[str]:
@@ -146,10 +143,8 @@ async def _subscribed(
     """Subscribe to the topic of the options, with the type and QoS of its publishers."""
     async with connected(options) as node:
         topic = node.resolve(options.name)
-        publishers = node.others(node.graph.publishers(topic))
-        found = types_of((*publishers, *node.others(node.graph.subscriptions(topic))))
-        type_name = resolve_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
-        offered = [each.qos for each in publishers if each.qos is not None]
+        type_name = _topic_type(node, topic, options.type)
+        offered = [each.qos for each in node.others(node.graph.publishers(topic)) if each.qos is not None]
         qos = PRESETS[options.qos] if options.qos else matching_qos(offered)
         async with node.subscribing(topic, type_name, qos, WAITING, is_decoded=is_decoded) as subscription:
             try:
@@ -163,8 +158,7 @@ async def publish(options: argparse.Namespace) -> int:
     value = read_value(options.value)
     async with connected(options) as node:
         topic = node.resolve(options.name)
-        found = types_of(node.others((*node.graph.subscriptions(topic), *node.graph.publishers(topic))))
-        type_name = resolve_type("topic", topic, options.type, found, node.graph.topics(hidden=True))
+        type_name = _topic_type(node, topic, options.type)
         node.system.types.encode(type_name, value)  # reports errors before it waits
         qos = PRESETS[options.qos] if options.qos else None
         async with node.publishing(topic, type_name, qos) as publication:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import yaml
 
-from seoro.cli.tables import table
 from seoro.errors import UsageError
 from seoro.files.plain_yaml import read_yaml
 from seoro.text.printable import printable
@@ -95,14 +94,6 @@ def _represent_list(dumper: _Dumper, values: list[Any]) -> yaml.SequenceNode:
 
 
 _Dumper.add_representer(list, _represent_list)
-
-
-def print_types(found: Mapping[str, Sequence[str]], *, in_json: bool) -> None:
-    """Print names with their types."""
-    if in_json:
-        print(as_json({name: list(types) for name, types in found.items()}))
-    elif found:
-        print(table([[name, ", ".join(types)] for name, types in found.items()]))
 
 
 def count_of(number: int, what: str) -> str:

@@ -5,8 +5,7 @@ from pathlib import Path
 import anyio
 import pytest
 
-from seoro.bridges.ros2.own_nodes import BRIDGE
-from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.participant import BRIDGE, connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.cli.main import main
 from seoro.runtime.verdict import RunStatus

@@ -46,7 +46,7 @@ async def cancel_goal(node: RosNode, action: str, goal_id: bytes, note: Callable
         note: Called with a text when the server cancels the goal, or rejects to.
     """
     service = f"{action}/_action/cancel_goal"
-    request = {"goal_info": {"goal_id": {"uuid": list(goal_id)}}}
+    request = {"goal_info": {"goal_id": {"uuid": goal_id}}}
     with anyio.move_on_after(CANCEL_TIMEOUT) as attempts:
         while True:
             await node.graph.wait_for(lambda graph: graph.servers(service) or None)
@@ -79,7 +79,7 @@ async def wait_ended(node: RosNode, action: str, type_name: str, goal_id: bytes)
         await node.graph.wait_for(lambda graph: graph.servers(service) or None)
         try:
             async with node.calling(service, f"{type_name}_GetResult") as client:
-                await client.call({"goal_id": {"uuid": list(goal_id)}})
+                await client.call({"goal_id": {"uuid": goal_id}})
                 return
         except SeoroError:
             await anyio.sleep(RETRY)

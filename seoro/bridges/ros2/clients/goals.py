@@ -14,7 +14,7 @@ import asyncio
 import logging
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import anyio
@@ -41,53 +41,28 @@ Note = Callable[[str], None]
 log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class UnsettledGoal:
-    """A goal that may continue although it was canceled.
+@dataclass(eq=False)
+class Goal:
+    """A sent goal. Made by `sending_goal`.
 
     Attributes:
         action: Full name of the action.
         goal_id: ID of the goal.
-        is_lost: Whether its server was unreachable, or did not know the goal, and may still accept it.
+        is_accepted: Whether the server has accepted the goal.
+        is_lost: Whether the server could not be reached to cancel the goal, or did not know it: it may accept it.
+        end: Final status and result, once the server has reported them.
     """
 
     action: str
     goal_id: bytes
-    is_lost: bool
-
-
-OnUnsettled = Callable[[UnsettledGoal], None]
-
-
-@dataclass(frozen=True)
-class _Clients:
-    """Clients of the services of an action."""
-
-    send: Client
-    result: Client
-    cancel: Client
-
-
-class Goal:
-    """A sent goal. Made by `sending_goal`.
-
-    Args:
-        goal_id: ID of the goal.
-        clients: Clients of the action.
-
-    Attributes:
-        is_accepted: Whether the server has accepted the goal.
-        is_reached: Whether the server has answered the request to cancel, and knew the goal.
-        end: Final status and result, once the server has reported them.
-    """
-
-    def __init__(self, goal_id: bytes, clients: _Clients) -> None:
-        self.goal_id = goal_id
-        self._clients = clients
-        self.is_accepted = False
-        self.is_reached = True
-        self.end: GoalResult | None = None
-        self._end: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
+    _sending: Client
+    _result: Client
+    _canceling: Client
+    _on_unsettled: OnUnsettled
+    is_accepted: bool = False
+    is_lost: bool = False
+    end: GoalResult | None = None
+    _end: asyncio.Future[GoalResult] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 
     async def ended(self) -> GoalResult:
         """Wait for the end of the goal.
@@ -100,10 +75,10 @@ class Goal:
     async def fetch_result(self) -> None:
         """Request the result of the goal, and wait for it."""
         try:
-            response = await self._clients.result.call({"goal_id": {"uuid": list(self.goal_id)}})
+            response = await self._result.call({"goal_id": {"uuid": self.goal_id}})
             status = FINAL.get(response.status)
             if status is None:
-                raise BackendError(f"the server of {self._clients.result.service} does not know the goal any more")
+                raise BackendError(f"the server of {self._result.service} does not know the goal any more")
         except SeoroError as error:
             if not self._end.done():
                 self._end.set_exception(error)
@@ -121,13 +96,13 @@ class Goal:
         """
         if self.end is not None:
             return
-        info = {"goal_id": {"uuid": list(self.goal_id)}}
-        self.is_reached = False
-        response = await self._clients.cancel.call({"goal_info": info}, CANCEL_TIMEOUT)
+        self.is_lost = True
+        request = {"goal_info": {"goal_id": {"uuid": self.goal_id}}}
+        response = await self._canceling.call(request, CANCEL_TIMEOUT)
         code = response.return_code
         if code == UNKNOWN and not self.is_accepted:
             raise BackendError("its server does not know it, and may accept it later")
-        self.is_reached = True
+        self.is_lost = False
         if code == UNKNOWN:
             return
         if is_rejected(response, self.goal_id):
@@ -136,6 +111,50 @@ class Goal:
             await self.fetch_result()  # the first request may have been cancelled with the block
         if self.end is None and not (code == ENDED and self._end.done()):
             raise BackendError(f"its server has not reported its end within {CANCEL_TIMEOUT:g} s")
+
+    async def cancel_unfinished(self, note: Note | None) -> None:
+        """Cancel the goal, and report if it may continue."""
+        try:
+            await self.cancel()
+        except SeoroError as error:
+            self._on_unsettled(self)
+            problem = f"the goal of {self.action} may continue: {error}"
+            if note is None:
+                raise BackendError(problem) from error
+            note(problem)
+
+    async def send(self, members: Mapping[str, Any], note: Note) -> None:
+        """Send the goal; cancel it if the task is cancelled meanwhile, or if the server does not answer."""
+        request = {"goal_id": {"uuid": self.goal_id}, "goal": members}
+        sending = asyncio.ensure_future(self._sending.call(request, ANSWER_TIMEOUT))
+        try:
+            response = await asyncio.shield(sending)
+        except asyncio.CancelledError:
+            with anyio.CancelScope(shield=True):
+                await self._cancel_unacknowledged(sending, note)
+            raise
+        except BackendError:
+            with anyio.CancelScope(shield=True):
+                # The server may have accepted the goal without an answer.
+                await self.cancel_unfinished(lambda _: None)
+            raise
+        if not response.accepted:
+            raise GoalRejected(f"the server of {self.action} rejects the goal")
+        self.is_accepted = True
+
+    async def _cancel_unacknowledged(self, sending: asyncio.Future[Any], note: Note) -> None:
+        """Cancel the goal, which the server may have accepted."""
+        with anyio.move_on_after(CANCEL_TIMEOUT), suppress(BackendError):  # without an answer, it may be accepted
+            if not (await sending).accepted:
+                return
+            self.is_accepted = True
+        sending.cancel()
+        async with background() as tasks:
+            tasks.start_soon(self.fetch_result)
+            await self.cancel_unfinished(note)
+
+
+OnUnsettled = Callable[[Goal], None]
 
 
 @asynccontextmanager
@@ -169,88 +188,38 @@ async def sending_goal(
     """
     action, type_name = node.resolve(action), node.system.types.canonical(type_name)
     node.system.types.encode(f"{type_name}_Goal", goal)  # checks names and types before any wait
+    below, report = f"{action}/_action", note or log.warning
+    services = {
+        "send_goal": f"{type_name}_SendGoal",
+        "get_result": f"{type_name}_GetResult",
+        "cancel_goal": CANCEL_GOAL,
+    }
     async with AsyncExitStack() as stack:
-        clients = await _clients(node, stack, action, type_name)
+        sending, result, canceling = [
+            await stack.enter_async_context(node.calling(f"{below}/{service}", kind))
+            for service, kind in services.items()
+        ]
+        await sending.wait_for_server()
+        for client in (result, canceling):
+            await client.wait_for_server(ANSWER_TIMEOUT)
         durability = Durability.TRANSIENT_LOCAL if late else Durability.VOLATILE
-        topic, message = f"{action}/_action/feedback", f"{type_name}_FeedbackMessage"
+        topic, message = f"{below}/feedback", f"{type_name}_FeedbackMessage"
         subscribing = node.subscribing(topic, message, Qos(durability=durability, depth=FEEDBACK_DEPTH))
         messages = await stack.enter_async_context(subscribing)
-        sent = Goal(new_goal_id(node.node.session), clients)
-        await _send(clients, goal, action, sent, note or log.warning, on_unsettled)
+        sent = Goal(action, new_goal_id(node.node.session), sending, result, canceling, on_unsettled)
+        await sent.send(goal, report)
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(sent.fetch_result)
-        tasks.start_soon(_forward_feedback, messages, sent.goal_id, feedback, note or log.warning)
+        tasks.start_soon(_forward_feedback, messages, sent.goal_id, feedback, report)
         on_problem = note
         try:
             yield sent
         except SeoroError:
-            on_problem = note or log.warning  # the first error counts
+            on_problem = report  # the first error counts
             raise
         finally:
             with anyio.CancelScope(shield=True):
-                await _cancel_unfinished(sent, action, on_problem, on_unsettled)
-
-
-async def _cancel_unfinished(goal: Goal, action: str, note: Note | None, on_unsettled: OnUnsettled) -> None:
-    """Cancel a goal, and report if it may continue."""
-    try:
-        await goal.cancel()
-    except SeoroError as error:
-        on_unsettled(UnsettledGoal(action, goal.goal_id, is_lost=not goal.is_reached))
-        problem = f"the goal of {action} may continue: {error}"
-        if note is None:
-            raise BackendError(problem) from error
-        note(problem)
-
-
-async def _clients(node: RosNode, stack: AsyncExitStack, action: str, type_name: str) -> _Clients:
-    """Return the clients of an action, once it has a server."""
-    under = f"{action}/_action"
-    clients = _Clients(
-        await stack.enter_async_context(node.calling(f"{under}/send_goal", f"{type_name}_SendGoal")),
-        await stack.enter_async_context(node.calling(f"{under}/get_result", f"{type_name}_GetResult")),
-        await stack.enter_async_context(node.calling(f"{under}/cancel_goal", CANCEL_GOAL)),
-    )
-    await clients.send.wait_for_server()
-    for client in (clients.result, clients.cancel):
-        await client.wait_for_server(ANSWER_TIMEOUT)
-    return clients
-
-
-async def _send(
-    clients: _Clients, members: Mapping[str, Any], action: str, goal: Goal, note: Note, on_unsettled: OnUnsettled
-) -> None:
-    """Send a goal; cancel the goal if the task is cancelled meanwhile, or if the server does not answer."""
-    request = {"goal_id": {"uuid": list(goal.goal_id)}, "goal": members}
-    sending = asyncio.ensure_future(clients.send.call(request, ANSWER_TIMEOUT))
-    try:
-        response = await asyncio.shield(sending)
-    except asyncio.CancelledError:
-        with anyio.CancelScope(shield=True):
-            await _cancel_unacknowledged(sending, action, goal, note, on_unsettled)
-        raise
-    except BackendError:
-        with anyio.CancelScope(shield=True):
-            # The server may have accepted the goal without an answer.
-            await _cancel_unfinished(goal, action, lambda _: None, on_unsettled)
-        raise
-    if not response.accepted:
-        raise GoalRejected(f"the server of {action} rejects the goal")
-    goal.is_accepted = True
-
-
-async def _cancel_unacknowledged(
-    sending: asyncio.Future[Any], action: str, goal: Goal, note: Note, on_unsettled: OnUnsettled
-) -> None:
-    """Cancel a goal that the server may have accepted."""
-    with anyio.move_on_after(CANCEL_TIMEOUT), suppress(BackendError):  # without an answer, it may be accepted
-        if not (await sending).accepted:
-            return
-        goal.is_accepted = True
-    sending.cancel()
-    async with background() as tasks:
-        tasks.start_soon(goal.fetch_result)
-        await _cancel_unfinished(goal, action, note, on_unsettled)
+                await sent.cancel_unfinished(on_problem)
 
 
 async def _forward_feedback(

@@ -7,7 +7,7 @@ disappear.
 
 from __future__ import annotations
 
-from collections import deque
+import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 
@@ -17,7 +17,6 @@ from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Subscription
 from seoro.bridges.ros2.wire import Qos
 from seoro.concurrency.background import background
-from seoro.concurrency.condition import Condition
 from seoro.errors import SeoroError
 
 EVENTS = Qos(depth=100)
@@ -70,37 +69,31 @@ async def watching_lifecycle(node: RosNode, other: str) -> AsyncIterator[AsyncIt
         CallFailed: The node does not send its state.
     """
     topic, type_name = f"{other}/transition_event", "lifecycle_msgs/msg/TransitionEvent"
-    reports = deque[str | SeoroError]()
-    changes = Condition()
-
-    def report(state: str | SeoroError) -> None:
-        reports.append(state)
-        changes.notify_all()
+    reports = asyncio.Queue[str | SeoroError]()
 
     async def states() -> AsyncIterator[str]:
         while True:
-            await changes.wait_for(lambda: reports)
-            state = reports.popleft()
+            state = await reports.get()
             if isinstance(state, SeoroError):
                 raise state
             yield state
 
     async with node.subscribing(topic, type_name, EVENTS) as events, background() as tasks:
-        tracker = _StateTracker(report)
+        tracker = _StateTracker(reports.put_nowait)
         tracker.set(await lifecycle_state(node, other))
-        tasks.start_soon(_follow_transitions, events, tracker, report)
+        tasks.start_soon(_follow_transitions, events, tracker, reports)
         tasks.start_soon(_follow_presence, node, other, tracker)
         yield states()
 
 
 async def _follow_transitions(
-    events: Subscription, tracker: _StateTracker, report: Callable[[str | SeoroError], None]
+    events: Subscription, tracker: _StateTracker, reports: asyncio.Queue[str | SeoroError]
 ) -> None:
     try:
         async for received in events:
             tracker.apply(events.decode(received))
     except SeoroError as error:  # the message is undecodable
-        report(error)
+        reports.put_nowait(error)
 
 
 async def _follow_presence(node: RosNode, other: str, tracker: _StateTracker) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
-from types import MappingProxyType
 from typing import Any, Final
 
 from seoro.bridges.ros2.clients.members import Members
@@ -25,16 +24,12 @@ NOT_SET, BOOL, INTEGER, DOUBLE, STRING, BYTE_ARRAY, BOOL_ARRAY, INTEGER_ARRAY, D
     10
 )
 _NAMES: Final = ("bool", "integer", "double", "string")
-_MEMBERS: Final[Mapping[int, str]] = MappingProxyType(
-    {
-        **{kind: f"{name}_value" for kind, name in enumerate(_NAMES, BOOL)},
-        **{kind: f"{name}_array_value" for kind, name in enumerate(("byte", *_NAMES), BYTE_ARRAY)},
-    }
-)
-_KINDS: Final[Mapping[type, int]] = MappingProxyType({bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING})
-_ARRAYS: Final[Mapping[int, int]] = MappingProxyType(
-    {BOOL: BOOL_ARRAY, INTEGER: INTEGER_ARRAY, DOUBLE: DOUBLE_ARRAY, STRING: STRING_ARRAY}
-)
+_MEMBERS: Final[Mapping[int, str]] = {
+    **{kind: f"{name}_value" for kind, name in enumerate(_NAMES, BOOL)},
+    **{kind: f"{name}_array_value" for kind, name in enumerate(("byte", *_NAMES), BYTE_ARRAY)},
+}
+_KINDS: Final[Mapping[type, int]] = {bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING}
+_ARRAYS: Final = {BOOL: BOOL_ARRAY, INTEGER: INTEGER_ARRAY, DOUBLE: DOUBLE_ARRAY, STRING: STRING_ARRAY}
 
 
 def read_parameter(text: str, kind: int = NOT_SET) -> dict[str, Any]:

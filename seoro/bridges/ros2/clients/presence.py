@@ -7,8 +7,7 @@ from difflib import get_close_matches
 from typing import assert_never
 
 from seoro.bridges.ros2.graph import RosGraph
-from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
-from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.participant import BRIDGE, GUARD, RosNode
 from seoro.bridges.ros2.wire import Endpoint, Ros2Dds
 from seoro.errors import UsageError
 from seoro.runtime.contracts.ros2 import Wanted

@@ -51,17 +51,13 @@ class ExposedArm:
         points = goal.goal.trajectory.points
         configurations = tuple(tuple(map(float, point.positions)) for point in points)
         duration = geometry.seconds(points[-1].time_from_start) if points else 0.0
-        scaling = self._scaling(names, configurations, duration)
-
-        def request(number: str) -> wire.FollowJointTrajectory:
-            return wire.FollowJointTrajectory(
-                id=number,
-                robot=self._robot,
-                points=configurations,
-                joint_names=names,
-                max_velocity_scaling_factor=scaling,
-            )
-
+        request = wire.FollowJointTrajectory(
+            id=self._node.new_id(),
+            robot=self._robot,
+            points=configurations,
+            joint_names=names,
+            max_velocity_scaling_factor=self._scaling(names, configurations, duration),
+        )
         replaced = GoalEnd(Status.ABORTED, _failed(INVALID_GOAL, "replaced by another goal"))
         async with self._moving.turn(goal, replaced):
             try:
@@ -93,12 +89,9 @@ class ExposedArm:
         """Open or close the gripper: `position` is the opening [m], `max_effort` the force [N], if above zero."""
         command = goal.goal.command
         opening, force = float(command.position), float(command.max_effort)
-
-        def request(number: str) -> wire.GripperCommand:
-            return wire.GripperCommand(
-                id=number, robot=self._robot, opening=opening, force=force if force > 0.0 else None
-            )
-
+        request = wire.GripperCommand(
+            id=self._node.new_id(), robot=self._robot, opening=opening, force=force if force > 0.0 else None
+        )
         async with self._gripping.turn(goal, GoalEnd(Status.ABORTED)):
             ended = await self._node.pursue(wire.GRIPPER_COMMAND, request)
             state = await self._node.ask(wire.GET_ARM_STATE, wire.RobotName(robot=self._robot))

@@ -45,6 +45,18 @@ def check_frame(frame: str, what: str, code: int) -> None:
         raise BackendRefused(f"unsupported frame {frame!r} of {what}: expected {MAP!r}", code)
 
 
+def read_pose(message: Any, code: int) -> wire.Pose3D:
+    """Convert a `geometry_msgs/Pose`.
+
+    Raises:
+        BackendRefused: The pose is invalid.
+    """
+    try:
+        return geometry.pose(message)
+    except ValueError as error:
+        raise BackendRefused(str(error), code) from None
+
+
 def entity_name(request: Any) -> wire.EntityName:
     """Convert a request with the name of an entity."""
     return wire.EntityName(name=request.entity)
@@ -196,15 +208,11 @@ def spawn_request(request: Any) -> wire.SpawnEntity:
         )
     stamped = request.initial_pose
     check_frame(stamped.header.frame_id, "the initial pose", wire.SpawnResult.INVALID_POSE)
-    try:
-        pose = geometry.pose(stamped.pose)
-    except ValueError as error:
-        raise BackendRefused(str(error), wire.SpawnResult.INVALID_POSE) from None
     return wire.SpawnEntity(
         name=request.name,
         uri=request.entity_resource.uri,
         resource_string=request.entity_resource.resource_string,
-        initial_pose=pose,
+        initial_pose=read_pose(stamped.pose, wire.SpawnResult.INVALID_POSE),
         allow_renaming=bool(request.allow_renaming),
     )
 
@@ -219,10 +227,8 @@ def state_request(request: Any) -> wire.SetEntityState:
         raise BackendRefused("accelerations of entities cannot be set", Result.FEATURE_UNSUPPORTED)
     state = request.state
     check_frame(state.header.frame_id, "the state", Result.OPERATION_FAILED)
-    try:
-        pose = geometry.pose(state.pose) if request.set_pose else None
-    except ValueError as error:
-        raise BackendRefused(str(error), INVALID_POSE) from None
     return wire.SetEntityState(
-        name=request.entity, pose=pose, twist=geometry.twist(state.twist) if request.set_twist else None
+        name=request.entity,
+        pose=read_pose(state.pose, INVALID_POSE) if request.set_pose else None,
+        twist=geometry.twist(state.twist) if request.set_twist else None,
     )

@@ -14,7 +14,7 @@ from typing import Any
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status, serving_action
-from seoro.bridges.ros2.expose.entities import check_frame
+from seoro.bridges.ros2.expose.entities import check_frame, read_pose
 from seoro.bridges.ros2.expose.goal_queue import GoalQueue
 from seoro.bridges.ros2.expose.messages import MAP
 from seoro.bridges.ros2.expose.node import ExposedNode, OnFeedback
@@ -87,11 +87,10 @@ class RobotNavigation:
     async def _drive(self, stamped: Sequence[Any], on_feedback: OnFeedback) -> GoalEnd:
         """Drive through poses, and stop at the last one."""
         try:
-            poses = tuple(_pose(each) for each in stamped)
-
-            def request(goal: str) -> wire.NavigateThroughPoses:
-                return wire.NavigateThroughPoses(id=goal, robot=self._robot, poses=poses, feedback_period=PERIOD)
-
+            poses, identifier = tuple(_pose(each) for each in stamped), self._node.new_id()
+            request = wire.NavigateThroughPoses(
+                id=identifier, robot=self._robot, poses=poses, feedback_period=PERIOD
+            )
             async with self._node.receiving_feedback(self._robot, on_feedback):
                 ended = await self._node.pursue(wire.NAVIGATE_THROUGH_POSES, request)
         except BackendRefused as error:
@@ -127,10 +126,7 @@ def _pose(stamped: Any) -> wire.Pose3D:
         BackendRefused: The pose is invalid, or in an unsupported frame.
     """
     check_frame(stamped.header.frame_id, "the goal", Result.OPERATION_FAILED)
-    try:
-        return geometry.pose(stamped.pose)
-    except ValueError as error:
-        raise BackendRefused(str(error), Result.OPERATION_FAILED) from None
+    return read_pose(stamped.pose, Result.OPERATION_FAILED)
 
 
 @asynccontextmanager

@@ -12,7 +12,7 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import Bound, Mailbox, Sample, subscribing
-from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.bridges.sim.requests import NodeAddress, R, ask
 from seoro.concurrency.background import background
 from seoro.concurrency.condition import Condition
 from seoro.errors import BackendError
@@ -88,23 +88,21 @@ class ExposedNode:
         """
         return await ask(self.address, verb, request, ANSWER_TIMEOUT)
 
-    async def pursue(
-        self, verb: wire.Verb[wire.Q, wire.Empty], request: Callable[[str], wire.Q]
-    ) -> wire.Occurrence:
-        """Send a goal, and wait for its end; if the task is cancelled, the goal is canceled.
+    def new_id(self) -> str:
+        """Return a new ID for a goal or a stream, unique at the node."""
+        return f"ros-{self._client}-{next(self._numbers)}"
 
-        Args:
-            verb: Verb of the request.
-            request: Makes the request from the ID of the goal.
+    async def pursue(self, verb: wire.Verb[R, wire.Empty], request: R) -> wire.Occurrence:
+        """Send a goal, and wait for its end; if the task is cancelled, the goal is canceled.
 
         Raises:
             BackendRefused: The node refuses the request.
         """
-        goal = f"ros-{self._client}-{next(self._numbers)}"
+        goal = request.id
         end: asyncio.Future[wire.Occurrence] = asyncio.get_running_loop().create_future()
         self._ends[goal] = end
         try:
-            await self.ask(verb, request(goal))
+            await self.ask(verb, request)
             return await end
         except asyncio.CancelledError:
             with anyio.CancelScope(shield=True):
@@ -151,21 +149,20 @@ class ExposedNode:
 
     @asynccontextmanager
     async def streaming(self, wanted: wire.OpenStream) -> AsyncIterator[Mailbox[wire.StreamUpdate]]:
-        """Open a stream of data, with a new name, for the duration of the block."""
-        name = f"ros-{self._client}-{next(self._numbers)}"
+        """Open a stream of data for the duration of the block."""
         updates: Mailbox[wire.StreamUpdate] = Mailbox(WAITING)
-        key = wire.node_stream(self.address.namespace, self.address.node, name)
+        key = wire.node_stream(self.address.namespace, self.address.node, wanted.id)
 
         def on_sample(sample: Sample) -> None:
             updates.put(wire.decode(wire.StreamUpdate, sample.payload, wire.ANSWER), len(sample.payload))
 
         async with subscribing(self.address.session, key, on_sample):
-            await self.ask(wire.OPEN_STREAM, wanted.model_copy(update={"id": name}))
+            await self.ask(wire.OPEN_STREAM, wanted)
             try:
                 yield updates
             finally:
                 with anyio.CancelScope(shield=True), suppress(BackendError):
-                    await self.ask(wire.CLOSE_STREAM, wire.StreamName(id=name))
+                    await self.ask(wire.CLOSE_STREAM, wire.StreamName(id=wanted.id))
 
 
 @asynccontextmanager

@@ -58,11 +58,11 @@ class ExposedRobot:
         return self.description.max_speed > 0.0
 
 
-def stream_of(robots: Sequence[ExposedRobot]) -> wire.OpenStream:
-    """Return the stream of the data of robots."""
+def stream_of(robots: Sequence[ExposedRobot], identifier: str) -> wire.OpenStream:
+    """Return the request of a stream of the data of robots."""
     sensed = [(each.name, sensor) for each in robots for sensor in SENSED if sensor in each.description.sensors]
     return wire.OpenStream(
-        id="",
+        id=identifier,
         sensors=tuple(wire.SensorName(robot=name, sensor=sensor) for name, sensor in sensed),
         poses=tuple(each.name for each in robots if each.drives and each.navigates),
         joints=tuple(each.name for each in robots),
@@ -78,13 +78,14 @@ class RobotTopics:
         topics: Publishers by the names of their topics.
 
     Attributes:
+        robot: The robot.
         links: Links and joints of the robot.
         estimate: Estimated pose in the map; None while it is unknown.
         positions: Positions of the joints [rad, m], by name.
     """
 
     def __init__(self, robot: ExposedRobot, topics: dict[str, Publication]) -> None:
-        self._robot = robot
+        self.robot = robot
         self._topics = topics
         self.links: Links = read_links(robot.description.urdf)
         self._base = robot.description.base_link
@@ -101,11 +102,11 @@ class RobotTopics:
         if base_in_map is not None:
             fixed.append(messages.transform(MAP, self._base, base_in_map, 0.0))
         self._topics["tf_static"].publish({"transforms": fixed})
-        self._topics["robot_description"].publish({"data": self._robot.description.urdf})
+        self._topics["robot_description"].publish({"data": self.robot.description.urdf})
 
     def publish_sample(self, sample: wire.SensorSample) -> None:
         """Publish a sensor sample."""
-        time, lidar = sample.time, self._robot.description.lidar
+        time, lidar = sample.time, self.robot.description.lidar
         if sample.lidar is not None and lidar is not None:
             self._topics["scan"].publish(messages.laser_scan(sample.lidar, lidar, time))
         if sample.odometry is not None:

@@ -22,7 +22,7 @@ from seoro.bridges.session import Mailbox, SessionError, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.concurrency.background import background
-from seoro.errors import BackendRefused, UsageError
+from seoro.errors import BackendRefused, UsageError, cause_of
 from seoro.security.keys.roles import MOVING
 from seoro.security.network.endpoint_keys import node_keys, security_of
 from seoro.security.network.peers import node_signer
@@ -90,11 +90,7 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
     except SessionError as error:
         raise UsageError(str(error), help=HELP) from error
     except ExceptionGroup as group:
-        raise _first_error(group) from None
-
-
-def _first_error(error: Exception) -> Exception:
-    return _first_error(error.exceptions[0]) if isinstance(error, ExceptionGroup) else error
+        raise cause_of(group) from None
 
 
 async def _expose(
@@ -146,16 +142,15 @@ async def _exposing_world(
     """Expose the robots of the present world during the block."""
     async with AsyncExitStack() as stack:
         robots: dict[str, RobotTopics] = {}
-        exposed: list[ExposedRobot] = []
         for name in [robot.name for robot in features.robots]:
             description = await node.ask(wire.GET_ROBOT_DESCRIPTION, wire.RobotName(robot=name))
             robot = ExposedRobot(name, description, settings.stamped, settings.navigation)
             namespace = "/" if name == settings.root else f"/{name}"
             ros = await stack.enter_async_context(system.node(f"seoro_{name}", namespace))
             robots[name] = await stack.enter_async_context(exposing_robot(ros, node, robot))
-            exposed.append(robot)
         if features.state is not wire.SimulationState.NO_WORLD:
-            updates = await stack.enter_async_context(node.streaming(stream_of(exposed)))
+            wanted = stream_of([each.robot for each in robots.values()], node.new_id())
+            updates = await stack.enter_async_context(node.streaming(wanted))
             tasks = await stack.enter_async_context(background())
             tasks.start_soon(_publish_updates, updates, clock, robots)
         yield

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Final, cast
 
 from rosbags.interfaces import Nodetype
@@ -38,8 +38,8 @@ class Codec:
 
     def __init__(self, lookup: Callable[[str], definitions.Structure]) -> None:
         self.max_sequence_length = MAX_PAYLOAD
-        self._lookup = lookup
-        self._coders: dict[str, _Coder] = {}
+        # Returns the coder of a structure; the generated code requires this name.
+        self.get_msgdef = cache(lambda typename: _Coder(lookup(typename), self))
 
     def message_class(self, name: str) -> type[Message]:
         """Return the class of the messages of a structure."""
@@ -87,13 +87,6 @@ class Codec:
                 " definition"
             )
         return cast("Message", message)
-
-    def get_msgdef(self, typename: str) -> _Coder:
-        """Return the coder of a structure; the generated code requires this name."""
-        coder = self._coders.get(typename)
-        if coder is None:
-            coder = self._coders[typename] = _Coder(self._lookup(typename), self)
-        return coder
 
 
 class _Coder:

@@ -7,10 +7,11 @@ change more often than distributions have further files, `data/editions/PACKAGE-
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final
 
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.names import PARTS, is_interface_name, is_package_name
@@ -37,94 +38,63 @@ class Source:
     line: int = 1
 
 
-class BundledPackage:
-    """A package that comes with seoro, read on first use.
+class Package:
+    """A package of interfaces, whose definitions are read on first use.
 
     Args:
-        file: File with the definitions.
+        origin: File, folder or node with the definitions, in error messages.
+        read: Returns the definitions, or their files, by the names of interfaces, such as `msg/Point`.
     """
 
-    def __init__(self, file: Path) -> None:
-        self.origin = f"{file.parent.name}/{file.name} of seoro"
-        self._file = file
-        self._sources: Mapping[str, Source] | None = None
+    def __init__(self, origin: str, read: Callable[[], Mapping[str, Source | Path]]) -> None:
+        self.origin = origin
+        self.sources = cache(read)
 
     def interfaces(self) -> tuple[str, ...]:
         """Return the names of the interfaces, sorted."""
-        return tuple(sorted(self._read()))
+        return tuple(sorted(self.sources()))
 
     def source(self, interface: str) -> Source | None:
         """Return the definition of an interface, if the package has it."""
-        return self._read().get(interface)
-
-    def _read(self) -> Mapping[str, Source]:
-        if self._sources is None:
-            head, *sections = self._file.read_text(encoding="utf-8").split("\n[")
-            line = 2 + head.count("\n")
-            sources: dict[str, Source] = {}
-            for section in sections:
-                heading, _, text = section.partition("]\n")
-                sources[heading] = Source(text, self.origin, line + 1)
-                line += 1 + section.count("\n")
-            self._sources = sources
-        return self._sources
+        found = self.sources().get(interface)
+        return _read_source(found) if isinstance(found, Path) else found
 
 
-class PackageFolder:
-    """A package of a user, whose files are read on first use.
-
-    Args:
-        folder: Folder of the package.
-        files: Files by the names of interfaces, such as `msg/Point`.
-    """
-
-    def __init__(self, folder: Path, files: Mapping[str, Path]) -> None:
-        self.origin = str(folder)
-        self._files = files
-
-    def interfaces(self) -> tuple[str, ...]:
-        """Return the names of the interfaces, sorted."""
-        return tuple(sorted(self._files))
-
-    def source(self, interface: str) -> Source | None:
-        """Return the definition of an interface, if the package has it."""
-        file = self._files.get(interface)
-        if file is None:
-            return None
-        try:
-            return Source(read_input_text(file, Kind.DEFINITION), str(file))
-        except UnicodeDecodeError:
-            raise InvalidDefinition(f"{file}: expected UTF-8 text") from None
-        except OSError as error:
-            raise InvalidDefinition(f"cannot read {file}: {error.strerror}") from None
+def _read_source(file: Path) -> Source:
+    try:
+        return Source(read_input_text(file, Kind.DEFINITION), str(file))
+    except UnicodeDecodeError:
+        raise InvalidDefinition(f"{file}: expected UTF-8 text") from None
+    except OSError as error:
+        raise InvalidDefinition(f"cannot read {file}: {error.strerror}") from None
 
 
-class RemotePackage:
-    """A package with definitions fetched from a robot.
+def bundled_package(file: Path) -> Package:
+    """Return a package that comes with seoro, from the file with its definitions."""
+    origin = f"{file.parent.name}/{file.name} of seoro"
+    return Package(origin, partial(_read_sections, file, origin))
+
+
+def _read_sections(file: Path, origin: str) -> Mapping[str, Source]:
+    head, *sections = file.read_text(encoding="utf-8").split("\n[")
+    line = 2 + head.count("\n")
+    sources: dict[str, Source] = {}
+    for section in sections:
+        heading, _, text = section.partition("]\n")
+        sources[heading] = Source(text, origin, line + 1)
+        line += 1 + section.count("\n")
+    return sources
+
+
+def remote_package(sources: Mapping[str, Source], others: Package | None, origin: str) -> Package:
+    """Return a package with definitions fetched from a robot.
 
     Args:
         sources: Fetched definitions by the names of interfaces, such as `msg/Point`.
         others: Package with the other definitions, if known.
         origin: Node that has sent the definitions.
     """
-
-    def __init__(self, sources: Mapping[str, Source], others: Package | None, origin: str) -> None:
-        self.origin = origin
-        self._sources = sources
-        self._others = others
-
-    def interfaces(self) -> tuple[str, ...]:
-        """Return the names of the interfaces, sorted."""
-        others = () if self._others is None else self._others.interfaces()
-        return tuple(sorted({*self._sources, *others}))
-
-    def source(self, interface: str) -> Source | None:
-        """Return the definition of an interface, if the package has it."""
-        fetched = self._sources.get(interface)
-        return self._others.source(interface) if fetched is None and self._others is not None else fetched
-
-
-Package: TypeAlias = BundledPackage | PackageFolder | RemotePackage
+    return Package(origin, lambda: sources if others is None else {**others.sources(), **sources})
 
 
 def bundled_packages(distribution: str) -> dict[str, Package]:
@@ -139,13 +109,13 @@ def bundled_packages(distribution: str) -> dict[str, Package]:
             f"unknown distribution {distribution!r} of interfaces (distributions: {', '.join(known)})",
             help="for another distribution, add a folder with its packages",
         )
-    return {file.stem: BundledPackage(file) for file in (DATA / distribution).glob("*.interfaces")}
+    return {file.stem: bundled_package(file) for file in (DATA / distribution).glob("*.interfaces")}
 
 
 def editions(package: str) -> tuple[Package, ...]:
     """Return all editions of a package that come with seoro, of all distributions and versions."""
     files = (*DATA.glob(f"*/{package}.interfaces"), *DATA.glob(f"{_EDITIONS}/{package}-*.interfaces"))
-    return tuple(BundledPackage(file) for file in sorted(files))
+    return tuple(bundled_package(file) for file in sorted(files))
 
 
 def packages_in(folder: Path) -> dict[str, Package]:
@@ -180,4 +150,4 @@ def packages_in(folder: Path) -> dict[str, Package]:
             help=f"expected {folder}/PACKAGE/msg/NAME.msg, or srv/NAME.srv, or action/NAME.action in a package"
             + f"; this is a package, so give {folder.parent}" * any((folder / kind).is_dir() for kind in PARTS),
         )
-    return {package: PackageFolder(folder / package, found) for package, found in files.items()}
+    return {package: Package(str(folder / package), partial(dict, found)) for package, found in files.items()}

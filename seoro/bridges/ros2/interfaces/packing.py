@@ -16,7 +16,7 @@ from pathlib import Path
 from seoro.bridges.ros2.interfaces.names import PARTS
 from seoro.bridges.ros2.interfaces.packages import DATA, packages_in
 from seoro.bridges.ros2.interfaces.registry import Registry
-from seoro.bridges.ros2.interfaces.text import lines
+from seoro.bridges.ros2.interfaces.text import definition
 
 
 def pack(package: str, registry: Registry) -> str:
@@ -24,8 +24,8 @@ def pack(package: str, registry: Registry) -> str:
     sections = [f"# Interfaces of the ROS 2 package {package}; made by packing.py.\n"]
     for interface in registry.packages[package].interfaces():
         kind = interface.partition("/")[0]
-        parts = [registry.read(f"{package}/{interface}{suffix}") for suffix in PARTS[kind]]
-        body = "---\n".join("".join(f"{line}\n" for line in lines(part)) for part in parts)
+        parts = (registry.read(f"{package}/{interface}{suffix}") for suffix in PARTS[kind])
+        body = "---\n".join(map(definition, parts))
         sections.append(f"[{interface}]\n{body}")
     return "\n".join(sections)
 

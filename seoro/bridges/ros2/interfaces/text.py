@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from seoro.bridges.ros2.interfaces.definitions import Literal, Named, Structure, element_of
 
 _RULER = "=" * 80
 
 
-def lines(structure: Structure) -> Iterator[str]:
-    """Yield the lines of a definition: constants, then fields."""
-    for constant in structure.constants:
-        yield f"{constant.type} {constant.name}={_literal(constant.value)}"
+def definition(structure: Structure) -> str:
+    """Return the lines of a definition: constants, then fields."""
+    lines = [f"{each.type} {each.name}={_literal(each.value)}\n" for each in structure.constants]
     for field in structure.fields:
-        if field.default is None:
-            yield f"{_short(str(field.type))} {field.name}"
-        else:
-            default = field.default
-            shown = f"[{', '.join(map(_literal, default))}]" if isinstance(default, tuple) else _literal(default)
-            yield f"{_short(str(field.type))} {field.name} {shown}"
+        default = "" if field.default is None else f" {_literal(field.default)}"
+        lines.append(f"{_short(str(field.type))} {field.name}{default}\n")
+    return "".join(lines)
 
 
 def schema(name: str, lookup: Callable[[str], Structure]) -> str:
@@ -35,10 +31,8 @@ def schema(name: str, lookup: Callable[[str], Structure]) -> str:
         for element in elements:
             if isinstance(element, Named) and element.name not in names:
                 names.append(element.name)
-    top, *others = ("".join(f"{line}\n" for line in lines(lookup(known))) for known in names)
-    return top + "".join(
-        f"{_RULER}\nMSG: {_short(other)}\n{text}" for other, text in zip(names[1:], others, strict=True)
-    )
+    nested = (f"{_RULER}\nMSG: {_short(other)}\n{definition(lookup(other))}" for other in names[1:])
+    return definition(lookup(name)) + "".join(nested)
 
 
 def _short(name: str) -> str:
@@ -46,8 +40,10 @@ def _short(name: str) -> str:
     return name.replace("/msg/", "/")
 
 
-def _literal(value: Literal) -> str:
+def _literal(value: Literal | tuple[Literal, ...]) -> str:
     match value:
+        case tuple():
+            return f"[{', '.join(map(_literal, value))}]"
         case bool():
             return str(value).lower()
         case str():

@@ -18,8 +18,8 @@ from typing import Any, Final, assert_never
 from seoro.bridges.ros2.interfaces import definitions
 from seoro.bridges.ros2.interfaces.errors import InvalidDefinition
 from seoro.bridges.ros2.interfaces.names import PARTS, Name, parse_name
-from seoro.bridges.ros2.interfaces.packages import Package, RemotePackage, Source
-from seoro.bridges.ros2.interfaces.text import lines
+from seoro.bridges.ros2.interfaces.packages import Package, Source, remote_package
+from seoro.bridges.ros2.interfaces.text import definition
 
 NESTED: Final = 1
 IDS: Final = {  # type_description_interfaces/msg/FieldType; `char` is uint8 in IDL
@@ -128,7 +128,7 @@ def remote_packages(description: Any, packages: Mapping[str, Package], origin: s
         if name is None or name.suffix not in definitions.SUFFIXES.get(name.kind, ()) or name.kind == "action":
             raise InvalidDefinition(f"{origin}: `{each.type_name}` is not a message or service")
         if name.suffix in PARTS[name.kind]:  # the other structures are derived
-            parts[name] = "".join(f"{line}\n" for line in lines(_structure(each, origin)))
+            parts[name] = definition(_structure(each, origin))
     sources: dict[str, dict[str, Source]] = {}
     for name in parts:
         texts = [parts.get(name._replace(suffix=suffix)) for suffix in PARTS[name.kind]]
@@ -136,7 +136,7 @@ def remote_packages(description: Any, packages: Mapping[str, Package], origin: s
             raise InvalidDefinition(f"{origin}: incomplete description of `{name.interface}`")
         text = "---\n".join(text for text in texts if text is not None)
         sources.setdefault(name.package, {})[name.interface] = Source(text, origin)
-    return {package: RemotePackage(found, packages.get(package), origin) for package, found in sources.items()}
+    return {package: remote_package(found, packages.get(package), origin) for package, found in sources.items()}
 
 
 def _structure(description: Any, origin: str) -> definitions.Structure:

@@ -7,6 +7,7 @@ not converted into each other, except integers where a float is expected. Errors
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, NoReturn
 
 from seoro.bridges.ros2.interfaces import converters, definitions
@@ -20,14 +21,15 @@ class Builder:
     Args:
         lookup: Returns a structure by its full name.
         class_of: Returns the message class of a structure by its full name.
+
+    Attributes:
+        converter: Returns a converter to messages of a structure.
     """
 
     def __init__(
         self, lookup: Callable[[str], definitions.Structure], class_of: Callable[[str], type[Message]]
     ) -> None:
-        self._lookup = lookup
-        self._class_of = class_of
-        self._structures: dict[str, _StructureConverter] = {}
+        self.converter = cache(lambda name: _StructureConverter(lookup(name), class_of(name), self))
 
     def build(self, name: str, value: Mapping[str, Any] | Message) -> Message:
         """Build a message.
@@ -43,14 +45,6 @@ class Builder:
             return self.converter(name)(value)
         except converters.Mismatch as mismatch:
             raise InvalidValue(name, mismatch.path, str(mismatch), mismatch.help) from None
-
-    def converter(self, name: str) -> _StructureConverter:
-        """Return a converter to messages of a structure."""
-        known = self._structures.get(name)
-        if known is None:
-            known = _StructureConverter(self._lookup(name), self._class_of(name), self)
-            self._structures[name] = known
-        return known
 
 
 class _StructureConverter:

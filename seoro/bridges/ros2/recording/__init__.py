@@ -6,9 +6,8 @@
 from seoro.bridges.ros2.recording.errors import RecordingFailed, RefusedRecording, UnknownTopic, UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, Extent
 from seoro.bridges.ros2.recording.player import Playback, play
-from seoro.bridges.ros2.recording.reader import Bag, open_bag
+from seoro.bridges.ros2.recording.reader import Bag, open_bag, repair_bag
 from seoro.bridges.ros2.recording.recorder import Recording, record
-from seoro.bridges.ros2.recording.repair import repair_bag
 from seoro.bridges.ros2.recording.writer import BagWriter, bag_folder, check_storage, write_bag
 
 __all__ = [

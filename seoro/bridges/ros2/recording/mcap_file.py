@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from io import BufferedWriter, FileIO
@@ -17,7 +18,7 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
 from seoro import __version__
-from seoro.bridges.ros2.recording.metadata import BagTopic, Extent, dump, information
+from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, Extent, dump, information
 from seoro.bridges.ros2.recording.profiles import profile
 
 if TYPE_CHECKING:
@@ -59,8 +60,9 @@ class McapFile:
         self._writer.start(profile=Profile.ROS2, library=f"seoro-{__version__}")
         self._stream.flush()  # makes the file readable
         self._schemas: dict[str, int] = {}
-        self._topics: dict[int, BagTopic] = {}
-        self._counts: dict[int, int] = {}
+        self._topics: list[BagTopic] = []
+        self._channels: dict[str, int] = {}
+        self._counts: Counter[str] = Counter()
         self._extent = Extent()
 
     def information(self, notes: Mapping[str, str]) -> dict[str, Any]:
@@ -69,18 +71,15 @@ class McapFile:
         Args:
             notes: Further notes.
         """
-        topics = [replace(topic, count=self._counts[channel]) for channel, topic in self._topics.items()]
+        topics = [replace(topic, count=self._counts[topic.name]) for topic in self._topics]
         return information({self._path.name: self._extent}, topics, notes)
 
-    def add_topic(self, topic: BagTopic, definition: str) -> int:
+    def add_topic(self, topic: BagTopic, definition: str) -> None:
         """Add a topic, before its first message.
 
         Args:
             topic: Description of the topic.
             definition: Definition of its type (`TypeStore.schema`); empty if it is unknown.
-
-        Returns:
-            Channel of the topic.
         """
         schema = self._schemas.get(topic.type)
         if schema is None:
@@ -91,24 +90,15 @@ class McapFile:
             "offered_qos_profiles": dump([profile(qos) for qos in topic.qos]) if topic.qos else "",
             "topic_type_hash": topic.type_hash,
         }
-        channel = self._writer.register_channel(topic.name, MessageEncoding.CDR, schema, about)
-        self._topics[channel] = topic
-        self._counts[channel] = 0
-        return channel
+        self._channels[topic.name] = self._writer.register_channel(topic.name, MessageEncoding.CDR, schema, about)
+        self._topics.append(topic)
 
-    def add_message(self, channel: int, payload: bytes, received: int, sent: int, sequence: int) -> None:
-        """Add a message of a topic.
-
-        Args:
-            channel: Channel of the topic.
-            payload: CDR, with its header.
-            received: Time of arrival [ns since the epoch].
-            sent: Time of sending [ns since the epoch].
-            sequence: Sequence number of the sender.
-        """
+    def add_message(self, message: BagMessage) -> None:
+        """Add a message of a topic."""
+        received, sequence = message.received, message.sequence & _SEQUENCE
         self._extent = self._extent | Extent(received, received, 1)
-        self._counts[channel] += 1
-        self._writer.add_message(channel, received, payload, sent, sequence & _SEQUENCE)
+        self._counts[message.topic] += 1
+        self._writer.add_message(self._channels[message.topic], received, message.payload, message.sent, sequence)
 
     def flush(self) -> None:
         """Pass all added messages to the operating system."""

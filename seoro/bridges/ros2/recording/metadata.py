@@ -75,12 +75,14 @@ class BagMessage:
         payload: CDR, with its header.
         received: Time of arrival [ns since the epoch], by the clock of the recorder.
         sent: Time of sending [ns since the epoch], by the clock of the sender, if known.
+        sequence: Sequence number of the sender, in recordings.
     """
 
     topic: str
     payload: bytes
     received: int
     sent: int
+    sequence: int = 0
 
 
 def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Reader of bags: folders written by rosbag2 and seoro, and single files.
+"""Reader of bags: folders written by rosbag2 and seoro, and single files. Truncated bags are repaired.
 
 MCAP files, complete or truncated, are read by `mcap_source.py`, other files by rosbags.
 """
@@ -15,17 +15,21 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from seoro.bridges.ros2.interfaces.errors import near
 from seoro.bridges.ros2.recording.errors import UnknownTopic, UnreadableBag
+from seoro.bridges.ros2.recording.mcap_source import McapSource
 from seoro.bridges.ros2.recording.metadata import (
     FILE_NAME,
     BagMessage,
     BagTopic,
     Extent,
     Metadata,
+    information,
     read_metadata,
+    write_metadata,
 )
+from seoro.bridges.ros2.recording.scanning import DAMAGES, is_whole, repair
+from seoro.files.inputs import Kind, open_input
 
 if TYPE_CHECKING:
-    from seoro.bridges.ros2.recording.mcap_source import McapSource
     from seoro.bridges.ros2.recording.rosbags_source import RosbagsSource
 
     Source: TypeAlias = McapSource | RosbagsSource
@@ -107,7 +111,42 @@ def open_bag(path: Path) -> Bag:
     return Bag(path, topics, extent, any(source.is_cut_off for source in sources), notes, tuple(sources))
 
 
-def files_of(folder: Path) -> list[Path]:
+def repair_bag(path: Path) -> Bag:
+    """Complete the MCAP files of a bag, so that all tools can read them, and rewrite its `metadata.yaml`.
+
+    All readable messages are kept; only incomplete messages are removed.
+
+    Args:
+        path: Folder of a bag, or a file.
+
+    Raises:
+        UnreadableBag: The bag is missing, a file is not an MCAP file, or the bag is still being written.
+        OSError: The bag cannot be written.
+    """
+    files = _files_of(path) if path.is_dir() else [path]
+    if not files or any(file.suffix != MCAP or not file.is_file() for file in files):
+        raise UnreadableBag(f"{path} is not a bag of MCAP files; only these can be repaired")
+    for file in files:
+        _repair_file(file)
+    if path.is_dir():
+        bag, extents = open_bag(path), {file.name: open_bag(file).extent for file in files}
+        write_metadata(path, information(extents, list(bag.topics.values()), bag.notes))
+    return open_bag(path)
+
+
+def _repair_file(file: Path) -> None:
+    try:
+        with open_input(file, Kind.RECORDING) as stream:
+            whole = is_whole(stream)
+        if not whole:
+            repair(file)
+    except DAMAGES as error:
+        raise UnreadableBag(f"{file} is damaged, or not an MCAP file: {error or type(error).__name__}") from None
+    except BlockingIOError:
+        raise UnreadableBag(f"{file} is still being written") from None
+
+
+def _files_of(folder: Path) -> list[Path]:
     """Return the MCAP files of a folder in the order of their numbers."""
     return sorted(
         folder.glob(f"*{MCAP}"), key=lambda path: [_sort_key(part) for part in re.split(r"(\d+)", path.name)]
@@ -116,7 +155,7 @@ def files_of(folder: Path) -> list[Path]:
 
 def _open_folder(folder: Path, metadata: Metadata | None) -> list[Source]:
     if metadata is None:
-        files = files_of(folder) or sorted(folder.glob(f"*{SQLITE}"))
+        files = _files_of(folder) or sorted(folder.glob(f"*{SQLITE}"))
         if not files:
             raise UnreadableBag(f"{folder} is not a bag: expected {FILE_NAME}, or files {MCAP} or {SQLITE}")
         return _open_files(files)
@@ -126,8 +165,6 @@ def _open_folder(folder: Path, metadata: Metadata | None) -> list[Source]:
 
 
 def _open_files(files: Sequence[Path]) -> list[Source]:
-    from seoro.bridges.ros2.recording.mcap_source import McapSource  # noqa: PLC0415 - imports mcap
-
     return [McapSource(file) if file.suffix == MCAP else _open_with_rosbags(file) for file in files]
 
 

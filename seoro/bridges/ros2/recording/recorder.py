@@ -114,11 +114,6 @@ class Recording:
         """Number of messages lost in transit, by topic, as far as senders number them."""
         return {name: each.missed for name, each in self._subscriptions.items() if each.missed}
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes so far, in order."""
-        return tuple(self._notes)
-
     async def wait_complete(self) -> None:
         """Wait until all required topics are recorded; `missing` lists the missing ones."""
         await self._complete.wait()

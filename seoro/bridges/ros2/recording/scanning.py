@@ -48,21 +48,6 @@ _MESSAGE: Final = struct.Struct("<HIQ")  # channel, number and time of a message
 
 
 @dataclass(frozen=True)
-class Scan:
-    """Complete chunks of a file.
-
-    Attributes:
-        summary: Index of the chunks.
-        end: End of the last complete chunk, or of its message indexes if these are complete [bytes].
-        unindexed: Message indexes of the last chunk if they are missing in the file.
-    """
-
-    summary: Summary
-    end: int
-    unindexed: tuple[MessageIndex, ...]
-
-
-@dataclass(frozen=True)
 class _Record:
     kind: int
     start: int  # [bytes] from the beginning of the file or chunk
@@ -75,11 +60,18 @@ class _Record:
 
 
 @dataclass
-class _Scanner:
-    """Builder of the index from the records of a file."""
+class Scan:
+    """Complete chunks of a file, from its records.
+
+    Attributes:
+        summary: Index of the chunks.
+        end: End of the last complete chunk, or of its message indexes if these are complete [bytes].
+        unindexed: Message indexes of the last chunk if they are missing in the file.
+    """
 
     summary: Summary = field(default_factory=Summary)
     end: int = len(MCAP0_MAGIC)
+    unindexed: tuple[MessageIndex, ...] = ()
     counts: Counter[int] = field(default_factory=Counter)  # by channel
     earliest: int = (1 << 64) - 1  # [ns]
     latest: int = 0  # [ns]
@@ -124,8 +116,8 @@ class _Scanner:
                 index = self.chunk_messages.setdefault(channel_id, MessageIndex(channel_id, []))
                 index.records.append((time, record.start))
 
-    def result(self) -> Scan:
-        """Return the scan of all added records."""
+    def finish(self) -> None:
+        """Complete the index after all records."""
         summary = self.summary
         summary.statistics = Statistics(
             attachment_count=0,
@@ -144,8 +136,7 @@ class _Scanner:
         ):
             summary.chunk_indexes[-1].message_index_offsets.clear()
             summary.chunk_indexes[-1].message_index_length = 0
-            return Scan(summary, self.chunk_end, tuple(self.chunk_messages.values()))
-        return Scan(summary, self.end, ())
+            self.end, self.unindexed = self.chunk_end, tuple(self.chunk_messages.values())
 
 
 def scan(stream: IO[bytes]) -> Scan:
@@ -158,16 +149,17 @@ def scan(stream: IO[bytes]) -> Scan:
     stream.seek(0)
     if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
         raise McapError("invalid beginning of the file")
-    scanner = _Scanner()
+    found = Scan()
     for record in _records(stream, len(MCAP0_MAGIC), size):
         try:
-            if not scanner.note(record):
+            if not found.note(record):
                 break
         except DAMAGES as error:
             if record.end < size:
                 raise McapError(f"damaged record at byte {record.start:,}: {error}") from None
             break
-    return scanner.result()
+    found.finish()
+    return found
 
 
 def repair(path: Path) -> None:

@@ -14,7 +14,6 @@ import time
 from collections import Counter, deque
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Final
@@ -24,8 +23,8 @@ import anyio.to_thread
 
 from seoro.bridges.ros2.recording.errors import RecordingFailed, RefusedRecording, UnreadableBag
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression, McapFile
-from seoro.bridges.ros2.recording.metadata import BagTopic, write_metadata
-from seoro.bridges.ros2.recording.repair import repair_bag
+from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, write_metadata
+from seoro.bridges.ros2.recording.reader import repair_bag
 
 PERIOD: Final = 0.5  # [s] in the queue
 METADATA_PERIOD: Final = 5.0  # [s] between updates of metadata.yaml
@@ -33,6 +32,8 @@ MAX_WAITING: Final = 256 * 1024 * 1024  # [bytes] of the queue
 LOST: Final = "lost"  # name of the note about dropped messages
 DEFAULT_NAME: Final = "rosbag2"
 STORAGES: Final = ("", "mcap")  # the empty name is the default
+
+_Queued = BagMessage | tuple[BagTopic, str]  # a message, or a topic with the definition of its type
 
 
 def bag_folder(parent: Path, name: str = DEFAULT_NAME, at: datetime | None = None) -> Path:
@@ -59,21 +60,6 @@ def check_storage(storage: str) -> None:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Topic:
-    topic: BagTopic
-    definition: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Message:
-    topic: str
-    payload: bytes
-    received: int
-    sent: int
-    sequence: int
-
-
 class BagWriter:
     """Writer of a bag. Made by `write_bag`; methods may be called from any thread.
 
@@ -87,9 +73,8 @@ class BagWriter:
         self.file = folder / f"{folder.name}_0.mcap"
         self._most_waiting = most_waiting
         self._mcap = McapFile(self.file, compression)
-        self._channels: dict[str, int] = {}
         self._changed = threading.Condition()
-        self._waiting: deque[_Topic | _Message] = deque()
+        self._waiting: deque[_Queued] = deque()
         self._size = 0  # [bytes] in the queue
         self._writing = 0  # [bytes] taken from the queue and not written yet
         self._closing = False
@@ -115,7 +100,7 @@ class BagWriter:
             definition: Definition of its type (`TypeStore.schema`); empty if it is unknown.
         """
         with self._changed:
-            self._waiting.append(_Topic(topic, definition))
+            self._waiting.append((topic, definition))
             self._changed.notify()
 
     def write(self, topic: str, payload: bytes, received: int, sent: int | None = None, sequence: int = 0) -> bool:
@@ -134,7 +119,7 @@ class BagWriter:
         Raises:
             RecordingFailed: The bag can no longer be written.
         """
-        message = _Message(topic, payload, received, received if sent is None else sent, sequence)
+        message = BagMessage(topic, payload, received, received if sent is None else sent, sequence)
         with self._changed:
             if self._error is not None:
                 raise self._error
@@ -187,10 +172,13 @@ class BagWriter:
             while not is_last:
                 batch, is_last = self._next_batch()
                 for each in batch:
-                    self._put(each)
+                    if isinstance(each, BagMessage):
+                        self._mcap.add_message(each)
+                    else:
+                        self._mcap.add_topic(*each)
                 self._mcap.flush()
                 self._writing = 0
-                is_new = any(isinstance(each, _Topic) for each in batch)
+                is_new = any(isinstance(each, tuple) for each in batch)
                 if is_new or time.monotonic() - self._metadata_written > METADATA_PERIOD:
                     self._write_metadata()
             self._mcap.finish(self._all_notes())
@@ -198,7 +186,7 @@ class BagWriter:
         except Exception as error:
             self._fail(error)
 
-    def _next_batch(self) -> tuple[list[_Topic | _Message], bool]:
+    def _next_batch(self) -> tuple[list[_Queued], bool]:
         with self._changed:
             while not self._waiting and not self._closing:
                 self._changed.wait()
@@ -209,13 +197,6 @@ class BagWriter:
             self._waiting.clear()
             self._size, self._writing = 0, self._size
             return batch, self._closing
-
-    def _put(self, each: _Topic | _Message) -> None:
-        match each:
-            case _Topic(topic, definition):
-                self._channels[topic.name] = self._mcap.add_topic(topic, definition)
-            case _Message(topic, payload, received, sent, sequence):
-                self._mcap.add_message(self._channels[topic], payload, received, sent, sequence)
 
     def _all_notes(self) -> dict[str, str]:
         with self._changed:
@@ -235,7 +216,7 @@ class BagWriter:
         failed = RecordingFailed(f"cannot write {self.file} any more: {problem}")
         failed.__cause__ = error
         with self._changed:
-            self._lost.update(each.topic for each in self._waiting if isinstance(each, _Message))
+            self._lost.update(each.topic for each in self._waiting if isinstance(each, BagMessage))
             self._waiting.clear()
             self._size = 0
             self._error = failed

@@ -9,14 +9,13 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.robots import motions
-from seoro.bridges.ros2.robots.frames import Frames
 from seoro.bridges.ros2.robots.joints import Joints
-from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.navigation import check_pose
 from seoro.bridges.ros2.robots.profile import Arm, Gripper, MoveGroup
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
 from seoro.bridges.serving.robot import Carry, Handlers
-from seoro.bridges.serving.work import GoalAborted, Work
+from seoro.bridges.serving.work import GoalAborted
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, name_list
 
@@ -40,21 +39,15 @@ class MovingArm:
     Args:
         link: Link to the robot.
         arm: Names of the topics and actions of the arm.
-        frames: Frames of the robot.
-        robot: Name of the robot.
-        work: Goals and watches of the node.
     """
 
-    def __init__(self, link: Link, arm: Arm, frames: Frames, robot: str, work: Work) -> None:
+    def __init__(self, link: RobotLink, arm: Arm) -> None:
         self._link = link
         self._arm = arm
-        self._frames = frames
         self._stopped_at: float | None = None  # opening at which an object stopped the fingers [m]
         self._stopped = 0.0  # time of that, by the machine's clock [s]
-        self._robot = robot
-        self._work = work
         gripper = () if arm.gripper is None else (arm.gripper.joint,)
-        self._joints = Joints(link, arm.joint_states, (*arm.joints, *gripper), work)
+        self._joints = Joints(link, arm.joint_states, (*arm.joints, *gripper))
 
     @property
     def handlers(self) -> Handlers:
@@ -89,7 +82,7 @@ class MovingArm:
         speeds = [self._arm.joints[name] for name in names]
         goal = motions.trajectory_goal(names, request.points, start, speeds, request)
         action = ActionGoal(self._arm.trajectory, FOLLOWS, goal, part=ARM, judge=motions.judge_trajectory)
-        await pursue(self._link, self._work, request.id, self._robot, action)
+        await pursue(self._link, request.id, action)
 
     def _check_points(self, request: wire.FollowJointTrajectory, names: tuple[str, ...]) -> None:
         unknown = [name for name in names if name not in self._arm.joints]
@@ -118,7 +111,7 @@ class MovingArm:
 
     async def _plan(self, request: wire.ArmMotion, group: MoveGroup, goal: Mapping[str, Any]) -> None:
         action = ActionGoal(group.action, PLANS, goal, part=ARM, judge=motions.judge_plan)
-        await pursue(self._link, self._work, request.id, self._robot, action)
+        await pursue(self._link, request.id, action)
 
     async def _grip(self, request: wire.GripperCommand) -> None:
         gripper = self._arm.gripper
@@ -139,7 +132,7 @@ class MovingArm:
 
         goal = {"command": {"position": position, "max_effort": force}}
         action = ActionGoal(gripper.action, GRIPS, goal, part=GRIPPER, judge=judge)
-        await pursue(self._link, self._work, request.id, self._robot, action)
+        await pursue(self._link, request.id, action)
 
     def _judge_grip(
         self, result: Mapping[str, Any], gripper: Gripper, request: wire.GripperCommand, *, closes: bool
@@ -173,8 +166,8 @@ class MovingArm:
 
     def _tool_pose(self) -> wire.Pose3D:
         """Return the pose of the tool in the map if the frame is known, else in the base frame of the arm."""
-        parent = MAP if MAP in self._frames.names else self._arm.base_frame
-        pose = self._frames.pose(self._arm.tool, parent)
+        parent = MAP if MAP in self._link.frames.names else self._arm.base_frame
+        pose = self._link.frames.pose(self._arm.tool, parent)
         if pose is None:
             raise RequestRefused(
                 Result.INCORRECT_STATE,

@@ -9,15 +9,12 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
-from seoro.bridges.ros2.robots.frames import Frames
-from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, RobotLink
 from seoro.bridges.ros2.robots.localisation import Localisation
-from seoro.bridges.ros2.robots.navigation import Navigation
+from seoro.bridges.ros2.robots.navigation import navigate
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.velocity import DEADLINE, Velocity
-from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.robot import Handlers
-from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import (
     RequestRefused,
@@ -38,21 +35,13 @@ class DrivingBase:
     Args:
         link: Link to the robot.
         base: Names of the topics and actions of the base.
-        frames: Frames of the robot.
-        robot: Name of the robot.
-        work: Goals and watches of the node.
-        events: Log of navigation feedback.
     """
 
-    def __init__(self, link: Link, base: Base, frames: Frames, robot: str, work: Work, events: EventLog) -> None:
+    def __init__(self, link: RobotLink, base: Base) -> None:
         self._link = link
         self._base = base
-        self._frames = frames
-        self._robot = robot
-        self._work = work
         self._velocity = Velocity(link, base.cmd_vel, base.limits)
-        self.localisation = Localisation(link, base, work)
-        self._navigation = Navigation(link, base, robot, work, events)
+        self.localisation = Localisation(link, base)
         self._position: tuple[float, float] | None = None
         self._travelled = 0.0  # [m]
         self._moved = Condition()
@@ -100,7 +89,7 @@ class DrivingBase:
 
     async def _navigate(self, request: wire.NavigateThroughPoses) -> None:
         self._was_driven = True
-        return await self._navigation.navigate(request)
+        return await navigate(self._link, self._base, request)
 
     async def _drive(self, request: wire.Drive) -> None:
         check_drive_duration(request.duration)
@@ -118,7 +107,7 @@ class DrivingBase:
                 self._velocity.stop()
             return ""
 
-        self._work.start(request.id, drive, robot=self._robot)
+        self._link.work.start(request.id, drive, robot=self._link.name)
 
     async def _cmd_vel(self, request: wire.CmdVel) -> None:
         linear, angular = request.twist.linear, request.twist.angular
@@ -128,31 +117,32 @@ class DrivingBase:
                 "unsupported twist: expected a velocity along x and about z, and zeros else",
             )
         await self._velocity.check(linear.x, angular.z)
-        self._work.check_free(self._robot)
+        self._link.work.check_free(self._link.name)
         self._was_driven = True
         self._velocity.command(linear.x, angular.z, DEADLINE)
 
     async def _watch_proximity(self, request: wire.WatchProximity) -> None:
         check_finite("point", request.point.x, request.point.y)
         check_positive("threshold", request.threshold)
-        wanted = {request.frame, request.parent_frame}
+        frames, wanted = self._link.frames, {request.frame, request.parent_frame}
         with anyio.move_on_after(FRAME_TIMEOUT):
-            await self._frames.changes.wait_for(lambda: wanted <= self._frames.names)
-        missing = wanted - self._frames.names
+            await frames.changes.wait_for(lambda: wanted <= frames.names)
+        missing = wanted - frames.names
         if missing:
             raise RequestRefused(
                 Result.NOT_FOUND,
-                f"unknown frame {name_list(missing)} (frames of '{self._robot}': {name_list(self._frames.names)})",
+                f"unknown frame {name_list(missing)} (frames of '{self._link.name}': {name_list(frames.names)})",
             )
-        self._work.start(request.id, partial(self._wait_near, request))
+        self._link.work.start(request.id, partial(self._wait_near, request))
 
     async def _wait_near(self, request: wire.WatchProximity) -> str:
+        frames, point = self._link.frames, request.point
+
         def is_near() -> bool:
-            point = request.point
-            distance = self._frames.distance(request.frame, request.parent_frame, point.x, point.y)
+            distance = frames.distance(request.frame, request.parent_frame, point.x, point.y)
             return distance <= request.threshold
 
-        await self._frames.changes.wait_for(is_near)
+        await frames.changes.wait_for(is_near)
         return ""
 
     async def _watch_distance(self, request: wire.WatchDistance) -> None:
@@ -169,4 +159,4 @@ class DrivingBase:
             await self._moved.wait_for(lambda: self._travelled >= target)
             return ""
 
-        self._work.start(request.id, travel)
+        self._link.work.start(request.id, travel)

@@ -28,8 +28,7 @@ from anyio.abc import TaskGroup
 from pydantic import BaseModel, ConfigDict
 
 from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL
-from seoro.bridges.ros2.own_nodes import GUARD
-from seoro.bridges.ros2.participant import RosOptions, RosSystem, connect_system
+from seoro.bridges.ros2.participant import GUARD, RosOptions, RosSystem, connect_system
 from seoro.bridges.ros2.robots.guard_state import SILENCE
 from seoro.bridges.ros2.robots.link import Link
 from seoro.bridges.ros2.robots.orphaned_goals import GoalSenders, cancel_orphaned_goals

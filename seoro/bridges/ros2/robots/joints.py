@@ -11,9 +11,8 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
-from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, RobotLink
 from seoro.bridges.serving.robot import Handlers
-from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, name_list
 from seoro.concurrency.condition import Condition
@@ -40,14 +39,12 @@ class Joints:
         link: Link to the robot.
         topic: Topic of the joint states.
         names: Names of the joints of its arm and gripper, in order.
-        work: Watches of the node.
     """
 
-    def __init__(self, link: Link, topic: str, names: Sequence[str], work: Work) -> None:
+    def __init__(self, link: RobotLink, topic: str, names: Sequence[str]) -> None:
         self._link = link
         self._topic = topic
         self._names = tuple(names)
-        self._work = work
         self._states: dict[str, _Joint] = {}
         self._changes = Condition()
 
@@ -114,7 +111,7 @@ class Joints:
         check_finite("position", request.position)
         check_positive("tolerance", request.tolerance)
         start = await self.position(request.joint)
-        self._work.start(request.id, partial(self._wait_reached, request, start))
+        self._link.work.start(request.id, partial(self._wait_reached, request, start))
 
     async def _wait_reached(self, request: wire.WatchJoint, start: float) -> str:
         side = math.copysign(1.0, start - request.position)

@@ -15,9 +15,12 @@ from seoro.bridges.ros2.errors import CallFailed, DefinitionMismatch, NoServiceS
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.robots.frames import Frames
 from seoro.bridges.ros2.robots.guard_state import GuardState
 from seoro.bridges.ros2.topics import Publication, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
+from seoro.bridges.serving.event_log import EventLog
+from seoro.bridges.serving.work import Work
 from seoro.bridges.session import Bound
 from seoro.bridges.wire import Result, TopicState
 from seoro.bridges.wire.refusal import RequestRefused
@@ -144,6 +147,23 @@ class Link:
             raise RequestRefused(Result.INCORRECT_STATE, str(error)) from error
         except CallFailed as error:
             raise RequestRefused(Result.OPERATION_FAILED, str(error)) from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotLink(Link):
+    """Link to a robot that a node serves.
+
+    Attributes:
+        name: Name of the robot in scenarios.
+        work: Goals and watches of the node.
+        events: Log of events.
+        frames: Frames of the robot.
+    """
+
+    name: str
+    work: Work
+    events: EventLog
+    frames: Frames = field(default_factory=Frames)
 
 
 @dataclass

@@ -13,11 +13,10 @@ from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.lazy_publisher import LazyPublisher
-from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, RobotLink
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.serving.robot import Handlers
-from seoro.bridges.serving.work import Work
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.concurrency.condition import Condition
@@ -35,13 +34,11 @@ class Localisation:
     Args:
         link: Link to the robot.
         base: Names of the topics and services of its base.
-        work: Watches of the node.
     """
 
-    def __init__(self, link: Link, base: Base, work: Work) -> None:
+    def __init__(self, link: RobotLink, base: Base) -> None:
         self._link = link
         self._base = base
-        self._work = work
         self._latest: Message | None = None
         self._updated = 0.0  # arrival of the latest pose, by the machine's clock [s]
         self._changes = Condition()
@@ -136,7 +133,7 @@ class Localisation:
         self._forget()
 
     async def _watch(self, request: wire.WatchLocalization) -> None:
-        self._work.start(request.id, self._wait)
+        self._link.work.start(request.id, self._wait)
 
     async def _wait(self) -> str:
         await self._changes.wait_for(lambda: self._latest is not None)

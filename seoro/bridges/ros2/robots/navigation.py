@@ -9,72 +9,51 @@ from typing import Any
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.clients.members import Members
-from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
-from seoro.bridges.serving.event_log import EventLog
-from seoro.bridges.serving.work import GoalAborted, Work
+from seoro.bridges.serving.work import GoalAborted
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite
 
 MAX_POSES = 100
 
 
-class Navigation:
-    """Navigation of a robot.
+async def navigate(link: RobotLink, base: Base, request: wire.NavigateThroughPoses) -> None:
+    """Drive a robot through poses."""
+    if not 1 <= len(request.poses) <= MAX_POSES:
+        raise RequestRefused(Result.OPERATION_FAILED, f"expected 1 to {MAX_POSES} poses, got {len(request.poses)}")
+    for pose in request.poses:
+        check_pose(pose)
+    await pursue(link, request.id, _goal(link, base, request))
 
-    Args:
-        link: Link to the robot.
-        base: Names of the topics and actions of its base.
-        robot: Name of the robot.
-        work: Goals of the node.
-        events: Log of feedback.
-    """
 
-    def __init__(self, link: Link, base: Base, robot: str, work: Work, events: EventLog) -> None:
-        self._link = link
-        self._base = base
-        self._robot = robot
-        self._work = work
-        self._events = events
+def _goal(link: RobotLink, base: Base, request: wire.NavigateThroughPoses) -> ActionGoal:
+    header = geometry.header(base.map_frame, 0.0)
+    poses = [{"header": header, "pose": geometry.pose_message(pose)} for pose in request.poses]
+    report = _feedback_reporter(link, request.feedback_period, len(poses))
+    goal = {"poses": poses}
+    if request.stop_at_each:
+        kind = "nav2_msgs/action/FollowWaypoints"
+        return ActionGoal(base.follow_waypoints, kind, goal, report, judge=_check_reached)
+    if len(poses) == 1:
+        kind = "nav2_msgs/action/NavigateToPose"
+        return ActionGoal(base.navigate_to_pose, kind, {"pose": poses[0]}, report)
+    return ActionGoal(base.navigate_through_poses, "nav2_msgs/action/NavigateThroughPoses", goal, report)
 
-    async def navigate(self, request: wire.NavigateThroughPoses) -> None:
-        """Drive through poses."""
-        if not 1 <= len(request.poses) <= MAX_POSES:
-            raise RequestRefused(
-                Result.OPERATION_FAILED, f"expected 1 to {MAX_POSES} poses, got {len(request.poses)}"
-            )
-        for pose in request.poses:
-            check_pose(pose)
-        await pursue(self._link, self._work, request.id, self._robot, self._goal(request))
 
-    def _goal(self, request: wire.NavigateThroughPoses) -> ActionGoal:
-        base, poses = self._base, [self._stamped(pose) for pose in request.poses]
-        report = self._feedback_reporter(request.feedback_period, len(poses))
-        goal: dict[str, Any] = {"poses": poses}
-        if request.stop_at_each:
-            kind = "nav2_msgs/action/FollowWaypoints"
-            return ActionGoal(base.follow_waypoints, kind, goal, report, judge=_check_reached)
-        if len(poses) == 1:
-            kind = "nav2_msgs/action/NavigateToPose"
-            return ActionGoal(base.navigate_to_pose, kind, {"pose": poses[0]}, report)
-        return ActionGoal(base.navigate_through_poses, "nav2_msgs/action/NavigateThroughPoses", goal, report)
+def _feedback_reporter(link: RobotLink, period: float, poses: int) -> Callable[[Members], None]:
+    """Return a callback that reports feedback at most once in a period [s]."""
+    due = 0.0
 
-    def _stamped(self, pose: wire.Pose3D) -> Mapping[str, Any]:
-        return {"header": geometry.header(self._base.map_frame, 0.0), "pose": geometry.pose_message(pose)}
+    def report(feedback: Members) -> None:
+        nonlocal due
+        now = time.monotonic()
+        if period > 0.0 and now >= due:
+            due = now + period
+            link.events.add(feedback=_converted(link.name, link.events.now, feedback, poses))
 
-    def _feedback_reporter(self, period: float, poses: int) -> Callable[[Members], None]:
-        """Return a callback that reports feedback at most once in a period [s]."""
-        due = 0.0
-
-        def report(feedback: Members) -> None:
-            nonlocal due
-            now = time.monotonic()
-            if period > 0.0 and now >= due:
-                due = now + period
-                self._events.add(feedback=_converted(self._robot, self._events.now, feedback, poses))
-
-        return report
+    return report
 
 
 def check_pose(pose: wire.Pose3D) -> None:

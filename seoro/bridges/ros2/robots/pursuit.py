@@ -5,17 +5,17 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import anyio
 
 from seoro.bridges.ros2.clients.cancellation import cancel_goal, wait_ended
-from seoro.bridges.ros2.clients.goals import UnsettledGoal, sending_goal
+from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.clients.lifecycle import watching_lifecycle
 from seoro.bridges.ros2.clients.members import Members
-from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, Link
-from seoro.bridges.serving.work import GoalAborted, GoalInterrupted, Work
+from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, RobotLink
+from seoro.bridges.serving.work import GoalAborted, GoalInterrupted
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import BackendError, BackendLost, SeoroError
@@ -48,7 +48,7 @@ class ActionGoal:
     judge: Callable[[Mapping[str, Any]], str] = lambda _result: ""
 
 
-async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: ActionGoal) -> None:
+async def pursue(link: RobotLink, identifier: str, goal: ActionGoal) -> None:
     """Send a goal to a robot, and return when it is accepted. Its end is reported by its ID.
 
     A canceled goal that may continue is reported, too.
@@ -57,19 +57,21 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
         RequestRefused: The action has no server, or the robot rejects the goal, or does not answer.
     """
     await _wait_for_server(link, goal)
-    answer, state = _Answer(), link.state
+    answered, refusal = anyio.Event(), ""
+    work, state = link.work, link.state
 
     def note(text: str) -> None:
         log.warning("%s", text)
         work.warn(identifier, text)
 
-    def on_unsettled(unsettled: UnsettledGoal) -> None:
-        work.mark_unsettled(robot)
+    def on_unsettled(unsettled: Goal) -> None:
+        work.mark_unsettled(link.name)
         if unsettled.is_lost:
             state.add_unanswered()
-        link.tasks.start_soon(_settle, link, work, robot, goal.type, unsettled)
+        link.tasks.start_soon(_settle, link, goal.type, unsettled)
 
     async def execute() -> str:
+        nonlocal refusal
         number = state.standstills.number
         state.add_unanswered()
         try:
@@ -77,47 +79,39 @@ async def pursue(link: Link, work: Work, identifier: str, robot: str, goal: Acti
                 link.node, goal.action, goal.type, goal.goal, goal.feedback, note, on_unsettled
             ) as sent:
                 state.remove_unanswered()
-                answer.known.set()
+                answered.set()
                 end = await sent.ended()
                 if end.status is GoalStatus.CANCELED:
                     state.standstills.check(number)  # the guard cancels goals after a standstill
                 return _judge(goal, end)
         except BackendLost as error:
-            answer.refusal = str(error)
+            refusal = str(error)
             raise GoalInterrupted(str(error)) from error
         except SeoroError as error:
-            answer.refusal = str(error)
+            refusal = str(error)
             raise GoalAborted(str(error)) from error
         finally:
-            if not answer.known.is_set():
+            if not answered.is_set():
                 state.remove_unanswered()
-                answer.refusal = answer.refusal or "the goal was canceled before the robot had accepted it"
-                answer.known.set()
+                refusal = refusal or "the goal was canceled before the robot had accepted it"
+                answered.set()
 
-    work.start(identifier, execute, robot=robot, part=goal.part)
-    await answer.known.wait()
-    if answer.refusal:
-        raise RequestRefused(Result.OPERATION_FAILED, answer.refusal)
+    work.start(identifier, execute, robot=link.name, part=goal.part)
+    await answered.wait()
+    if refusal:
+        raise RequestRefused(Result.OPERATION_FAILED, refusal)
 
 
-async def _settle(link: Link, work: Work, robot: str, type_name: str, goal: UnsettledGoal) -> None:
+async def _settle(link: RobotLink, type_name: str, goal: Goal) -> None:
     """Wait for the end of a goal that may continue; cancel the goal if it is lost."""
     if goal.is_lost:
         await cancel_goal(link.node, goal.action, goal.goal_id, log.warning)
         link.state.remove_unanswered()
     await wait_ended(link.node, goal.action, type_name, goal.goal_id)
-    work.mark_settled(robot)
+    link.work.mark_settled(link.name)
 
 
-@dataclass
-class _Answer:
-    """Answer of a robot to a goal, with the reason of a rejection."""
-
-    known: anyio.Event = field(default_factory=anyio.Event)
-    refusal: str = ""
-
-
-async def _wait_for_server(link: Link, goal: ActionGoal) -> None:
+async def _wait_for_server(link: RobotLink, goal: ActionGoal) -> None:
     """Wait for a server of the action, and until its node is active if it has a life cycle, as in Nav2.
 
     Such a node reports its state from the start, and serves actions once it is configured. So if an action is

@@ -8,13 +8,10 @@ from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.arm import MovingArm
 from seoro.bridges.ros2.robots.base import DrivingBase
-from seoro.bridges.ros2.robots.frames import Frames
-from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.wire import Durability, Qos
-from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.robot import Handlers
-from seoro.bridges.serving.work import Work
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 BATTERY = "sensor_msgs/msg/BatteryState"
@@ -26,28 +23,22 @@ class RosRobot:
     """A robot.
 
     Args:
-        name: Name of the robot in scenarios.
         profile: Profile of the robot.
         link: Link to the robot.
-        work: Goals and watches of the node.
-        events: Log of events.
     """
 
-    def __init__(self, name: str, profile: Profile, link: Link, work: Work, events: EventLog) -> None:
-        self._name = name
+    def __init__(self, profile: Profile, link: RobotLink) -> None:
         self._profile = profile
         self._link = link
-        self._frames = Frames()
         self._battery: float | None = None
-        self._base: DrivingBase | None = None
-        if profile.base is not None:
-            self._base = DrivingBase(link, profile.base, self._frames, name, work, events)
-        self._arm = None if profile.arm is None else MovingArm(link, profile.arm, self._frames, name, work)
+        self._base = None if profile.base is None else DrivingBase(link, profile.base)
+        self._arm = None if profile.arm is None else MovingArm(link, profile.arm)
 
     @property
     def info(self) -> wire.RobotInfo:
         """Name and features of the robot, with the frames published so far."""
-        return wire.RobotInfo(name=self._name, kinds=self._profile.kinds, frames=tuple(sorted(self._frames.names)))
+        frames = tuple(sorted(self._link.frames.names))
+        return wire.RobotInfo(name=self._link.name, kinds=self._profile.kinds, frames=frames)
 
     @property
     def handlers(self) -> Handlers:
@@ -79,9 +70,10 @@ class RosRobot:
 
     async def open(self) -> None:
         """Subscribe to the topics of the robot, and prepare commands."""
-        put_static = partial(self._frames.put, is_static=True)
+        frames = self._link.frames
+        put_static = partial(frames.put, is_static=True)
         await self._link.listen(self._profile.battery, BATTERY, self._on_battery, forget=self._forget_battery)
-        await self._link.listen(self._profile.tf, TRANSFORMS, self._frames.put, DYNAMIC, self.forget)
+        await self._link.listen(self._profile.tf, TRANSFORMS, frames.put, DYNAMIC, self.forget)
         await self._link.listen(self._profile.tf_static, TRANSFORMS, put_static, STATIC)
         if self._base is not None:
             await self._base.open()
@@ -90,7 +82,7 @@ class RosRobot:
 
     def forget(self) -> None:
         """Forget the poses of the robot: the time was set back, or the robot has disappeared."""
-        self._frames.forget()
+        self._link.frames.forget()
         if self._base is not None:
             self._base.forget()
 

@@ -11,12 +11,11 @@ from pathlib import Path
 import anyio
 
 from seoro.bridges.ros2.clock import SharedClock
-from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
-from seoro.bridges.ros2.participant import RosOptions, RosSystem, connect_system
+from seoro.bridges.ros2.participant import BRIDGE, GUARD, RosOptions, RosSystem, connect_system
 from seoro.bridges.ros2.robots.guard import PERIOD, GuardSettings
-from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, GuardState, Standstills
+from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, Standstills
 from seoro.bridges.ros2.robots.guarded import guarded
-from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.profile import BridgedRobot
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.ros2.wire.names import resolve
@@ -24,7 +23,7 @@ from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import RobotServer, serving
 from seoro.bridges.serving.work import Work
 from seoro.concurrency.background import background
-from seoro.security.network.listener import Listener, node_listener
+from seoro.security.network.listener import node_listener
 
 log = logging.getLogger(__name__)
 
@@ -66,46 +65,35 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
         warn_if_shared(options.robots, system)
         ros = replace(options.ros, dialect=system.dialect.name, interfaces=())
         settings = GuardSettings(ros=ros, session=system.session.identity, robots=tuple(options.robots))
+        robots: list[RosRobot] = []
         async with (
             guarded(settings) as state,
-            _serving_robots(options, listener, system, state),
+            AsyncExitStack() as stack,
+            _stopping_at_end(robots),
+            background() as tasks,
         ):
-            yield
+            namespaces = [robot.namespace for robot in options.robots]
+            nodes = [await stack.enter_async_context(system.node(BRIDGE, each)) for each in namespaces]
 
+            def make(work: Work, events: EventLog) -> Sequence[RosRobot]:
+                for robot, node in zip(options.robots, nodes, strict=True):
+                    link = RobotLink(node, stack, tasks, state, name=robot.name, work=work, events=events)
+                    robots.append(RosRobot(robot.profile, link))
+                return robots
 
-@asynccontextmanager
-async def _serving_robots(
-    options: BridgeOptions, listener: Listener, system: RosSystem, state: GuardState
-) -> AsyncIterator[None]:
-    """Serve the robots of a bridge that has a guard."""
-    robots: list[RosRobot] = []
-    async with (
-        AsyncExitStack() as stack,
-        _stopping_at_end(robots),
-        background() as tasks,
-    ):
-        nodes = [await stack.enter_async_context(system.node(BRIDGE, each.namespace)) for each in options.robots]
+            def forget() -> None:
+                for robot in robots:
+                    robot.forget()
 
-        def make(work: Work, events: EventLog) -> Sequence[RosRobot]:
-            robots.extend(
-                RosRobot(robot.name, robot.profile, Link(node, stack, tasks, state), work, events)
-                for robot, node in zip(options.robots, nodes, strict=True)
-            )
-            return robots
-
-        def forget() -> None:
-            for robot in robots:
-                robot.forget()
-
-        async with (
-            serving(listener, options.node, make, options.state, options.log, state.set_stopping) as server,
-            system.node(BRIDGE) as node,
-            SharedClock(node, tasks).using(log.warning, forget),
-        ):
-            for robot in robots:
-                await robot.open()
-            tasks.start_soon(_stop_after_standstills, state.standstills, server)
-            yield
+            async with (
+                serving(listener, options.node, make, options.state, options.log, state.set_stopping) as server,
+                system.node(BRIDGE) as node,
+                SharedClock(node, tasks).using(log.warning, forget),
+            ):
+                for robot in robots:
+                    await robot.open()
+                tasks.start_soon(_stop_after_standstills, state.standstills, server)
+                yield
 
 
 async def _stop_after_standstills(standstills: Standstills, server: RobotServer) -> None:

@@ -10,8 +10,7 @@ from typing import Any
 
 from seoro import __version__
 from seoro.bridges import wire
-from seoro.bridges.ros2.own_nodes import BRIDGE
-from seoro.bridges.ros2.participant import RosSystem
+from seoro.bridges.ros2.participant import BRIDGE, RosSystem
 from seoro.bridges.ros2.simulators.interfaces import SimulationInterfaces
 from seoro.bridges.ros2.simulators.world import RosWorld, opening_world, relative_pose
 from seoro.bridges.serving.answering import answer

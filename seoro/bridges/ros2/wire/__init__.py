@@ -4,7 +4,7 @@ ROS 2 systems use Zenoh in two dialects (`Dialect`): `RmwZenoh` is the middlewar
 of robots that use DDS.
 """
 
-from seoro.bridges.ros2.wire.attachment import Attachment, InvalidAttachment
+from seoro.bridges.ros2.wire.attachment import Attachment
 from seoro.bridges.ros2.wire.dialects import Dialect, named_dialect
 from seoro.bridges.ros2.wire.entities import Endpoint, Entity, Kind, Node
 from seoro.bridges.ros2.wire.names import InvalidName, check_node_name, is_hidden, resolve, resolve_namespace
@@ -21,7 +21,6 @@ __all__ = [
     "Endpoint",
     "Entity",
     "History",
-    "InvalidAttachment",
     "InvalidName",
     "Kind",
     "Liveliness",

@@ -13,10 +13,6 @@ from typing import NamedTuple
 _HEAD = struct.Struct("<qqB")
 
 
-class InvalidAttachment(ValueError):
-    """The attachment of a message is not in the format of rmw_zenoh."""
-
-
 class Attachment(NamedTuple):
     """Attachment of a message.
 
@@ -35,18 +31,13 @@ class Attachment(NamedTuple):
         return _HEAD.pack(self.sequence, self.stamp, len(self.gid)) + self.gid
 
     @classmethod
-    def parse(cls, payload: bytes) -> Attachment:
-        """Decode an attachment; bytes after the GID are ignored, for later versions of the format.
+    def parse(cls, payload: bytes) -> Attachment | None:
+        """Decode an attachment; return None if it is truncated.
 
-        Raises:
-            InvalidAttachment: The attachment is truncated.
+        Bytes after the GID are ignored, for later versions of the format.
         """
         if len(payload) < _HEAD.size:
-            raise InvalidAttachment(
-                f"truncated attachment: expected {_HEAD.size} bytes or more, got {len(payload)}"
-            )
+            return None
         sequence, stamp, length = _HEAD.unpack_from(payload)
         gid = payload[_HEAD.size : _HEAD.size + length]
-        if len(gid) < length:
-            raise InvalidAttachment(f"truncated attachment: expected a GID of {length} bytes, got {len(gid)}")
-        return cls(sequence, stamp, gid)
+        return None if len(gid) < length else cls(sequence, stamp, gid)

@@ -9,7 +9,7 @@ import anyio
 import pytest
 
 from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL, UNKNOWN, cancel_goal
-from seoro.bridges.ros2.clients.goals import UnsettledGoal, sending_goal
+from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.errors import NoResponse
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.concurrency.background import background
@@ -66,7 +66,7 @@ async def test_a_goal_accepted_after_its_cancellation_is_canceled(
             there.serving("/spin/_action/cancel_goal", CANCEL_GOAL, server.cancel_goal)
         )
 
-        def call_off(doubt: UnsettledGoal) -> None:
+        def call_off(doubt: Goal) -> None:
             assert doubt.is_lost
             tasks.start_soon(cancel_goal, here, doubt.action, doubt.goal_id, notes.append)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import AsyncExitStack
 from functools import partial
 
@@ -13,6 +12,7 @@ from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status
 from seoro.bridges.ros2.expose.navigation import THROUGH_POSES, TO_POSE, RobotNavigation
 from seoro.bridges.ros2.expose.node import ExposedNode
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.sim.requests import R
 from tests.bridges.ros2.expose.test_navigation import stamped
 
 
@@ -22,9 +22,7 @@ class Reaching(ExposedNode):
     def __init__(self) -> None:
         super().__init__(None)  # type: ignore[arg-type]
 
-    async def pursue(
-        self, verb: wire.Verb[wire.Q, wire.Empty], request: Callable[[str], wire.Q]
-    ) -> wire.Occurrence:
+    async def pursue(self, verb: wire.Verb[R, wire.Empty], request: R) -> wire.Occurrence:
         await anyio.sleep(0.0)
         return wire.Occurrence(id="", time=1.0, outcome=wire.Outcome.SUCCEEDED)
 

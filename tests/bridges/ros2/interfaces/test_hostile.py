@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from seoro.bridges.ros2.interfaces import InvalidDefinition, InvalidPayload, TypeStore
 from seoro.bridges.ros2.interfaces.syntax import read_interface
-from seoro.bridges.ros2.interfaces.text import lines
+from seoro.bridges.ros2.interfaces.text import definition
 from tests.bridges.ros2.interfaces.samples import sample, structures
 
 WORDS = [
@@ -36,7 +36,7 @@ def test_random_definitions_are_read_or_refused(text: str) -> None:
         (read,) = read_interface("my_robot/msg/Thing", text, "Thing.msg")
     except InvalidDefinition:
         return
-    (again,) = read_interface("my_robot/msg/Thing", "\n".join(lines(read)), "again")
+    (again,) = read_interface("my_robot/msg/Thing", definition(read), "again")
     assert again == read
 
 

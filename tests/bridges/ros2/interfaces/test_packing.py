@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.interfaces.packages import DATA, BundledPackage
+from seoro.bridges.ros2.interfaces.packages import DATA, bundled_package
 from seoro.bridges.ros2.interfaces.packing import pack
 from seoro.bridges.ros2.interfaces.registry import Registry
 from seoro.errors import UsageError
@@ -19,7 +19,7 @@ def test_packing_a_packed_package_again_changes_nothing() -> None:
     assert {file.parent.name for file in files} == {"editions", "humble", "jazzy"}
     for file in files:
         package = file.stem.partition("-")[0]
-        assert pack(package, Registry({package: BundledPackage(file)})) == file.read_text(encoding="utf-8")
+        assert pack(package, Registry({package: bundled_package(file)})) == file.read_text(encoding="utf-8")
 
 
 def test_packed_definitions_equal_the_read_ones(tmp_path: Path) -> None:

@@ -7,8 +7,7 @@ from rosbags.rosbag2 import Reader
 
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagTopic
-from seoro.bridges.ros2.recording.reader import open_bag
-from seoro.bridges.ros2.recording.repair import repair_bag
+from seoro.bridges.ros2.recording.reader import open_bag, repair_bag
 from seoro.bridges.ros2.recording.scanning import scan
 from seoro.bridges.ros2.recording.writer import write_bag
 from tests.bridges.ros2.recording.bags import CHATTER, START, add, text, write

@@ -12,8 +12,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from seoro.bridges.ros2.recording.errors import UnknownTopic, UnreadableBag
 from seoro.bridges.ros2.recording.mcap_file import Compression
-from seoro.bridges.ros2.recording.reader import open_bag
-from seoro.bridges.ros2.recording.repair import repair_bag
+from seoro.bridges.ros2.recording.reader import open_bag, repair_bag
 from seoro.bridges.ros2.wire import Durability, Qos
 from tests.bridges.ros2.recording.bags import (
     CHATTER,

@@ -14,8 +14,7 @@ from seoro.bridges.ros2.recording import writer as writer_module
 from seoro.bridges.ros2.recording.errors import RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression
 from seoro.bridges.ros2.recording.metadata import BagTopic, read_metadata
-from seoro.bridges.ros2.recording.reader import open_bag
-from seoro.bridges.ros2.recording.repair import repair_bag
+from seoro.bridges.ros2.recording.reader import open_bag, repair_bag
 from seoro.bridges.ros2.recording.writer import write_bag
 from tests.bridges.ros2.recording.bags import (
     CHATTER,

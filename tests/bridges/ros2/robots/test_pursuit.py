@@ -14,7 +14,7 @@ from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status, servin
 from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.robots.guard_state import GuardState
-from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
 from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.work import Work
@@ -52,7 +52,7 @@ class Navigator:
 
 
 @asynccontextmanager
-async def linked(router: str, types: TypeStore) -> AsyncIterator[tuple[Link, Work, Navigator, Any]]:
+async def linked(router: str, types: TypeStore) -> AsyncIterator[tuple[RobotLink, Navigator, Any]]:
     """Yield a link to an inactive navigator, and the publisher of its transitions."""
     navigator = Navigator()
     async with (
@@ -64,7 +64,9 @@ async def linked(router: str, types: TypeStore) -> AsyncIterator[tuple[Link, Wor
         AsyncExitStack() as stack,
         anyio.create_task_group() as tasks,
     ):
-        yield Link(here, stack, tasks), Work(tasks, EventLog()), navigator, events
+        log = EventLog()
+        link = RobotLink(here, stack, tasks, name="robot", work=Work(tasks, log), events=log)
+        yield link, navigator, events
         tasks.cancel_scope.cancel()
 
 
@@ -105,8 +107,8 @@ async def test_goals_whose_cancel_fails_are_reported_and_active_until_they_end(
     ):
         work = Work(tasks, events)
         with anyio.fail_after(30.0):
-            link = Link(here, stack, tasks, state=robot.guard)
-            await pursue(link, work, "one", "robot", ActionGoal("/spin", SPIN, {}))
+            link = RobotLink(here, stack, tasks, robot.guard, name="robot", work=work, events=events)
+            await pursue(link, "one", ActionGoal("/spin", SPIN, {}))
             assert (robot.pending, robot.guard.has_unanswered) == (True, False)
             await work.cancel("one")
             reported = (await events.after(wire.AwaitEvents())).events
@@ -119,8 +121,8 @@ async def test_goals_whose_cancel_fails_are_reported_and_active_until_they_end(
 
 
 async def test_goals_wait_until_their_server_is_active(router: str, types: TypeStore) -> None:
-    async with linked(router, types) as (link, work, navigator, events), anyio.create_task_group() as tasks:
-        tasks.start_soon(pursue, link, work, "one", "robot", ActionGoal("/spin", SPIN, {}))
+    async with linked(router, types) as (link, navigator, events), anyio.create_task_group() as tasks:
+        tasks.start_soon(pursue, link, "one", ActionGoal("/spin", SPIN, {}))
         await navigator.asked.wait()
         navigator.state = ACTIVE
         await events.wait_for_subscription(5.0)
@@ -131,8 +133,8 @@ async def test_goals_wait_until_their_server_is_active(router: str, types: TypeS
 
 
 async def test_goals_are_refused_if_their_server_cannot_become_active(router: str, types: TypeStore) -> None:
-    async with linked(router, types) as (link, work, navigator, _):
+    async with linked(router, types) as (link, navigator, _):
         navigator.state = FINALIZED
         with pytest.raises(RequestRefused, match="/robot, the server of /spin, is finalized, not active"):
-            await pursue(link, work, "one", "robot", ActionGoal("/spin", SPIN, {}))
+            await pursue(link, "one", ActionGoal("/spin", SPIN, {}))
         assert navigator.goals == 0

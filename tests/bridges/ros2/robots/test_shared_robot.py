@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from seoro.bridges.ros2.interfaces import TypeStore
-from seoro.bridges.ros2.own_nodes import BRIDGE, GUARD
-from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.participant import BRIDGE, GUARD, connect
 from seoro.bridges.ros2.robots.profile import BridgedRobot, read_profile
 from seoro.bridges.ros2.robots.running import warn_if_shared
 from seoro.bridges.ros2.wire import RmwZenoh

@@ -12,7 +12,7 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.robots.link import Link
+from seoro.bridges.ros2.robots.link import Link, RobotLink
 from seoro.bridges.ros2.robots.profile import read_profile
 from seoro.bridges.ros2.robots.robot import RosRobot
 from seoro.bridges.serving.event_log import EventLog
@@ -37,8 +37,8 @@ async def served(
     """Yield a robot that a bridge serves."""
     async with AsyncExitStack() as stack, background() as tasks:
         events = events or EventLog()
-        link = Link(here, stack, tasks)
-        robot = RosRobot("tb", read_profile(profile), link, Work(tasks, events), events)
+        link = RobotLink(here, stack, tasks, name="tb", work=Work(tasks, events), events=events)
+        robot = RosRobot(read_profile(profile), link)
         await robot.open()
         yield robot
 

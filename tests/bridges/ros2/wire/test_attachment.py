@@ -1,10 +1,9 @@
 """Attachments of rmw_zenoh."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seoro.bridges.ros2.wire import Attachment, InvalidAttachment
+from seoro.bridges.ros2.wire import Attachment
 
 GID = bytes(range(16))
 INT64 = st.integers(-(2**63), 2**63 - 1)
@@ -26,5 +25,4 @@ def test_an_attachment_is_read_with_trailing_bytes(sequence: int, stamp: int, gi
 def test_a_too_short_attachment_is_refused(payload: bytes) -> None:
     if len(payload) >= 17 and len(payload) - 17 >= payload[16]:
         return
-    with pytest.raises(InvalidAttachment):
-        Attachment.parse(payload)
+    assert Attachment.parse(payload) is None
