@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple
 
 from seoro.lang import plan
+from seoro.lang.arithmetic import INT_LIMITS, Number, wrap
 from seoro.lang.check.plan_types import base_unit, type_name
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import listing, types
-from seoro.lang.integers import INT_LIMITS, wrap_int, wrap_uint
 from seoro.lang.program import Program
 from seoro.lang.source import Span
 from seoro.lang.symbols import ListOf, Quantity, RangeOf, Structured, Type, TypeSymbol, lineage
 from seoro.lang.types import FLOAT, INT, UINT, UNKNOWN, is_integer, is_known, is_number, is_plain_number
 from seoro.lang.units import unit_text
 
-NUMBERS: Final[Mapping[Type, plan.Number]] = {
-    INT: plan.Number.INT,
-    UINT: plan.Number.UINT,
-    FLOAT: plan.Number.FLOAT,
+NUMBERS: Final[Mapping[Type, Number]] = {
+    INT: Number.INT,
+    UINT: Number.UINT,
+    FLOAT: Number.FLOAT,
 }
 
 
@@ -152,7 +152,7 @@ class Converter:
             return None
         if self._strict:
             self._bag.add(types.bare_number, expression.span, unit_text(target.dimension))
-        return as_number(expression, plan.Number.FLOAT)
+        return as_number(expression, Number.FLOAT)
 
     def _list(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
         if isinstance(expression, plan.ListOf):
@@ -198,24 +198,17 @@ def adapted(value: Typed, target: Type) -> plan.Expression:
     return as_number(expression, NUMBERS[target])
 
 
-def as_number(expression: plan.Expression, number: plan.Number) -> plan.Expression:
+def as_number(expression: plan.Expression, number: Number) -> plan.Expression:
     """Convert an integer, or a list or a range of integers, to another numeric type (7.4.2.3.1).
 
     Literals are converted immediately.
     """
     match expression:
         case plan.Literal(int(value), span):
-            return plan.Literal(_LITERALS[number](value), span)
+            return plan.Literal(wrap(value, number), span)
         case plan.ListOf(items):
             return replace(expression, items=tuple(as_number(item, number) for item in items))
         case plan.RangeOf(low, high):
             return replace(expression, low=as_number(low, number), high=as_number(high, number))
         case _:
             return plan.Convert(expression, number, expression.span)
-
-
-_LITERALS: Final[Mapping[plan.Number, Callable[[int], int | float]]] = {
-    plan.Number.INT: wrap_int,
-    plan.Number.UINT: wrap_uint,
-    plan.Number.FLOAT: float,
-}

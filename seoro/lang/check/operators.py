@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from seoro.lang import ast, plan
+from seoro.lang.arithmetic import Number
 from seoro.lang.check.convert import Converter, Typed, adapted, as_number, common_type, nothing
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import types as messages
@@ -70,7 +71,7 @@ class Operators:
             self._unlike(node, left, right)
             return nothing(span)
         a, b = _as_float(left), _as_float(right)
-        return Typed(plan.Arithmetic(node.operator, a, b, plan.Number.FLOAT, span), result)
+        return Typed(plan.Arithmetic(node.operator, a, b, Number.FLOAT, span), result)
 
     def _plain(self, node: ast.Arithmetic, left: Typed, right: Typed, wants_int: bool) -> Typed:
         result = common_type(left.type, right.type)
@@ -170,13 +171,13 @@ class Operators:
         return value.expression
 
 
-def _arithmetic(type_: Type) -> plan.Number:
-    return plan.Number.INT if type_ == INT else plan.Number.UINT if type_ == UINT else plan.Number.FLOAT
+def _arithmetic(type_: Type) -> Number:
+    return Number.INT if type_ == INT else Number.UINT if type_ == UINT else Number.FLOAT
 
 
 def _as_float(side: Typed) -> plan.Expression:
     """Convert an integer operand to float."""
-    return as_number(side.expression, plan.Number.FLOAT) if is_integer(side.type) else side.expression
+    return as_number(side.expression, Number.FLOAT) if is_integer(side.type) else side.expression
 
 
 def _alike(operator: str, left: Typed, right: Typed, shared: Type) -> tuple[plan.Expression, plan.Expression]:

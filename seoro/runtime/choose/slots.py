@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
 
 from seoro.lang import frozen, solve
-from seoro.lang.integers import UINT_LIMITS
+from seoro.lang.arithmetic import UINT_LIMITS
 from seoro.lang.plan import (
     Binding,
     EnumType,

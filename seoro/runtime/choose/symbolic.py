@@ -141,7 +141,7 @@ class Translation:
             return self._evaluate(forms.with_operands(expression, found), environment)
         match expression, found:
             case plan.Negate(number=number), [operand]:
-                return terms.Negate(forms.as_term(operand), forms.NUMBERS[number])
+                return terms.Negate(forms.as_term(operand), number)
             case plan.Convert(number=number), [operand]:
                 return forms.converted(operand, number)
             case plan.RangeOf(), [low, high]:
