@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from seoro.lang import ast, plan
 from seoro.lang.arithmetic import Number
-from seoro.lang.check.convert import Converter, Typed, adapted, as_number, common_type, nothing
+from seoro.lang.check.convert import NUMBERS, Converter, Typed, adapted, as_number, common_type, nothing
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.program import Program
@@ -41,7 +41,7 @@ class Operators:
             self._bag.add(messages.not_number, operand.expression.span, "-", found)
             return nothing(span)
         result = INT if operand.type == UINT else operand.type
-        return Typed(plan.Negate(operand.expression, _arithmetic(result), span), result)
+        return Typed(plan.Negate(operand.expression, NUMBERS.get(result, Number.FLOAT), span), result)
 
     def arithmetic(self, node: ast.Arithmetic, left: Typed, right: Typed, wants_int: bool) -> Typed:
         """Elaborate `a + b` and the like.
@@ -79,7 +79,7 @@ class Operators:
         if result == UINT and wants_int:
             result = INT
         a, b = self._converter.convert(left, result), self._converter.convert(right, result)
-        return Typed(plan.Arithmetic(node.operator, a, b, _arithmetic(result), node.span), result)
+        return Typed(plan.Arithmetic(node.operator, a, b, NUMBERS.get(result, Number.FLOAT), node.span), result)
 
     def _unlike(self, node: ast.Arithmetic, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
@@ -169,10 +169,6 @@ class Operators:
         if is_known(value.type) and value.type != BOOL:
             self._bag.add(messages.not_bool, span, operator, self._converter.describe(value.type))
         return value.expression
-
-
-def _arithmetic(type_: Type) -> Number:
-    return Number.INT if type_ == INT else Number.UINT if type_ == UINT else Number.FLOAT
 
 
 def _as_float(side: Typed) -> plan.Expression:
