@@ -122,6 +122,12 @@ class Slot:
         assert self.made is not None
         return self.made
 
+    @property
+    def is_unsized(self) -> bool:
+        """Whether it is a constructed list without a size yet."""
+        is_constructed = isinstance(self.type, ListType) and not self.is_given and self.definition is None
+        return is_constructed and not self.is_sized
+
 
 class Slots:
     """All slots of a choice."""

@@ -257,12 +257,10 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
         EvaluationError: An argument or a default has no value, or no values meet all constraints.
     """
     given = {name: evaluate(value, environment) for name, value in expression.arguments}
-    structures = environment.plan.structures
-    structure = structures.of(expression.type)
+    structure = environment.plan.structures.of(expression.type)
     if is_plain(structure, given):
-        return make_plain(structure, given, structures, environment, evaluate)
+        return make_plain(structure, given, environment, evaluate)
     from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
-    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - as above
     from seoro.runtime.choose.slots import Slot, value_slot  # noqa: PLC0415 - rarely needed
 
     if environment.calls is None:
@@ -270,7 +268,7 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
     made = empty(structure, environment.path, Fields())
     slot: Slot = value_slot(made, environment, expression.span)
     inside = scope_of(made, environment)
-    choose(Request(made, (structure,), given, inside, evaluate, value=slot))
+    choose(made, (structure,), given, inside, evaluate, value=slot)
     return made
 
 
