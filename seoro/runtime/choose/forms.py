@@ -146,14 +146,6 @@ def same(left: Symbolic, right: Symbolic) -> terms.Term:
     return terms.Compare("==", as_term(left), as_term(right))
 
 
-def compare(operator: str, left: Symbolic, right: Symbolic) -> terms.Term:
-    """Return the comparison of two values."""
-    if operator in {"==", "!="}:
-        equal = same(left, right)
-        return equal if operator == "==" else terms.Not(equal)
-    return terms.Compare(cast(terms.Relation, operator), as_term(left), as_term(right))
-
-
 def contains(item: Symbolic, container: Symbolic) -> Symbolic:
     """Return the containment of a value, or of all of a range or a list (7.4.2.4.1)."""
     bounds = bounds_of(container)
@@ -216,8 +208,12 @@ def operated(operation: Operation, left: Symbolic, right: Symbolic) -> terms.Ter
         case Arithmetic(operator, number=number):
             kind = cast(terms.Operation, operator)
             return terms.Arithmetic(kind, as_term(left), as_term(right), number)
+        case Compare("=="):
+            return same(left, right)
+        case Compare("!="):
+            return terms.Not(same(left, right))
         case Compare(operator):
-            return compare(operator, left, right)
+            return terms.Compare(cast(terms.Relation, operator), as_term(left), as_term(right))
         case _:
             raise NotSymbolic
 
