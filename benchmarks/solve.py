@@ -16,8 +16,9 @@ import time
 from collections.abc import Callable, Sequence
 from itertools import combinations, pairwise
 
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve import Cell, Conflict, Constraint, Domain, Integer, Problem, Real, solve
-from seoro.lang.solve.terms import Arithmetic, CellRef, Compare, Const, InRange, Number, Relation, Term, cells_of
+from seoro.lang.solve.terms import Arithmetic, CellRef, Compare, Const, InRange, Relation, Term, cells_of
 from seoro.lang.source import SourceFile, Span
 
 NOWHERE = Span(SourceFile("benchmark", ""), 0, 0)

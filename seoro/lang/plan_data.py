@@ -17,6 +17,7 @@ from math import inf, isfinite, nan
 from typing import Any, Final, TypeAlias, cast
 
 from seoro.lang import plan
+from seoro.lang.arithmetic import Number
 from seoro.lang.frozen import Frozen
 from seoro.lang.source import SourceFile, Span
 
@@ -28,10 +29,11 @@ _CONTAINERS: Final[Mapping[type, int]] = {
     plan.Structures: _STRUCTURES,
     plan.Methods: _METHODS,
 }
+_MODULES: Final = (plan.__name__, Number.__module__)
 _DEFINED: Final = [
     found
     for found in vars(plan).values()
-    if isinstance(found, type) and issubclass(found, Frozen | Enum) and found.__module__.startswith(plan.__name__)
+    if isinstance(found, type) and issubclass(found, Frozen | Enum) and found.__module__.startswith(_MODULES)
 ]
 _CLASSES: Final[Mapping[int, type[Frozen | Enum]]] = dict(
     enumerate(sorted(_DEFINED, key=lambda found: (found.__module__, found.__name__)), _FIRST_CLASS)

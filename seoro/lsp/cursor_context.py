@@ -85,7 +85,7 @@ class CursorContext:
 
     def _value(self, text: str, scope: Scope) -> symbols.Type:
         node = parse_expression(SourceFile("cursor", text), Bag())
-        return UNKNOWN if node is None else self._expressions.receivers.find(node, scope).type
+        return UNKNOWN if node is None else self._expressions.labels.receiver(node, scope).type
 
     @cached_property
     def labels(self) -> Mapping[str, ast.DoMember]:

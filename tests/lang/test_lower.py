@@ -9,6 +9,7 @@ import pytest
 
 from seoro.errors import InvalidScenario
 from seoro.lang import frontend, plan
+from seoro.lang.arithmetic import Number
 from tests.lang.helpers import check, lower
 
 NAVIGATION = """
@@ -219,7 +220,7 @@ def test_an_action_with_a_behavior_is_a_scenario(tmp_path: Path) -> None:
 def test_literals_are_in_si_units_and_of_their_type(text: str, expected: object, tmp_path: Path) -> None:
     found = value(f"import osc.types\nscenario main:\n    x: {text}\n    do emit end\n", tmp_path)
     if expected is None:
-        assert isinstance(found, plan.Arithmetic) and found.number is plan.Number.FLOAT
+        assert isinstance(found, plan.Arithmetic) and found.number is Number.FLOAT
     else:
         assert isinstance(found, plan.Literal)
         assert found.value == expected and type(found.value) is type(expected)
@@ -246,7 +247,7 @@ def test_arithmetic_has_the_type_of_its_operands(text: str, number: str, tmp_pat
 
 def test_literals_of_an_int_may_be_subtracted_below_zero(tmp_path: Path) -> None:
     found = value("scenario main:\n    x: int = 2 - 3\n    do emit end\n", tmp_path)
-    assert isinstance(found, plan.Arithmetic) and found.number is plan.Number.INT
+    assert isinstance(found, plan.Arithmetic) and found.number is Number.INT
 
 
 def test_integers_are_converted_to_expected_floats(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ MAX_CHAIN = 20_000  # of operands in a row
 
 
 class Aggregates:
-    """Elaborates aggregates.
+    """Elaborates aggregates, type tests and conversions.
 
     Args:
         expressions: The expression checker.
@@ -117,29 +117,6 @@ class Aggregates:
         shown = describe(left.type), describe(right.type)
         self._expressions.bag.add(types.no_common_type, right.expression.span, left.expression.span, what, *shown)
 
-
-def _element(item: Typed) -> Type:
-    """Return the type that an item contributes to a list."""
-    return item.type.element if isinstance(item.type, ListOf) else item.type
-
-
-def _are_bare_numbers(items: list[Typed], element: Type | None) -> bool:
-    """Return whether all items are literal numbers without units, although a physical type is expected."""
-    return isinstance(element, Quantity) and all(
-        is_plain_number(item.type) and isinstance(item.expression, plan.Literal) for item in items
-    )
-
-
-class Casts:
-    """Elaborates type tests and conversions.
-
-    Args:
-        expressions: The expression checker.
-    """
-
-    def __init__(self, expressions: ExpressionChecker) -> None:
-        self._expressions = expressions
-
     def test(self, node: ast.TypeTestExp, scope: Scope) -> Typed:
         """`a.is(T)`."""
         target = self._expressions.type_of(node.type, scope.space)
@@ -165,6 +142,18 @@ class Casts:
             expressions.bag.add(methods.impossible_cast, node.span, describe(operand.type), describe(target))
             return nothing(node.span)
         return Typed(plan.Cast(operand.expression, plan_type(target, expressions.program), node.span), target)
+
+
+def _element(item: Typed) -> Type:
+    """Return the type that an item contributes to a list."""
+    return item.type.element if isinstance(item.type, ListOf) else item.type
+
+
+def _are_bare_numbers(items: list[Typed], element: Type | None) -> bool:
+    """Return whether all items are literal numbers without units, although a physical type is expected."""
+    return isinstance(element, Quantity) and all(
+        is_plain_number(item.type) and isinstance(item.expression, plan.Literal) for item in items
+    )
 
 
 def _depends_on_value(source: Type, target: Type) -> bool:

@@ -41,8 +41,9 @@ class Binding:
         scope: Scope of the arguments.
         is_open: Whether the callee may have unknown parameters.
         traits: Traits of parameters in a Python implementation, where they differ from the declaration.
-        ranges: Receives ranges for parameters that hold one number (7.3.5.1.3); None if ranges are invalid.
-        types: Receives the static types of arguments that may be of any type.
+        may_be_ranges: Whether arguments for parameters that hold one number may be ranges (7.3.5.1.3).
+        ranges: These ranges.
+        types: The static types of arguments that may be of any type.
         given: The values of the given parameters, in the order of the arguments.
         places: The places of these arguments.
     """
@@ -53,8 +54,9 @@ class Binding:
     scope: Scope
     is_open: bool = False
     traits: Mapping[str, ParameterTrait] = field(default_factory=dict)
-    ranges: dict[str, plan.Expression] | None = None
-    types: dict[str, plan.ValueType] | None = None
+    may_be_ranges: bool = False
+    ranges: dict[str, plan.Expression] = field(default_factory=dict)
+    types: dict[str, plan.ValueType] = field(default_factory=dict)
     given: dict[str, plan.Expression] = field(default_factory=dict)
     places: dict[str, Span] = field(default_factory=dict)
 
@@ -114,7 +116,7 @@ class Binding:
         expressions, type_ = self.expressions, parameter.type
         context = f"`{parameter.text}` of `{self.owner}`"
         found = expressions.value(value, self.scope, type_)
-        if self.ranges is not None and isinstance(found.type, RangeOf) and is_number(type_):
+        if self.may_be_ranges and isinstance(found.type, RangeOf) and is_number(type_):
             self.ranges[parameter.name] = expressions.converter.convert(found, RangeOf(type_), context)
         else:
             self.given[parameter.name] = expressions.converter.convert(found, type_, context)
@@ -157,7 +159,7 @@ class Binding:
         if expressions.strict and is_known(found.type) and found.type != parameter.type:
             declared = expressions.converter.describe(parameter.type)
             expressions.bag.add(type_messages.any_argument, value.span, parameter.name, declared)
-        if self.types is not None and is_known(found.type):
+        if is_known(found.type):
             self.types[parameter.name] = plan_type(found.type, expressions.program)
         return found.expression
 

@@ -167,11 +167,9 @@ class Behaviors:
         symbol, call = target.symbol, node.invocation
         name, parameters, values = symbol.plan_name, symbol.inventory.fields, self._expressions.values
         duration, rest = self._timing.of_invocation(call.arguments, parameters)
-        ranges: dict[str, plan.Expression] = {}
-        types: dict[str, plan.ValueType] = {}
         traits, checker, scope = self._expressions.traits_of(symbol), self._expressions, self._scope
-        binding = Binding(checker, name, parameters, scope, is_open(symbol), traits, ranges, types)
-        given = binding.bind(rest)
+        binding = Binding(checker, name, parameters, scope, is_open(symbol), traits, may_be_ranges=True)
+        given, ranges, types = binding.bind(rest), binding.ranges, binding.types
         values.check_conditions(symbol, given)
         constraints = [_within(parameter, bounds) for parameter, bounds in ranges.items()]
         constraints += self._with_blocks.constraints(node, Structured(symbol))

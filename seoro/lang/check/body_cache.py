@@ -7,6 +7,7 @@ If these are unchanged, so are the messages, and the body is elaborated only if 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 from seoro.lang import ast, plan
@@ -188,11 +189,4 @@ def _moved(message: Diagnostic, file: SourceFile, shift: int) -> Diagnostic:
     def label(old: Label) -> Label:
         return Label(Span(file, old.span.start + shift, old.span.end + shift), old.text)
 
-    return Diagnostic(
-        message.severity,
-        message.code,
-        message.message,
-        label(message.primary),
-        tuple(label(old) for old in message.secondary),
-        message.help,
-    )
+    return replace(message, primary=label(message.primary), secondary=tuple(map(label, message.secondary)))

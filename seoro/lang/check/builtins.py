@@ -43,18 +43,17 @@ class Builtins:
 
     def apply(self, base: Typed, name: ast.Name, node: ast.FunctionApplication, scope: Scope) -> Typed | None:
         """Elaborate `base.name(...)`; return None if `name` is not an operator."""
-        if name.namespace is not None and base.type != STRING:
+        is_prefixed = name.namespace is not None and base.type != STRING
+        if is_prefixed or name.text not in self.names(base.type):
             return None
         match base.type:
             case ListOf(element):
                 return self._of_list(base, element, name, node, scope)
-            case RangeOf(element) if name.text in [side.value for side in plan.Side]:
+            case RangeOf(element):
                 self._take_nothing(name.text, node)
                 return Typed(plan.Bound(plan.Side(name.text), base.expression, node.span), element)
-            case _ if base.type == STRING and name.text in [method.value for method in plan.StringMethod]:
-                return self._of_string(base, plan.StringMethod(name.text), node, scope)
             case _:
-                return None
+                return self._of_string(base, plan.StringMethod(name.text), node, scope)
 
     @staticmethod
     def names(type_: Type) -> tuple[str, ...]:
@@ -69,12 +68,10 @@ class Builtins:
 
     def _of_list(
         self, base: Typed, element: Type, name: ast.Name, node: ast.FunctionApplication, scope: Scope
-    ) -> Typed | None:
+    ) -> Typed:
         if name.text == "size":
             self._take_nothing(name.text, node)
             return Typed(plan.Size(base.expression, node.span), UINT)
-        if name.text not in _LIST_METHODS:
-            return None
         operator = plan.Bulk(name.text)
         arguments = node.arguments
         if len(arguments.positional) != 1 or arguments.named:

@@ -6,7 +6,7 @@ from seoro.lang import ast, plan
 from seoro.lang.check.builtins import Builtins
 from seoro.lang.check.convert import Typed, nothing
 from seoro.lang.check.expression_checker import ExpressionChecker
-from seoro.lang.check.labels import Receivers
+from seoro.lang.check.labels import AllLabels
 from seoro.lang.check.lookup import candidates
 from seoro.lang.check.methods import Methods
 from seoro.lang.check.scopes import Scope
@@ -25,16 +25,16 @@ class Calls:
         expressions: The expression checker.
         values: The structs to construct.
         methods: The methods to call.
-        receivers: Receivers of calls, before the dots.
+        labels: The labels of all types.
     """
 
     def __init__(
-        self, expressions: ExpressionChecker, values: Values, methods: Methods, receivers: Receivers
+        self, expressions: ExpressionChecker, values: Values, methods: Methods, labels: AllLabels
     ) -> None:
         self._expressions = expressions
         self._values = values
         self._methods = methods
-        self._receivers = receivers
+        self._labels = labels
         self._builtins = Builtins(expressions)
 
     def application(self, node: ast.FunctionApplication, scope: Scope, is_directive: bool = False) -> Typed:
@@ -66,7 +66,7 @@ class Calls:
         is_directive: bool,
     ) -> Typed:
         """Call a method or an operator of a value, or of the default value of a named struct."""
-        found = self._default_of(base, scope) or self._receivers.find(base, scope)
+        found = self._default_of(base, scope) or self._labels.receiver(base, scope)
         if not is_known(found.type):
             return nothing(node.span)
         method: MethodSymbol | None

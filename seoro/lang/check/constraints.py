@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from seoro.lang import ast, plan
 from seoro.lang.check.expression_checker import ExpressionChecker
@@ -24,13 +24,18 @@ class Constraints:
         self._expressions = expressions
         self._bag = expressions.bag
 
-    def member(self, node: ast.ConstraintDeclaration, scope: Scope) -> plan.ConstraintMember | None:
-        """Elaborate a constraint; report an invalid one and return None."""
-        match node:
-            case ast.KeepConstraint():
-                return self._keep(node, scope)
-            case ast.RemoveDefault():
-                return self._remove_default(node, scope)
+    def among(self, members: Iterable[ast.Node], scope: Scope) -> Iterator[plan.ConstraintMember]:
+        """Elaborate the constraints among members; invalid ones are reported."""
+        for node in members:
+            match node:
+                case ast.KeepConstraint():
+                    found: plan.ConstraintMember | None = self._keep(node, scope)
+                case ast.RemoveDefault():
+                    found = self._remove_default(node, scope)
+                case _:
+                    continue
+            if found is not None:
+                yield found
 
     def _keep(self, node: ast.KeepConstraint, scope: Scope) -> plan.Constraint | None:
         errors = len(self._bag)

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple
 
 from seoro.lang import plan
-from seoro.lang.check.plan_types import base_unit, type_name
+from seoro.lang.arithmetic import INT_LIMITS, Number, wrap
+from seoro.lang.check.plan_types import base_unit, type_name, units_of
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import listing, types
-from seoro.lang.integers import INT_LIMITS, wrap_int, wrap_uint
 from seoro.lang.program import Program
 from seoro.lang.source import Span
 from seoro.lang.symbols import ListOf, Quantity, RangeOf, Structured, Type, TypeSymbol, lineage
 from seoro.lang.types import FLOAT, INT, UINT, UNKNOWN, is_integer, is_known, is_number, is_plain_number
 from seoro.lang.units import unit_text
 
-NUMBERS: Final[Mapping[Type, plan.Number]] = {
-    INT: plan.Number.INT,
-    UINT: plan.Number.UINT,
-    FLOAT: plan.Number.FLOAT,
+NUMBERS: Final[Mapping[Type, Number]] = {
+    INT: Number.INT,
+    UINT: Number.UINT,
+    FLOAT: Number.FLOAT,
 }
 
 
@@ -50,12 +50,9 @@ def common_type(left: Type, right: Type) -> Type | None:
         case Structured(first), Structured(second):
             shared = _common_base(first, second)
             return Structured(shared) if shared is not None else None
-        case (ListOf(a), ListOf(b)):
+        case (ListOf(a) as whole, ListOf(b)) | (RangeOf(a) as whole, RangeOf(b)):
             inner = common_type(a, b)
-            return ListOf(inner) if inner is not None else None
-        case (RangeOf(a), RangeOf(b)):
-            inner = common_type(a, b)
-            return RangeOf(inner) if inner is not None else None
+            return type(whole)(inner) if inner is not None else None
         case _:
             return None
 
@@ -105,15 +102,10 @@ class Converter:
             unit = base_unit(target.dimension, self._program)
             hint = f"multiply it by a unit, such as `1{unit}`" if unit else ""
         elif isinstance(target, Quantity) and isinstance(value.expression, plan.Literal):
-            hint = self._units(target)
+            units = units_of(target, self._program)
+            hint = f"{self.describe(target)} has the units {listing(units[:4])}" if units else ""
         found, needed = self.describe(value.type), self.describe(target)
         self._bag.add(types.mismatch, value.expression.span, needed, found, context, hint)
-
-    def _units(self, type_: Quantity) -> str:
-        """Return a help text with the units of a type, the base unit first."""
-        units = [unit for unit in self._program.units.values() if unit.dimension == type_.dimension]
-        units.sort(key=lambda unit: (unit.factor != 1 or bool(unit.offset), len(unit.name)))
-        return f"{self.describe(type_)} has the units {listing(unit.name for unit in units[:4])}" if units else ""
 
     def _try(self, value: Typed, target: Type) -> plan.Expression | None:
         """Return the converted value; None if the types do not match."""
@@ -152,7 +144,7 @@ class Converter:
             return None
         if self._strict:
             self._bag.add(types.bare_number, expression.span, unit_text(target.dimension))
-        return as_number(expression, plan.Number.FLOAT)
+        return as_number(expression, Number.FLOAT)
 
     def _list(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
         if isinstance(expression, plan.ListOf):
@@ -169,18 +161,10 @@ class Converter:
         return self._elementwise(expression, source, target)
 
     def _elementwise(self, expression: plan.Expression, source: Type, target: Type) -> plan.Expression | None:
-        """Convert a list or a range that is not a literal."""
-        if source == target:
-            return expression
-        if is_integer(source) and target in NUMBERS:
-            return plan.Convert(expression, NUMBERS[target], expression.span)
-        match source, target:
-            case Structured(symbol), Structured(base) if base in lineage(symbol):
-                return expression
-            case RangeOf(a), RangeOf(b):
-                return self._elementwise(expression, a, b)
-            case _:
-                return None
+        """Convert a list or a range that is not a literal, as one of its elements; numbers stay numbers."""
+        if isinstance(target, RangeOf) and not isinstance(source, RangeOf):
+            return None
+        return self._try(Typed(expression, source), target)
 
 
 def adapted(value: Typed, target: Type) -> plan.Expression:
@@ -198,24 +182,17 @@ def adapted(value: Typed, target: Type) -> plan.Expression:
     return as_number(expression, NUMBERS[target])
 
 
-def as_number(expression: plan.Expression, number: plan.Number) -> plan.Expression:
+def as_number(expression: plan.Expression, number: Number) -> plan.Expression:
     """Convert an integer, or a list or a range of integers, to another numeric type (7.4.2.3.1).
 
     Literals are converted immediately.
     """
     match expression:
         case plan.Literal(int(value), span):
-            return plan.Literal(_LITERALS[number](value), span)
+            return plan.Literal(wrap(value, number), span)
         case plan.ListOf(items):
             return replace(expression, items=tuple(as_number(item, number) for item in items))
         case plan.RangeOf(low, high):
             return replace(expression, low=as_number(low, number), high=as_number(high, number))
         case _:
             return plan.Convert(expression, number, expression.span)
-
-
-_LITERALS: Final[Mapping[plan.Number, Callable[[int], int | float]]] = {
-    plan.Number.INT: wrap_int,
-    plan.Number.UINT: wrap_uint,
-    plan.Number.FLOAT: float,
-}

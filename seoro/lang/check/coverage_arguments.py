@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Final
+from typing import Final, TypeVar
 
 from seoro.lang import ast
 from seoro.lang.check.scopes import Scope
@@ -22,6 +22,7 @@ ARGUMENTS: Final = (
     "disable", "target",
 )  # fmt: skip
 UINT_LIMIT = 2**64
+_Literal = TypeVar("_Literal", ast.BoolLiteral, ast.StringLiteral, ast.RangeConstructor)
 
 
 class Argument(Value):
@@ -68,25 +69,13 @@ class Literals:
 
     def flag(self, name: str) -> bool:
         """Read `true` or `false`; default `false`."""
-        match self._value(name):
-            case None:
-                return False
-            case ast.BoolLiteral(truth):
-                return truth
-            case other:
-                self._refuse(other, name, "a literal `true` or `false`")
-                return False
+        node = self._literal(ast.BoolLiteral, name, "a literal `true` or `false`")
+        return node is not None and node.value
 
     def text(self, name: str) -> str:
         """Read a string; default empty."""
-        match self._value(name):
-            case None:
-                return ""
-            case ast.StringLiteral(text):
-                return text
-            case other:
-                self._refuse(other, name, "a string in quotes")
-                return ""
+        node = self._literal(ast.StringLiteral, name, "a string in quotes")
+        return node.value if node is not None else ""
 
     def count(self, name: str) -> int:
         """Read a `uint`; default 1."""
@@ -101,16 +90,12 @@ class Literals:
 
     def range(self) -> tuple[float, float] | None:
         """Read the bounds of `range`, the smaller one first."""
-        match self._value("range"):
-            case None:
-                return None
-            case ast.RangeConstructor(low, high):
-                bounds = [self._number(bound, "range", f"numbers{self._in_unit}") for bound in (low, high)]
-                known = sorted(bound for bound in bounds if bound is not None)
-                return (known[0], known[1]) if len(known) == 2 else None
-            case other:
-                self._refuse(other, "range", "a range of numbers", "such as `[0..100]`")
-                return None
+        node = self._literal(ast.RangeConstructor, "range", "a range of numbers", "such as `[0..100]`")
+        if node is None:
+            return None
+        bounds = [self._number(bound, "range", f"numbers{self._in_unit}") for bound in (node.low, node.high)]
+        known = sorted(bound for bound in bounds if bound is not None)
+        return (known[0], known[1]) if len(known) == 2 else None
 
     def width(self) -> float | None:
         """Read the positive number of `every`."""
@@ -169,6 +154,14 @@ class Literals:
     def _value(self, name: str) -> ast.Expression | None:
         argument = self._arguments.get(name)
         return argument.value if argument is not None else None
+
+    def _literal(self, kind: type[_Literal], name: str, needed: str, hint: str = "") -> _Literal | None:
+        """Return the node of a value; report one of another kind."""
+        node = self._value(name)
+        if node is None or isinstance(node, kind):
+            return node
+        self._refuse(node, name, needed, hint)
+        return None
 
     def _number(self, node: ast.Expression, name: str, needed: str, is_bounded: bool = True) -> float | None:
         """Read a literal number; infinity is valid only where a bound may be missing."""

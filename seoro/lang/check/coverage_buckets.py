@@ -7,11 +7,11 @@ import sys
 from collections.abc import Mapping
 
 from seoro.lang import plan
+from seoro.lang.arithmetic import INT_LIMITS
 from seoro.lang.check.coverage_arguments import BUCKET_ARGUMENTS, Argument, Literals
 from seoro.lang.check.plan_types import enum_value, type_name
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import coverage as messages
-from seoro.lang.integers import INT_LIMITS
 from seoro.lang.program import Program
 from seoro.lang.symbols import Enumeration, Type
 from seoro.lang.types import BOOL, INT, UINT, is_integer, is_number

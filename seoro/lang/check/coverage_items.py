@@ -15,6 +15,7 @@ from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
 from seoro.lang.check.coverage_buckets import buckets_of
 from seoro.lang.check.expressions import Expressions
+from seoro.lang.check.plan_types import units_of
 from seoro.lang.check.scopes import Scope
 from seoro.lang.check.traversal import inner_first
 from seoro.lang.diagnostics import coverage, names
@@ -168,10 +169,10 @@ class Items:
     def _unit(self, draft: Draft, type_: symbols.Type) -> plan.CoverageUnit | None:
         """Return the unit of an item; None if it needs none, or if it is invalid, which is reported."""
         argument = draft.arguments.get("unit")
-        described = self._expressions.converter.describe(type_)
+        described, program = self._expressions.converter.describe(type_), self._expressions.program
         if argument is None:
             if isinstance(type_, symbols.Quantity):
-                units = self._units(type_)
+                units = units_of(type_, program)
                 self._bag.add(coverage.missing_unit, draft.name.span, draft.name.text, described, units)
             return None
         if not isinstance(argument.value, ast.NameExpression):
@@ -181,25 +182,15 @@ class Items:
             )
             return None
         name = argument.value.name
-        unit = self._expressions.program.units.get(name.text)
+        unit = program.units.get(name.text)
         if unit is None:
-            self._bag.add(names.unknown_unit, name.span, name.text, tuple(self._expressions.program.units))
+            self._bag.add(names.unknown_unit, name.span, name.text, tuple(program.units))
         elif unit.dimension is not None and is_known(type_):
             if isinstance(type_, symbols.Quantity) and dimension_of(type_) == unit.dimension:
                 return plan.CoverageUnit(unit.name, unit.factor, unit.offset)
-            fitting = self._units(type_)
+            fitting = units_of(type_, program)
             self._bag.add(coverage.invalid_unit, name.span, name.text, draft.name.text, described, fitting)
         return None
-
-    def _units(self, type_: symbols.Type) -> tuple[str, ...]:
-        """Return the units of a physical type, the SI unit first."""
-
-        def rank(unit: symbols.UnitSymbol) -> tuple[bool, int]:
-            return unit.factor != 1 or unit.offset != 0, len(unit.name)
-
-        units = self._expressions.program.units.values()
-        fitting = [u for u in units if isinstance(type_, symbols.Quantity) and u.dimension == dimension_of(type_)]
-        return tuple(unit.name for unit in sorted(fitting, key=rank))
 
     def _condition(self, draft: Draft, name: str, type_: symbols.Type) -> plan.Expression | None:
         """Elaborate `ignore` or `illegal`, which may contain the item's value and constants."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple, assert_never
+from typing import NamedTuple, TypeAlias, assert_never
 
 from seoro.lang import ast, plan, symbols
 from seoro.lang.check.convert import Typed
@@ -13,7 +13,6 @@ from seoro.lang.check.labels import names_of, path_of
 from seoro.lang.check.scopes import TIME, Scope, running_scope
 from seoro.lang.check.times import check_sign
 from seoro.lang.diagnostics import events as messages
-from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.types import BOOL, UNKNOWN, is_known
 
@@ -25,11 +24,9 @@ class Specified(NamedTuple):
     scope: Scope
 
 
-class Referred(NamedTuple):
-    """Target of an event path; `start`, `end` and `fail` have no symbol."""
-
-    reference: plan.EventReference
-    symbol: symbols.EventSymbol | None
+# Target of an event path; `start`, `end` and `fail` have no symbol.
+Referred: TypeAlias = tuple[plan.EventReference, symbols.EventSymbol | None]
+_Own: TypeAlias = tuple[plan.OwnEvent, symbols.EventSymbol | None]
 
 
 class Events:
@@ -46,7 +43,6 @@ class Events:
         self._scope = scope
         assert scope.owner is not None
         self._owner = scope.owner
-        self._declared = scope.owner.inventory.events
         self._labels = expressions.labels.of(scope.owner)
 
     # ------------------------------------------------------------ specifications
@@ -67,7 +63,7 @@ class Events:
         if found is None:
             return Specified(None, scope)
         name = node.name.text if node.name is not None else None
-        return Specified(plan.OnEvent(found.reference, name, condition, node.span), scope)
+        return Specified(plan.OnEvent(found[0], name, condition, node.span), scope)
 
     def _bind(self, name: ast.Name, event: Referred | None) -> Scope:
         """Return the scope with a name for the occurrence, which must differ from fields (7.3.10.4)."""
@@ -77,8 +73,9 @@ class Events:
             self._bag.add(messages.occurrence_hides_field, name.span, name.text, first.span if first else None)
         occurrence: symbols.Type = UNKNOWN
         if event is not None:
-            phase = symbols.EventSymbol(event.reference.span.text, self._owner, name.span, self._owner.home)
-            occurrence = symbols.EventObject(event.symbol or phase)
+            reference, symbol = event
+            phase = symbols.EventSymbol(reference.span.text, self._owner, name.span, self._owner.home)
+            occurrence = symbols.EventObject(symbol or phase)
         return replace(scope, bindings={**scope.bindings, name.text: occurrence})
 
     def _condition(self, node: ast.EventCondition, scope: Scope) -> plan.EventCondition:
@@ -111,7 +108,7 @@ class Events:
         if lookup.member(scope.space, scope.fields, names[0]) is not None:
             return False
         if len(names) == 1:
-            return lookup.member(scope.space, self._declared, names[0]) is not None
+            return lookup.member(scope.space, self._owner.inventory.events, names[0]) is not None
         return names[0].text in self._labels and not self._has_field(names, scope)
 
     def _has_field(self, names: Sequence[ast.Name], scope: Scope) -> bool:
@@ -145,11 +142,11 @@ class Events:
 
     # ------------------------------------------------------------ references
 
-    def own(self, name: ast.Name) -> tuple[plan.OwnEvent, symbols.EventSymbol | None] | None:
+    def own(self, name: ast.Name) -> _Own | None:
         """Find an event of the type itself; report an unknown one and return None."""
-        found = self._member_of(self._owner, self._declared, name)
+        found = self._member_of(self._owner, name)
         if found is None and not self._is_open(self._owner, name):
-            known, is_label = self._known(self._owner, self._declared), name.text in self._labels
+            known, is_label = self._known(self._owner), name.text in self._labels
             self._bag.add(messages.unknown_event, name.span, name.text, known, is_label=is_label)
         return found
 
@@ -160,8 +157,7 @@ class Events:
             return self._of_label(names[0], names[1:], path.span)
         match path:
             case ast.NameExpression(name):
-                found = self.own(name)
-                return Referred(*found) if found is not None else None
+                return self.own(name)
             case ast.FieldAccess(base, name):
                 return self._of_object(base, name, path.span)
             case _:
@@ -171,14 +167,14 @@ class Events:
     def _of_label(self, label: ast.Name, rest: Sequence[ast.Name], span: Span) -> Referred | None:
         """Find an event of a label: a phase, an event of the invoked behavior, or one of an inner label."""
         if len(rest) == 1 and rest[0].text in symbols.PHASES:
-            return Referred(plan.PhaseEvent(label.text, symbols.PHASES[rest[0].text], span), None)
+            return plan.PhaseEvent(label.text, symbols.PHASES[rest[0].text], span), None
         if self._labels.is_invocation(label.text):
             target = self._labels.invoked(label.text)
             if target is None:
                 return None
             inside = running_scope(target, target.home)
             found = Events(self._expressions, replace(inside, space=self._scope.space))._of_invoked(rest)
-            return found and Referred(plan.LabelEvent(label.text, found.reference, span), found.symbol)
+            return found and (plan.LabelEvent(label.text, found[0], span), found[1])
         if len(rest) > 1 and rest[0].text in self._labels.inside(label.text):
             return self._of_label(rest[0], rest[1:], span)
         if not any(self._expressions.program.is_unread(name.text) for name in (label, rest[0])):
@@ -209,15 +205,14 @@ class Events:
         event = self._of_type(found.type.symbol, name)
         if event is None or isinstance(found.expression, plan.Self):
             return event
-        reference = event.reference
-        assert isinstance(reference, plan.DeclaredEvent | plan.PhaseEvent)
-        return Referred(plan.MemberEvent(found.expression, reference, span), event.symbol)
+        reference, symbol = event
+        return plan.MemberEvent(found.expression, reference, span), symbol
 
     def _of_composition(self, base: Typed, name: ast.Name, span: Span) -> Referred | None:
         """Find a predefined event of a composition, or of a modified behavior."""
         if name.namespace is None and name.text in symbols.PHASES:
             phase = plan.PhaseEvent(None, symbols.PHASES[name.text], name.span)
-            return Referred(plan.MemberEvent(base.expression, phase, span), None)
+            return plan.MemberEvent(base.expression, phase, span), None
         owner = self._expressions.converter.describe(base.type).strip("`")
         self._bag.add(messages.unknown_event, name.span, name.text, tuple(symbols.PHASES), owner)
         return None
@@ -226,22 +221,16 @@ class Events:
         """Return whether a type may have an unknown event or field of this name."""
         return symbols.is_open(symbol) or self._expressions.program.is_unread(name.text)
 
-    def _of_type(self, symbol: symbols.TypeSymbol, name: ast.Name) -> Referred | None:
+    def _of_type(self, symbol: symbols.TypeSymbol, name: ast.Name) -> _Own | None:
         """Find an event of values of a type; report an unknown one and return None."""
-        declared = symbol.inventory.events
-        found = self._member_of(symbol, declared, name)
-        if found is not None:
-            return Referred(*found)
-        if not self._is_open(symbol, name):
-            known = self._known(symbol, declared)
+        found = self._member_of(symbol, name)
+        if found is None and not self._is_open(symbol, name):
             owner, is_phase = symbol.qualified_name, name.text in symbols.PHASES
-            self._bag.add(messages.unknown_event, name.span, name.text, known, owner, is_phase)
-        return None
+            self._bag.add(messages.unknown_event, name.span, name.text, self._known(symbol), owner, is_phase)
+        return found
 
-    def _member_of(
-        self, symbol: symbols.TypeSymbol, declared: MemberTable[symbols.EventSymbol], name: ast.Name
-    ) -> tuple[plan.OwnEvent, symbols.EventSymbol | None] | None:
-        event = self._expressions.lookup.member(self._scope.space, declared, name)
+    def _member_of(self, symbol: symbols.TypeSymbol, name: ast.Name) -> _Own | None:
+        event = self._expressions.lookup.member(self._scope.space, symbol.inventory.events, name)
         if event is not None:
             return plan.DeclaredEvent(event.name, name.span), event
         if name.text in symbols.PHASES and symbols.has_phases(symbol):
@@ -249,8 +238,6 @@ class Events:
         return None
 
     @staticmethod
-    def _known(symbol: symbols.TypeSymbol, declared: MemberTable[symbols.EventSymbol]) -> tuple[str, ...]:
-        return (
-            *(event.text for event in declared.values()),
-            *(symbols.PHASES if symbols.has_phases(symbol) else ()),
-        )
+    def _known(symbol: symbols.TypeSymbol) -> tuple[str, ...]:
+        declared = (event.text for event in symbol.inventory.events.values())
+        return (*declared, *(symbols.PHASES if symbols.has_phases(symbol) else ()))

@@ -57,11 +57,9 @@ class Expressions(ExpressionChecker):
         self.constraints = constraints.Constraints(self)
         self.defaults = defaults.Defaults(self, self.methods)
         self.values = values.Values(self, self.constraints, self.defaults)
-        self.receivers = labels.Receivers(self, self.labels)
-        self.calls = calls.Calls(self, self.values, self.methods, self.receivers)
+        self.calls = calls.Calls(self, self.values, self.methods, self.labels)
         self.references = references.References(self, self.methods, self.labels)
         self.aggregates = aggregates.Aggregates(self)
-        self.casts = aggregates.Casts(self)
         self.applications = applications.Applications()
         self._traits = traits
 
@@ -108,9 +106,9 @@ class Expressions(ExpressionChecker):
             case ast.It(span):
                 return self.references.it(span, scope)
             case ast.CastExp():
-                return self.casts.cast(node, scope)
+                return self.aggregates.cast(node, scope)
             case ast.TypeTestExp():
-                return self.casts.test(node, scope)
+                return self.aggregates.test(node, scope)
             case _:
                 assert_never(node)
 
@@ -125,7 +123,7 @@ class Expressions(ExpressionChecker):
     # ------------------------------------------------------------ postfix operators
 
     def _field_access(self, node: ast.FieldAccess, scope: Scope) -> Typed:
-        base = self.receivers.find(node.base, scope)
+        base = self.labels.receiver(node.base, scope)
         name = node.name
         match base.type:
             case symbols.Structured(symbol):

@@ -150,24 +150,11 @@ class AllLabels:
             self._known[owner] = Labels(owner, self._expressions, self)
         return self._known[owner]
 
-
-class Receivers:
-    """Elaborates the receivers before dots.
-
-    Args:
-        expressions: The expression checker.
-        labels: The labels of all types.
-    """
-
-    def __init__(self, expressions: ExpressionChecker, labels: AllLabels) -> None:
-        self._expressions = expressions
-        self._labels = labels
-
-    def find(self, node: ast.Expression, scope: Scope) -> Typed:
+    def receiver(self, node: ast.Expression, scope: Scope) -> Typed:
         """Elaborate the receiver of a field or method access."""
         if not scope.is_running or scope.owner is None:
             return self._expressions.value(node, scope)
-        names, labels = names_of(node), self._labels.of(scope.owner)
+        names, labels = names_of(node), self.of(scope.owner)
         if not names or self._expressions.is_value(names[0], scope):
             return self._expressions.value(node, scope)
         path = labels.path(names)

@@ -86,11 +86,10 @@ class Modifiers:
     def _arguments(self, symbol: TypeSymbol, call: ast.FunctionApplication) -> tuple[_Arguments, _Arguments]:
         """Return the given values, and the ranges for parameters that hold one number."""
         parameters, owner = symbol.inventory.fields, symbol.qualified_name
-        ranges: dict[str, plan.Expression] = {}
         traits = self._expressions.traits_of(symbol)
         checker, scope = self._expressions, self._scope
-        binding = Binding(checker, owner, parameters, scope, is_open(symbol), traits, ranges)
-        given = binding.bind(call.arguments)
+        binding = Binding(checker, owner, parameters, scope, is_open(symbol), traits, may_be_ranges=True)
+        given, ranges = binding.bind(call.arguments), binding.ranges
         missing = self._expressions.values.lacking_of(symbol, {**given, **ranges})
         if missing:
             self._bag.add(behaviors.missing_argument, call.span, owner, missing[0])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from seoro.lang import ast, plan
-from seoro.lang.check.convert import Converter, Typed, adapted, as_number, common_type, nothing
+from seoro.lang.arithmetic import Number
+from seoro.lang.check.convert import NUMBERS, Converter, Typed, adapted, as_number, common_type, nothing
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import types as messages
 from seoro.lang.program import Program
@@ -40,7 +41,7 @@ class Operators:
             self._bag.add(messages.not_number, operand.expression.span, "-", found)
             return nothing(span)
         result = INT if operand.type == UINT else operand.type
-        return Typed(plan.Negate(operand.expression, _arithmetic(result), span), result)
+        return Typed(plan.Negate(operand.expression, NUMBERS.get(result, Number.FLOAT), span), result)
 
     def arithmetic(self, node: ast.Arithmetic, left: Typed, right: Typed, wants_int: bool) -> Typed:
         """Elaborate `a + b` and the like.
@@ -70,7 +71,7 @@ class Operators:
             self._unlike(node, left, right)
             return nothing(span)
         a, b = _as_float(left), _as_float(right)
-        return Typed(plan.Arithmetic(node.operator, a, b, plan.Number.FLOAT, span), result)
+        return Typed(plan.Arithmetic(node.operator, a, b, Number.FLOAT, span), result)
 
     def _plain(self, node: ast.Arithmetic, left: Typed, right: Typed, wants_int: bool) -> Typed:
         result = common_type(left.type, right.type)
@@ -78,7 +79,7 @@ class Operators:
         if result == UINT and wants_int:
             result = INT
         a, b = self._converter.convert(left, result), self._converter.convert(right, result)
-        return Typed(plan.Arithmetic(node.operator, a, b, _arithmetic(result), node.span), result)
+        return Typed(plan.Arithmetic(node.operator, a, b, NUMBERS.get(result, Number.FLOAT), node.span), result)
 
     def _unlike(self, node: ast.Arithmetic, left: Typed, right: Typed) -> None:
         describe = self._converter.describe
@@ -170,13 +171,9 @@ class Operators:
         return value.expression
 
 
-def _arithmetic(type_: Type) -> plan.Number:
-    return plan.Number.INT if type_ == INT else plan.Number.UINT if type_ == UINT else plan.Number.FLOAT
-
-
 def _as_float(side: Typed) -> plan.Expression:
     """Convert an integer operand to float."""
-    return as_number(side.expression, plan.Number.FLOAT) if is_integer(side.type) else side.expression
+    return as_number(side.expression, Number.FLOAT) if is_integer(side.type) else side.expression
 
 
 def _alike(operator: str, left: Typed, right: Typed, shared: Type) -> tuple[plan.Expression, plan.Expression]:

@@ -6,7 +6,7 @@ from typing import assert_never
 
 from seoro.lang import plan, symbols
 from seoro.lang.program import Program
-from seoro.lang.types import STRING
+from seoro.lang.types import STRING, dimension_of
 from seoro.lang.units import Dimension, unit_text
 
 
@@ -44,6 +44,14 @@ def base_unit(dimension: Dimension, program: Program) -> str:
         if unit.dimension == dimension and unit.factor == 1 and not unit.offset
     )
     return min(names, key=len, default="")
+
+
+def units_of(type_: symbols.Type, program: Program) -> tuple[str, ...]:
+    """Return the units of a physical type, the SI unit first; empty for other types."""
+    units = program.units.values() if isinstance(type_, symbols.Quantity) else ()
+    fitting = [unit for unit in units if unit.dimension == dimension_of(type_)]
+    fitting.sort(key=lambda unit: (unit.factor != 1 or unit.offset != 0, len(unit.name)))
+    return tuple(unit.name for unit in fitting)
 
 
 def type_name(type_: symbols.Type, program: Program) -> str:

@@ -27,12 +27,16 @@ class Reactions:
 
     Args:
         expressions: The expression checker.
+
+    Attributes:
+        specifications: Specifications that make events occur without `emit`.
+        parameters: Parameters of events, with their defaults.
     """
 
     def __init__(self, expressions: Expressions) -> None:
         self._expressions = expressions
-        self._specifications: dict[EventSymbol, plan.EventSpecification] = {}
-        self._parameters: dict[EventSymbol, tuple[tuple[str, plan.Expression | None], ...]] = {}
+        self.specifications: dict[EventSymbol, plan.EventSpecification] = {}
+        self.parameters: dict[EventSymbol, tuple[tuple[str, plan.Expression | None], ...]] = {}
         self._on: dict[TypeSymbol, list[plan.On]] = {}
         self._samples: dict[TypeSymbol, list[plan.Sample]] = {}
         self._modifiers: dict[TypeSymbol, list[plan.AppliedModifier]] = {}
@@ -43,24 +47,16 @@ class Reactions:
         for symbol in structured:
             for event in symbol.events.values():
                 default = self._expressions.defaults.of
-                self._parameters[event] = tuple((each.name, default(each)) for each in event.parameters.values())
+                self.parameters[event] = tuple((each.name, default(each)) for each in event.parameters.values())
                 if event.specification is not None and not event.parameters:
                     scope = running_scope(symbol, event.home)
                     found = Events(self._expressions, scope).specification(event.specification)
                     if found is not None:
-                        self._specifications[event] = found
+                        self.specifications[event] = found
             self._elaborate_members(symbol)
         for symbol in structured:
             self._check_events(symbol)
         self._check_modifiers(program)
-
-    def specification(self, event: EventSymbol) -> plan.EventSpecification | None:
-        """Return the specification that makes an event occur without `emit`."""
-        return self._specifications.get(event)
-
-    def parameters(self, event: EventSymbol) -> tuple[tuple[str, plan.Expression | None], ...]:
-        """Return the parameters of an event, with their defaults."""
-        return self._parameters[event]
 
     def on(self, symbol: TypeSymbol) -> tuple[plan.On, ...]:
         """Return the `on` directives of a type, inherited ones first."""
@@ -120,7 +116,7 @@ class Reactions:
 
     def _derived_from(self, event: EventSymbol) -> tuple[str, ...]:
         """Return the event of the same instance from which an event is derived, if any."""
-        match self._specifications.get(event):
+        match self.specifications.get(event):
             case plan.OnEvent(plan.DeclaredEvent(name)):
                 return (name,)
             case _:

@@ -113,10 +113,9 @@ class Resolver:
     # ------------------------------------------------------------ bases (7.3.8)
 
     def _find_base(self, symbol: symbols.TypeSymbol) -> None:
-        declaration = symbol.declaration
-        if isinstance(declaration, ast.ModifierDeclaration) or declaration.inheritance is None:
+        inheritance = _inheritance(symbol)
+        if inheritance is None:
             return
-        inheritance = declaration.inheritance
         base = self._lookup_base(symbol, inheritance.base)
         if base is None:
             symbol.is_open = True
@@ -183,9 +182,9 @@ class Resolver:
             return
         owners = set(symbols.lineage(symbol.actor)) if symbol.actor is not None else {None}
         if base.actor not in owners:
-            declaration = symbol.declaration
-            assert not isinstance(declaration, ast.ModifierDeclaration) and declaration.inheritance is not None
-            span = declaration.inheritance.base.span
+            inheritance = _inheritance(symbol)
+            assert inheritance is not None
+            span = inheritance.base.span
             self._bag.add(names.invalid_base, span, symbol.qualified_name, base.qualified_name)
 
     # ------------------------------------------------------------ conditions (7.3.8.2)
@@ -198,9 +197,9 @@ class Resolver:
         for symbol in self._program.structured():
             base = symbol.base
             if base is not None and _condition(base) is not None and _condition(symbol) is None:
-                assert not isinstance(symbol.declaration, ast.ModifierDeclaration)
-                assert symbol.declaration.inheritance is not None
-                span = symbol.declaration.inheritance.base.span
+                inheritance = _inheritance(symbol)
+                assert inheritance is not None
+                span = inheritance.base.span
                 self._bag.add(names.unconditional_base, span, symbol.name, base.name)
 
     def _resolve_condition(self, symbol: symbols.TypeSymbol) -> None:
@@ -277,10 +276,7 @@ class Resolver:
                 behavior = self._lookup.behavior(space, None, name.name)
                 if behavior is not None:
                     return symbols.Structured(behavior)
-                if self._lookup.modifier(space, None, name.name) is not None:
-                    self._bag.add(names.wrong_kind, name.span, name.name.text, "a modifier", "a type")
-                else:
-                    self._report_type(None, name.name, "a type")
+                self._report_type(self._lookup.modifier(space, None, name.name), name.name, "a type")
                 return UNKNOWN
 
     def _report_type(
@@ -304,9 +300,12 @@ class Resolver:
         self._bag.add(names.unknown_type, name.span, name.text, candidates, kind.value if kind else "type")
 
 
+def _inheritance(symbol: symbols.TypeSymbol) -> ast.Inheritance | None:
+    declaration = symbol.declaration
+    return None if isinstance(declaration, ast.ModifierDeclaration) else declaration.inheritance
+
+
 def _condition(symbol: symbols.TypeSymbol) -> tuple[ast.Name, ast.EnumValueReference | ast.BoolLiteral] | None:
     """Return the condition of a type from the tree."""
-    declaration = symbol.declaration
-    if isinstance(declaration, ast.ModifierDeclaration) or declaration.inheritance is None:
-        return None
-    return declaration.inheritance.condition
+    inheritance = _inheritance(symbol)
+    return inheritance.condition if inheritance is not None else None

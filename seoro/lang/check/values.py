@@ -7,7 +7,7 @@ choose booleans and members of enumerations. Structs and actors are constructed,
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 
@@ -221,9 +221,7 @@ class Values:
                     case ast.VariableDeclaration(field_names):
                         yield from (self._field(field) for field in declared(symbol, field_names))
                     case ast.KeepConstraint() | ast.RemoveDefault():
-                        found = self._constraints.member(member, scope)
-                        if found is not None:
-                            yield found
+                        yield from self._constraints.among((member,), scope)
                     case _:
                         pass
 
@@ -233,16 +231,11 @@ class Values:
         scope: Scope,
         field: symbols.FieldSymbol,
         it: plan.Expression,
-    ) -> Iterator[plan.ConstraintMember]:
-        """Yield the constraints on a field, in which `it` is the field (7.3.6.1.1)."""
+    ) -> Iterable[plan.ConstraintMember]:
+        """Return the constraints on a field, in which `it` is the field (7.3.6.1.1)."""
         if not constraints:
-            return
-        inside = replace(scope, it=field.type, it_value=it)
-        for constraint in constraints:
-            if not isinstance(constraint, ast.InvalidStatement):
-                found = self._constraints.member(constraint, inside)
-                if found is not None:
-                    yield found
+            return ()
+        return self._constraints.among(constraints, replace(scope, it=field.type, it_value=it))
 
     def _fixed(self, condition: symbols.Condition, span: Span) -> plan.Constraint:
         """Build the constraint of a conditional subtype on its deciding field."""

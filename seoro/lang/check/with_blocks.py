@@ -54,12 +54,7 @@ class WithBlocks:
         if node.modifications is None:
             return []
         scope = replace(self._scope, it=it, is_it_bound=True)
-        found = [
-            self._expressions.constraints.member(member, scope)
-            for member in node.modifications.members
-            if isinstance(member, ast.KeepConstraint | ast.RemoveDefault)
-        ]
-        return [constraint for constraint in found if constraint is not None]
+        return list(self._expressions.constraints.among(node.modifications.members, scope))
 
     def may_constrain(self, node: ast.BehaviorInvocation, modifications: Modifications) -> bool:
         """Return whether the block may set parameters without arguments.

@@ -211,9 +211,9 @@ class _Lowering:
         return tuple(
             plan.Event(
                 event.name,
-                reactions.parameters(event),
+                reactions.parameters[event],
                 tuple(plan_type(each.type, self._program) for each in event.parameters.values()),
-                reactions.specification(event),
+                reactions.specifications.get(event),
                 event.span,
             )
             for event in symbol.inventory.events.values()

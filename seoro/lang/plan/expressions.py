@@ -6,17 +6,10 @@ from collections.abc import Iterable, Iterator
 from enum import Enum
 from typing import Final, TypeAlias, get_args
 
+from seoro.lang.arithmetic import Number
 from seoro.lang.frozen import Value
 from seoro.lang.plan.types import EnumValue, StructType, ValueType
 from seoro.lang.source import Span
-
-
-class Number(Enum):
-    """Arithmetic of an operator (7.4.2.3.1); physical values are floats."""
-
-    INT = "int"
-    UINT = "uint"
-    FLOAT = "float"
 
 
 class Bulk(Enum):

@@ -11,6 +11,7 @@ from itertools import combinations, islice
 from math import comb
 from typing import Final, Literal, TypeAlias
 
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve.linear import solve_equations
 from seoro.lang.solve.orders import impossible_order
 from seoro.lang.solve.parts import parts_of
@@ -18,7 +19,7 @@ from seoro.lang.solve.problem import Conflict, Constraint, NeedsSolver, Problem,
 from seoro.lang.solve.propagate import Clash, Store
 from seoro.lang.solve.search import Exhausted, GivenUp, Streams, choose, groups, involved
 from seoro.lang.solve.sets import natural, without_bounds
-from seoro.lang.solve.terms import Arithmetic, Cell, Negate, Number, ToWhole, Value, cells_of, subterms
+from seoro.lang.solve.terms import Arithmetic, Cell, Negate, ToWhole, Value, cells_of, subterms
 
 Engine: TypeAlias = Literal["auto", "search", "z3"]
 

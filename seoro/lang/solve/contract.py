@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from typing import assert_never
 
-from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve import intervals, sets, terms
 
 Sets = Sequence[sets.ValueSet]
@@ -95,19 +95,10 @@ def backward(term: terms.Term, out: sets.ValueSet, args: Sets, wrapping: bool) -
             assert_never(term)
 
 
-def _typed(values: sets.ValueSet, number: terms.Number) -> sets.Range:
+def _typed(values: sets.ValueSet, number: Number) -> sets.Range:
     """Return the range of an arithmetic operand, by default that of its type."""
-    if isinstance(values, sets.Anything) or values == sets.REALS:
-        match number:
-            case terms.Number.INT:
-                return sets.Range(*INT_LIMITS)
-            case terms.Number.UINT:
-                return sets.Range(*UINT_LIMITS)
-            case terms.Number.FLOAT:
-                return sets.REALS
-            case _:
-                assert_never(number)
-    return sets.hull(values)
+    unknown = isinstance(values, sets.Anything) or values == sets.REALS
+    return intervals.LIMITS[number] if unknown else sets.hull(values)
 
 
 def _whole(reals: sets.Range) -> sets.Range:
@@ -143,7 +134,7 @@ def _conjunction(args: Sets, out: sets.ValueSet) -> Sets:
 def _split(term: terms.Arithmetic, out: sets.ValueSet, args: Sets, wrapping: bool, squared: bool) -> Sets:
     number = term.number
     result, left, right = (_typed(values, number) for values in (out, *args))
-    if squared and not (wrapping and number is not terms.Number.FLOAT):
+    if squared and not (wrapping and number is not Number.FLOAT):
         root = intervals.square_root(result, left, number)
         return root, root
     return intervals.split(term.operator, result, left, right, number, wrapping)

@@ -7,7 +7,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeAlias, assert_never, cast
 
-from seoro.lang.integers import divide_floats, divide_integers, wrap_int, wrap_uint
+from seoro.lang.arithmetic import calculate, wrap
 from seoro.lang.solve import terms
 from seoro.lang.solve.terms import Cell, Value
 
@@ -81,7 +81,11 @@ def _chain(term: _Step, values: Mapping[Cell, Value], tolerance: float) -> Value
     for step in reversed(steps):
         match step:
             case terms.Arithmetic(operation, _, right, number):
-                value = calculate(operation, cast(float, value), _number(right, values), number)
+                other = _number(right, values)
+                try:
+                    value = calculate(operation, cast(float, value), other, number)
+                except ZeroDivisionError:
+                    raise terms.Unevaluable("division of an integer by zero") from None
             case terms.Compare():
                 value = _compared(step, value, values, tolerance)
             case terms.Implies(_, conclusion):
@@ -109,46 +113,6 @@ def holds(term: terms.Term, values: Mapping[Cell, Value], tolerance: float = 0.0
         return evaluate(term, values, tolerance) is True
     except terms.Unevaluable:
         return False
-
-
-def calculate(operation: terms.Operation, left: float, right: float, number: terms.Number) -> int | float:
-    """Return the result of an operation on two numbers.
-
-    Raises:
-        Unevaluable: An integer is divided by zero.
-    """
-    match operation:
-        case "+":
-            return wrap(left + right, number)
-        case "-":
-            return wrap(left - right, number)
-        case "*":
-            return wrap(left * right, number)
-        case "/" | "%":
-            return _divide(operation, left, right, number)
-        case _:
-            assert_never(operation)
-
-
-def wrap(value: float, number: terms.Number) -> int | float:
-    """Convert a result to its type: 64 bits, signed or not, or a float."""
-    match number:
-        case terms.Number.INT:
-            return wrap_int(int(value))
-        case terms.Number.UINT:
-            return wrap_uint(int(value))
-        case terms.Number.FLOAT:
-            return float(value)
-        case _:
-            assert_never(number)
-
-
-def _divide(operation: terms.Operation, left: float, right: float, number: terms.Number) -> int | float:
-    if number is terms.Number.FLOAT:
-        return divide_floats(operation, left, right)
-    if right == 0:
-        raise terms.Unevaluable("division of an integer by zero")
-    return wrap(divide_integers(operation, left, right), number)
 
 
 def _number(term: terms.Term, values: Mapping[Cell, Value]) -> float:

@@ -7,14 +7,14 @@ outside of 64 bits are impossible, or wrap with `wrapping`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Final, cast
 
-from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
-from seoro.lang.solve.evaluation import calculate, wrap
+from seoro.lang.arithmetic import INT_LIMITS, UINT_LIMITS, Number, calculate, divide_integers, wrap
 from seoro.lang.solve.sets import REALS, Empty, Range, between
-from seoro.lang.solve.terms import Number, Operation, Unevaluable
+from seoro.lang.solve.terms import Operation
 
-_LIMITS: Final = {Number.INT: Range(*INT_LIMITS), Number.UINT: Range(*UINT_LIMITS), Number.FLOAT: REALS}
+LIMITS: Final = {Number.INT: Range(*INT_LIMITS), Number.UINT: Range(*UINT_LIMITS), Number.FLOAT: REALS}
 
 
 def combine(operation: Operation, left: Range, right: Range, number: Number, wrapping: bool) -> Range:
@@ -22,8 +22,8 @@ def combine(operation: Operation, left: Range, right: Range, number: Number, wra
     if left.low == left.high and right.low == right.high:
         try:
             exact = calculate(operation, left.low, right.low, number)
-        except Unevaluable:
-            return _LIMITS[number]  # the final evaluation reports it
+        except ZeroDivisionError:
+            return LIMITS[number]  # the final evaluation reports it
         return REALS if math.isnan(exact) else Range(exact, exact)
     low, high = _bounds(operation, left, right, number)
     return _fitted(low, high, number, wrapping)
@@ -31,10 +31,7 @@ def combine(operation: Operation, left: Range, right: Range, number: Number, wra
 
 def negate(operand: Range, number: Number, wrapping: bool) -> Range:
     """Return a negated range; the function is its own inverse."""
-    if operand.low == operand.high:
-        exact = wrap(-operand.low, number)
-        return Range(exact, exact)
-    return _fitted(-operand.high, -operand.low, number, wrapping)
+    return converted(Range(-operand.high, -operand.low), number, wrapping)
 
 
 def converted(operand: Range, number: Number, wrapping: bool) -> Range:
@@ -53,17 +50,11 @@ def split(
     Raises:
         Empty: No operands have such results.
     """
-    out = _rounded(result) if number is Number.FLOAT else result
-    if operation == "+":
-        return (
-            _inverse(_bounds("-", out, right, number), number, wrapping),
-            _inverse(_bounds("-", out, left, number), number, wrapping),
-        )
-    if operation == "-":
-        return (
-            _inverse(_bounds("+", out, right, number), number, wrapping),
-            _inverse(_bounds("-", left, out, number), number, wrapping),
-        )
+    out = Range(*_outward(*result)) if number is Number.FLOAT else result  # with reals that are rounded to it
+    if operation in {"+", "-"}:  # these have inverses modulo 2**64, too
+        first = _bounds("-" if operation == "+" else "+", out, right, number)
+        second = _bounds("-", out, left, number) if operation == "+" else _bounds("-", left, out, number)
+        return _fitted(*first, number, wrapping), _fitted(*second, number, wrapping)
     if operation == "*" and _is_exact(operation, left, right, number, wrapping):
         return _factor(out, left, right, number), _factor(out, right, left, number)
     if operation == "/" and number is Number.FLOAT:
@@ -78,17 +69,12 @@ def _is_exact(operation: Operation, left: Range, right: Range, number: Number, w
     if number is Number.FLOAT or not wrapping:
         return True
     low, high = _bounds(operation, left, right, number)
-    return low >= _LIMITS[number].low and high <= _LIMITS[number].high
-
-
-def _inverse(bounds: tuple[float, float], number: Number, wrapping: bool) -> Range:
-    """Return an operand of a sum or difference, which have inverses modulo 2**64, too."""
-    return _fitted(*bounds, number, wrapping)
+    return low >= LIMITS[number].low and high <= LIMITS[number].high
 
 
 def _fitted(low: float, high: float, number: Number, wrapping: bool) -> Range:
     """Fit the bounds of a result to its type."""
-    limits = _LIMITS[number]
+    limits = LIMITS[number]
     if number is Number.FLOAT or (low >= limits.low and high <= limits.high):
         return Range(low, high)
     if not wrapping:
@@ -107,18 +93,23 @@ def _bounds(operation: Operation, left: Range, right: Range, number: Number) -> 
         case "-":
             low, high = left.low - right.high, left.high - right.low
         case "*":
-            return _product(left, right, number)
+            low, high = _corners(_times, left, right)
+        case "/" if not right.low <= 0 <= right.high:
+            low, high = _corners(_ratio if number is Number.FLOAT else divide_integers, left, right)
+        case "/" if number is Number.FLOAT:
+            return REALS
         case "/":
-            return _quotient(left, right, number)
+            high = max(abs(left.low), abs(left.high))
+            return -high, high
         case "%":
             return _remainder(left, right, number)
     return _outward(low, high) if number is Number.FLOAT else (low, high)
 
 
-def _product(left: Range, right: Range, number: Number) -> tuple[float, float]:
-    corners = [_times(one, other) for one in left for other in right]
-    low, high = min(corners), max(corners)
-    return _outward(low, high) if number is Number.FLOAT else (low, high)
+def _corners(operation: Callable[[float, float], float], left: Range, right: Range) -> tuple[float, float]:
+    """Return the least and the greatest result for the bounds of two ranges."""
+    results = [operation(one, other) for one in left for other in right]
+    return min(results), max(results)
 
 
 def _times(one: float, other: float) -> float:
@@ -126,27 +117,9 @@ def _times(one: float, other: float) -> float:
     return 0 if one == 0 or other == 0 else one * other
 
 
-def _quotient(left: Range, right: Range, number: Number) -> tuple[float, float]:
-    if right.low <= 0 <= right.high:
-        if number is Number.FLOAT:
-            return REALS
-        most = max(abs(left.low), abs(left.high))
-        return -most, most
-    if number is Number.FLOAT:
-        corners = [_ratio(one, other) for one in left for other in right]
-        return _outward(min(corners), max(corners))
-    exact = [_truncated(cast(int, one), cast(int, other)) for one in left for other in right]
-    return min(exact), max(exact)
-
-
 def _ratio(one: float, other: float) -> float:
     """Return a quotient of bounds; two infinite ones result in zero, and another corner in the other end."""
     return 0.0 if math.isinf(one) and math.isinf(other) else one / other
-
-
-def _truncated(one: int, other: int) -> int:
-    quotient = abs(one) // abs(other)
-    return quotient if (one < 0) == (other < 0) else -quotient
 
 
 def _remainder(left: Range, right: Range, number: Number) -> tuple[float, float]:
@@ -164,7 +137,7 @@ def _factor(out: Range, factor: Range, other: Range, number: Number) -> Range:
     if other.low <= 0 <= other.high:
         return factor
     if number is Number.FLOAT:
-        return Range(*_quotient(out, other, number))
+        return Range(*_bounds("/", out, other, number))
     low, high = cast(tuple[int, int], out)
     return _whole_factor(low, high, cast(int, other.low), cast(int, other.high))
 
@@ -197,19 +170,14 @@ def _real_dividend(out: Range, dividend: Range, divisor: Range) -> Range:
     """Return the range of a real dividend, given the quotient; unchanged if it may be infinite."""
     if divisor.low <= 0 <= divisor.high and (math.isinf(out.low) or math.isinf(out.high)):
         return dividend
-    return Range(*_product(out, divisor, Number.FLOAT))
+    return Range(*_bounds("*", out, divisor, Number.FLOAT))
 
 
 def _divisor(out: Range, dividend: Range, divisor: Range) -> Range:
     """Return the range of a real divisor, given the quotient; unchanged if that may be zero."""
     if out.low <= 0 <= out.high or dividend.low <= 0 <= dividend.high:
         return divisor
-    return Range(*_quotient(dividend, out, Number.FLOAT))
-
-
-def _rounded(result: Range) -> Range:
-    """Return all reals that may be rounded to a result."""
-    return Range(*_outward(result.low, result.high))
+    return Range(*_bounds("/", dividend, out, Number.FLOAT))
 
 
 def _outward(low: float, high: float) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from typing import Final
 
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import evaluate
 from seoro.lang.solve.propagate import Store
@@ -195,15 +196,15 @@ def _summands(
             return [(operand, factor)]
         case terms.ToWhole(operand) if not store.wrapping:
             return [(operand, factor)]
-        case terms.Negate(operand, number) if number is terms.Number.FLOAT or not store.wrapping:
+        case terms.Negate(operand, number) if number is Number.FLOAT or not store.wrapping:
             return [(operand, -factor)]
-        case terms.Arithmetic(operator, left, right, number) if number is terms.Number.FLOAT or not store.wrapping:
+        case terms.Arithmetic(operator, left, right, number) if number is Number.FLOAT or not store.wrapping:
             if operator in ("+", "-"):
                 return [(left, factor), (right, factor if operator == "+" else -factor)]
             one, other = _constant(store, left), _constant(store, right)
             if operator == "*" and (one is not None or other is not None):
                 return [(right, factor * one)] if one is not None else [(left, factor * (other or 0))]
-            if operator == "/" and number is terms.Number.FLOAT and other:
+            if operator == "/" and number is Number.FLOAT and other:
                 return [(left, factor / other)]
             return None
         case _:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve import terms
 from seoro.lang.solve.parts import Part
 from seoro.lang.solve.propagate import Store
@@ -122,10 +123,10 @@ class _Sum:
                     pending.append((operand, sign))
                 case terms.ToWhole(operand) if not wrapping:
                     pending.append((operand, sign))
-                case terms.Negate(operand, number) if number is terms.Number.FLOAT or not wrapping:
+                case terms.Negate(operand, number) if number is Number.FLOAT or not wrapping:
                     pending.append((operand, -sign))
                 case terms.Arithmetic("+" | "-" as operator, left, right, number) if (
-                    number is terms.Number.FLOAT or not wrapping
+                    number is Number.FLOAT or not wrapping
                 ):
                     pending += [(right, sign if operator == "+" else -sign), (left, sign)]
                 case _:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from seoro.lang import frozen
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve import terms
 from seoro.lang.solve.problem import Constraint
 from seoro.lang.solve.sets import ANYTHING, ValueSet, single
@@ -150,7 +151,7 @@ def _solvable(term: terms.Term, numbers: Mapping[Cell, int]) -> tuple[int, ...]:
                 todo.append(operand)
             case terms.Arithmetic("+" | "-", left, right):
                 todo += [left, right]
-            case terms.Arithmetic("*" | "/", left, right, terms.Number.FLOAT) if not (
+            case terms.Arithmetic("*" | "/", left, right, Number.FLOAT) if not (
                 terms.cells_of(left) and terms.cells_of(right)
             ):
                 todo += [left, right]

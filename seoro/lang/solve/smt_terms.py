@@ -9,9 +9,10 @@ from typing import Any, assert_never, cast
 
 import z3
 
-from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import RELATIONS
+from seoro.lang.solve.intervals import LIMITS
 from seoro.lang.solve.sets import Anything, Finite, Range, ValueSet
 from seoro.lang.solve.terms import Boolean, Cell, Choice, Free, Integer, Real, Value
 
@@ -66,9 +67,7 @@ class Translation:
         """Convert the result of a model to the value of a cell."""
         if z3.is_bool(found):
             return bool(z3.is_true(found))
-        if isinstance(cell.domain, Real) or (
-            isinstance(cell.domain, Choice) and _kind(cell.domain.values) is float
-        ):
+        if z3.is_real(found):
             if z3.is_algebraic_value(found):
                 found = found.approx(30)
             return float(Fraction(found.numerator_as_long(), found.denominator_as_long()))
@@ -145,15 +144,15 @@ class Translation:
         exact = Fraction(value)
         return z3.RatVal(exact.numerator, exact.denominator, self.context)
 
-    def _held(self, result: Expression, number: terms.Number) -> Expression:
+    def _held(self, result: Expression, number: Number) -> Expression:
         """Limit a result to its type; search handles values that wrap."""
-        if number is terms.Number.FLOAT:
+        if number is Number.FLOAT:
             return result
-        low, high = INT_LIMITS if number is terms.Number.INT else UINT_LIMITS
+        low, high = LIMITS[number]
         self.conditions.append(z3.And(result >= low, result <= high))
         return result
 
-    def _calculate(self, operation: str, left: Expression, right: Expression, number: terms.Number) -> Expression:
+    def _calculate(self, operation: str, left: Expression, right: Expression, number: Number) -> Expression:
         match operation:
             case "+":
                 return left + right
@@ -161,11 +160,11 @@ class Translation:
                 return left - right
             case "*":
                 return left * right
-            case "/" if number is terms.Number.FLOAT:
+            case "/" if number is Number.FLOAT:
                 return left / right
             case "/":
                 return _truncated(left, right)
-            case _ if number is terms.Number.FLOAT:
+            case _ if number is Number.FLOAT:
                 quotient = left / right
                 whole = z3.If(quotient >= 0, z3.ToInt(quotient), -z3.ToInt(-quotient))
                 return left - right * z3.ToReal(whole)
@@ -181,7 +180,7 @@ def _divisors(term: terms.Term) -> Iterator[terms.Term]:
         if (
             isinstance(current, terms.Arithmetic)
             and current.operator in "/%"
-            and current.number is not terms.Number.FLOAT
+            and current.number is not Number.FLOAT
         ):
             yield current.right
         inside = terms.operands(current)

@@ -8,11 +8,10 @@ The operands of a comparison or an operation have one type. Only `ToReal` conver
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
-from enum import Enum
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, assert_never
 
 from seoro.lang import frozen
-from seoro.lang.integers import INT_LIMITS
+from seoro.lang.arithmetic import INT_LIMITS, Number
 
 if TYPE_CHECKING:
     from seoro.lang.source import Span
@@ -66,14 +65,6 @@ class Cell(frozen.Frozen):
     name: str
     span: Span
     domain: Domain
-
-
-class Number(Enum):
-    """Type of the operands of an operation."""
-
-    INT = "int"
-    UINT = "uint"
-    FLOAT = "float"
 
 
 Operation: TypeAlias = Literal["+", "-", "*", "/", "%"]

@@ -47,7 +47,7 @@ async def run_modifier(applied: Applied, context: ExecutionContext, inner: Carry
     arguments = trace.exact.fields(applied.fields) if trace.is_observed else {}
     trace.record("behavior.start", id=number, parent=context.number, **fields, arguments=arguments)
     inside = context.inside(number)
-    instance = enter_modifier(applied, f"{context.path}/{applied.name}", services.plan.structures)
+    instance = enter_modifier(applied, f"{context.path}/{applied.name}")
 
     def carry(_: ExecutionContext) -> Awaitable[Outcome]:
         if name in services.modifiers:

@@ -13,26 +13,52 @@ from typing import cast
 
 from seoro.errors import CONFLICT
 from seoro.lang import solve
-from seoro.lang.plan import Expression, Latent, ListType
+from seoro.lang.plan import Constraint, ConstraintMember, Expression, Latent, Structure
 from seoro.lang.solve import terms
 from seoro.lang.solve.evaluation import holds
 from seoro.runtime.choose.forms import NotYet, all_of
 from seoro.runtime.choose.gather import INVOCATION, OVERRIDE, Gathering
 from seoro.runtime.choose.refusals import Rules, no_bounds, no_solution
-from seoro.runtime.choose.request import Request
 from seoro.runtime.choose.slots import Computation, Rule, Slot, assign, domain_of, mentions
 from seoro.runtime.choose.symbolic import Translation
 from seoro.runtime.choose.widening import Widening
-from seoro.runtime.instances.times import Window
-from seoro.runtime.values.environment import EvaluationError, NoSolution
-from seoro.runtime.values.values import Actor, Fields, Range, Struct, Value, make_room
+from seoro.runtime.instances.applied import Attached
+from seoro.runtime.instances.times import Times, Window
+from seoro.runtime.values.environment import Environment, Evaluate, EvaluationError, NoSolution
+from seoro.runtime.values.values import Actor, Fields, HasFields, Range, Struct, Value, make_room
 
 MAX_SIZE = 1000  # of a list with a chosen size
 SIZES_TRIED = 64  # smallest first; beyond that, any size is accepted
 
 
-def choose(request: Request) -> dict[str, Window]:
+def choose(
+    holder: HasFields,
+    roots: tuple[Structure, ...],
+    given: Mapping[str, Value],
+    environment: Environment,
+    evaluate: Evaluate,
+    *,
+    constraints: tuple[ConstraintMember, ...] = (),
+    around: Environment | None = None,
+    overrides: tuple[Constraint, ...] = (),
+    value: Slot | None = None,
+    attached: tuple[Attached, ...] = (),
+    times: Times | None = None,
+) -> dict[str, Window]:
     """Choose the values of an instance, and set its fields.
+
+    Args:
+        holder: The instance; its fields are `Fields`, and get the values.
+        roots: Its structures; for the entry scenario, the global parameters first.
+        given: Given values.
+        environment: Its environment.
+        evaluate: Evaluates expressions.
+        constraints: Constraints of its invocation.
+        around: Environment of those, with the instance as `it`; by default, its own.
+        overrides: Constraints by the user.
+        value: Slot of the instance, if it is a struct or an actor.
+        attached: Its modifiers.
+        times: Its timing parameters; None if it has none.
 
     Returns:
         Windows of its constrained times.
@@ -41,39 +67,40 @@ def choose(request: Request) -> dict[str, Window]:
         NoSolution: No values meet all constraints, or a number or a string is unbounded.
         EvaluationError: An expression has no value.
     """
-    gathering = Gathering(request.environment.plan)
-    if request.value is not None:
-        gathering.add_value(request.value, request.roots[0], request.given)
+    gathering = Gathering(environment.plan)
+    if value is not None:
+        gathering.add_value(value, roots[0], given)
     else:
-        for structure in request.roots:
-            gathering.add_root(structure, request.holder, request.given, request.environment)
-    around = request.around or request.environment
-    if request.times is not None:
-        gathering.add_times(request.times, request.holder, request.environment)
-        it = around.bind(it=request.holder)
-        gathering.add_constraints(tuple(request.times.constraints()), it, INVOCATION)
-    gathering.add_constraints(request.constraints, around, INVOCATION)
-    for other in request.attached:
+        for structure in roots:
+            gathering.add_root(structure, holder, given, environment)
+    around = around or environment
+    if times is not None:
+        gathering.add_times(times, holder, environment)
+        gathering.add_constraints(tuple(times.constraints()), around.bind(it=holder), INVOCATION)
+    gathering.add_constraints(constraints, around, INVOCATION)
+    for other in attached:
         gathering.add_root(other.structure, other.environment.instance, other.given, other.environment, INVOCATION)
         gathering.add_constraints(other.constraints, other.around, INVOCATION)
-    gathering.add_constraints(request.overrides, request.environment, OVERRIDE)
+    gathering.add_constraints(overrides, environment, OVERRIDE)
     gathering.expand()
     make_room(len(gathering.slots.all))
-    return _Choice(gathering, request).run()
+    return _Choice(gathering, holder, environment.seed.value, evaluate, times).run()
 
 
 class _Choice:
     """One choice, from the collected rules to the values."""
 
-    def __init__(self, gathering: Gathering, request: Request) -> None:
+    def __init__(
+        self, gathering: Gathering, holder: HasFields, seed: int, evaluate: Evaluate, times: Times | None
+    ) -> None:
         self._gathering = gathering
         self._slots = gathering.slots
-        self._evaluate = request.evaluate
-        self._seed = request.environment.seed.value
-        self._holder, self._times = request.holder, request.times
-        self._translation = Translation(self._slots, request.evaluate, self._put)
+        self._evaluate = evaluate
+        self._seed = seed
+        self._holder, self._times = holder, times
+        self._translation = Translation(self._slots, evaluate, self._put)
         self._pins: list[solve.Constraint] = []
-        self._computation = Computation(gathering.slots, request.evaluate)
+        self._computation = Computation(gathering.slots, evaluate)
         self._names: dict[str, int] = {}
 
     def run(self) -> dict[str, Window]:
@@ -90,7 +117,12 @@ class _Choice:
                     raise
             else:
                 self._put(values)
-                found = [(slot, latent) for slot, latent in self._gathering.latents if self._is_of(slot, latent)]
+                undecided = self._undecided()
+                found = [
+                    (slot, latent)
+                    for slot, latent in undecided
+                    if slot.instance.fields[latent.field] == latent.value
+                ]
                 if not found:
                     break
             self._add_latents(found)
@@ -112,13 +144,17 @@ class _Choice:
         """Return the subtypes that values certainly have, nearest to the base first."""
         problem = self._problem(rules, self._pins)
         found: list[tuple[Slot, Latent]] = []
-        for slot, latent in self._gathering.latents:
-            made = slot.instance
-            if latent.type not in made.types and latent.base in made.types:
-                deciding = self._deciding(made, latent)
-                if deciding is not None and all(_is_certain(problem, condition) for condition in deciding):
-                    found.append((slot, latent))
+        for slot, latent in self._undecided():
+            deciding = self._deciding(slot.instance, latent)
+            if deciding is not None and all(_is_certain(problem, condition) for condition in deciding):
+                found.append((slot, latent))
         return found
+
+    def _undecided(self) -> Iterator[tuple[Slot, Latent]]:
+        """Yield the subtypes whose members values of their bases do not have yet."""
+        for slot, latent in self._gathering.latents:
+            if latent.type not in slot.instance.types and latent.base in slot.instance.types:
+                yield slot, latent
 
     def _deciding(self, made: Struct | Actor, latent: Latent) -> tuple[terms.Term, ...] | None:
         """Return the conditions of a subtype; None if one needs a field of another subtype."""
@@ -159,13 +195,6 @@ class _Choice:
             if definition is not None and isinstance(bounds, Range):
                 found[name] = Window(bounds, definition.span, definition.span.text)
         return found
-
-    def _is_of(self, slot: Slot, latent: Latent) -> bool:
-        """Whether a value is of a subtype whose members are not added yet."""
-        made = slot.instance
-        if latent.type in made.types or latent.base not in made.types:
-            return False
-        return made.fields[latent.field] == latent.value
 
     # ------------------------------------------------------------ cells and constraints
 
@@ -247,7 +276,7 @@ class _Choice:
     def _size_lists(self) -> None:
         """Give each list the smallest size that its constraints allow (7.3.5.2.1)."""
         while True:
-            unsized = [slot for slot in self._slots.all if self._is_unsized(slot)]
+            unsized = [slot for slot in self._slots.all if slot.is_unsized]
             if not unsized:
                 return
             least, mentioned = mentions(self._gathering.rules, self._slots)
@@ -265,11 +294,6 @@ class _Choice:
                 slot.size, slot.is_sized = None, True
                 self._gathering.size_list(slot, size)
             self._gathering.expand()
-
-    @staticmethod
-    def _is_unsized(slot: Slot) -> bool:
-        is_made = isinstance(slot.type, ListType) and not slot.is_given and slot.definition is None
-        return is_made and not slot.is_sized
 
     def _smallest(self, slot: Slot) -> int:
         """Return the smallest permitted size; after `SIZES_TRIED` sizes, any permitted one."""

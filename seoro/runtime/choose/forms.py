@@ -5,12 +5,13 @@ Chains of operators (`a + b + c`, `a and b and c` and the like) may be long, so 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeAlias, cast, get_args
 
 from seoro.lang import frozen, solve
-from seoro.lang.plan import Arithmetic, Bulk, Compare, Concatenate, Expression, Index, Literal, Logic, Number
+from seoro.lang.arithmetic import Number
+from seoro.lang.plan import Arithmetic, Bulk, Compare, Concatenate, Expression, Index, Literal, Logic
 from seoro.lang.solve import terms
 from seoro.runtime.values.conversions import to_number
 from seoro.runtime.values.environment import EvaluationError
@@ -33,7 +34,6 @@ class SymbolicRange(frozen.Value):
 Symbolic: TypeAlias = "Value | HasFields | SymbolicList | SymbolicRange | terms.Term"
 TERMS = get_args(terms.Term)
 UNKNOWN = (*TERMS, SymbolicList, SymbolicRange)
-NUMBERS: Mapping[Number, terms.Number] = {number: terms.Number(number.value) for number in Number}
 
 
 class NotSymbolic(Exception):
@@ -95,7 +95,7 @@ def converted(value: Symbolic, number: Number) -> Symbolic:
                 return SymbolicRange(first, second)
             return ordered_range(as_term(first), as_term(second))
         case _ if isinstance(value, TERMS):
-            return terms.ToReal(value) if number is Number.FLOAT else terms.ToWhole(value, NUMBERS[number])
+            return terms.ToReal(value) if number is Number.FLOAT else terms.ToWhole(value, number)
         case _:
             return to_number(cast(Value, value), number)
 
@@ -115,7 +115,7 @@ def count_of(conditions: list[terms.Term]) -> terms.Term:
     total: terms.Term = terms.Const(0)
     for condition in conditions:
         one = terms.IfThenElse(condition, terms.Const(1), terms.Const(0))
-        total = terms.Arithmetic("+", total, one, terms.Number.INT)
+        total = terms.Arithmetic("+", total, one, Number.INT)
     return total
 
 
@@ -144,14 +144,6 @@ def same(left: Symbolic, right: Symbolic) -> terms.Term:
     if isinstance(left, Struct | Actor) and isinstance(right, Struct | Actor):
         return terms.Const(left is right)
     return terms.Compare("==", as_term(left), as_term(right))
-
-
-def compare(operator: str, left: Symbolic, right: Symbolic) -> terms.Term:
-    """Return the comparison of two values."""
-    if operator in {"==", "!="}:
-        equal = same(left, right)
-        return equal if operator == "==" else terms.Not(equal)
-    return terms.Compare(cast(terms.Relation, operator), as_term(left), as_term(right))
 
 
 def contains(item: Symbolic, container: Symbolic) -> Symbolic:
@@ -215,9 +207,13 @@ def operated(operation: Operation, left: Symbolic, right: Symbolic) -> terms.Ter
     match operation:
         case Arithmetic(operator, number=number):
             kind = cast(terms.Operation, operator)
-            return terms.Arithmetic(kind, as_term(left), as_term(right), NUMBERS[number])
+            return terms.Arithmetic(kind, as_term(left), as_term(right), number)
+        case Compare("=="):
+            return same(left, right)
+        case Compare("!="):
+            return terms.Not(same(left, right))
         case Compare(operator):
-            return compare(operator, left, right)
+            return terms.Compare(cast(terms.Relation, operator), as_term(left), as_term(right))
         case _:
             raise NotSymbolic
 

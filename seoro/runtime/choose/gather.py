@@ -157,7 +157,7 @@ class Gathering:
                     slot.definition = self._definition(slot)
                     self._subjects.fill(slot)
                     if slot.definition is None and isinstance(slot.type, plan_.RangeType):
-                        self._expand_range(slot, slot.type)
+                        self._add_parts(slot, ("lower", "upper"), slot.type)
                 case _:
                     definition = self._definition(slot)
                     if slot.is_variable or (definition is not None and _is_no_number(definition.value)):
@@ -191,12 +191,17 @@ class Gathering:
             self._add_rule(rule)
 
     def _add_made(self, slot: Slot, structure: plan_.Structure, given: Mapping[str, Value]) -> None:
-        made = slot.instance
-        inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
-        self._add_members(structure.members, made, inside, slot.depth, given)
+        self._add_contents(slot, structure.members, given)
+        self.latents += [(slot, latent) for latent in structure.latents]
+
+    def _add_contents(
+        self, slot: Slot, members: Sequence[plan_.StructureMember], given: Mapping[str, Value]
+    ) -> None:
+        """Add members and modifiers of a constructed value."""
+        inside = _scope_of(slot)
+        self._add_members(members, slot.instance, inside, slot.depth, given)
         self._add_modifiers(slot, inside)
         self._subjects.fill(slot)
-        self.latents += [(slot, latent) for latent in structure.latents]
 
     def _add_modifiers(self, slot: Slot, inside: Environment) -> None:
         """Add modifiers that are members of the types of a value, once each."""
@@ -213,11 +218,7 @@ class Gathering:
             attached = applied.attached(inside.calls or Calls())
             holder, environment = attached.environment.instance, attached.environment
             self._add_members(attached.structure.members, holder, environment, slot.depth, {})
-            for constraint in attached.constraints:
-                self._add_constraint(constraint, attached.around, slot.depth)
-
-    def _expand_range(self, slot: Slot, type_: plan_.RangeType) -> None:
-        self._add_parts(slot, ("lower", "upper"), type_)
+            self.add_constraints(attached.constraints, attached.around, -slot.depth)
 
     def size_list(self, slot: Slot, size: int) -> None:
         """Add the members of a list."""
@@ -242,16 +243,12 @@ class Gathering:
             if isinstance(member, plan_.FieldDeclaration) and member.name in self.slots.of(made):
                 reason = f"this is of two conditional types that both have a field `{member.name}`"
                 raise EvaluationError(reason, slot.span)
-        inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
-        self._add_members(latent.members, made, inside, slot.depth, {})
-        self._add_modifiers(slot, inside)
-        self._subjects.fill(slot)
+        self._add_contents(slot, latent.members, {})
         self._subjects.add_fields()
 
     def rules_of(self, slot: Slot, latent: plan_.Latent) -> Iterator[Rule]:
         """Yield the hard constraints of a possible conditional subtype."""
-        made = slot.instance
-        inside = replace(scope_of(made, slot.environment), path=slot.path, bindings={})
+        inside = _scope_of(slot)
         for member in latent.members:
             if isinstance(member, plan_.Constraint) and not member.is_default:
                 yield Rule(self._order(slot.depth), inside, member.condition, False, member.span)
@@ -290,6 +287,11 @@ class Gathering:
                 if rule.subject is None and rule.condition is not None:
                     concerned = slots_named(rule.condition, rule.environment, self.slots)
                 rule.is_void = any(overriding.get(id(slot), rule.order) > rule.order for slot in concerned)
+
+
+def _scope_of(slot: Slot) -> Environment:
+    """Return the environment of the members of the value in a slot."""
+    return replace(scope_of(slot.instance, slot.environment), path=slot.path, bindings={})
 
 
 def _is_no_number(value: plan_.Expression | None) -> bool:

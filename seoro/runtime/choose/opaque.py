@@ -71,9 +71,7 @@ class Opaques:
                 found.append(slot)
                 continue
             match current:
-                case Self():
-                    found += self._slots.of(environment.instance).values()
-                case Call(receiver=None):
+                case Self() | Call(receiver=None):
                     found += self._slots.of(environment.instance).values()
                 case Binding(name) if isinstance(bound := environment.bindings.get(name), Deferred):
                     found += self._named(bound.expression, bound.environment)

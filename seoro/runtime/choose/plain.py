@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from seoro.lang.plan import ActorType, FieldDeclaration, ListType, StructType, Structure, Structures
+from seoro.lang.plan import ActorType, FieldDeclaration, ListType, StructType, Structure
 from seoro.runtime.values.environment import Environment, Evaluate, EvaluationError
 from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value, make_room
 
@@ -20,15 +20,12 @@ def is_given(structure: Structure, given: Mapping[str, Value]) -> bool:
     return structure.is_plain and structure.fields.keys() == given.keys()
 
 
-def fill(
-    fields: Fields, structure: Structure, structures: Structures, environment: Environment, evaluate: Evaluate
-) -> None:
+def fill(fields: Fields, structure: Structure, environment: Environment, evaluate: Evaluate) -> None:
     """Fill the missing fields of a plain structure.
 
     Args:
         fields: The fields, including given values.
         structure: The structure of the instance.
-        structures: Structures of all types.
         environment: Environment of the defaults.
         evaluate: Evaluates them.
 
@@ -43,7 +40,7 @@ def fill(
             raise EvaluationError(f"the value of `{declared.span.text}` depends on itself", declared.span)
         pending.add(name)
         path = f"{environment.path}.{name}" if environment.path else name
-        fields[name] = _value(declared, structures, replace(environment, path=path), evaluate)
+        fields[name] = _value(declared, replace(environment, path=path), evaluate)
         return fields[name]
 
     make_room(len(structure.fields))
@@ -53,14 +50,12 @@ def fill(
     fields.compute = None
 
 
-def _value(
-    declared: FieldDeclaration, structures: Structures, environment: Environment, evaluate: Evaluate
-) -> Value:
+def _value(declared: FieldDeclaration, environment: Environment, evaluate: Evaluate) -> Value:
     if declared.default is not None:
         return evaluate(declared.default, environment)
     match declared.type:
         case StructType() | ActorType():
-            return make_plain(structures.of(declared.type), {}, structures, environment, evaluate)
+            return make_plain(environment.plan.structures.of(declared.type), {}, environment, evaluate)
         case ListType():
             return ()
         case _:
@@ -68,25 +63,20 @@ def _value(
 
 
 def make_plain(
-    structure: Structure,
-    given: Mapping[str, Value],
-    structures: Structures,
-    environment: Environment,
-    evaluate: Evaluate,
+    structure: Structure, given: Mapping[str, Value], environment: Environment, evaluate: Evaluate
 ) -> Struct | Actor:
     """Construct a value of a plain structure.
 
     Args:
         structure: Its structure.
         given: Values of fields.
-        structures: Structures of all types.
         environment: Surrounding environment; its path is that of the value.
         evaluate: Evaluates defaults.
     """
     fields = Fields()
     made = empty(structure, environment.path, fields)
     fields.update(given)
-    fill(fields, structure, structures, scope_of(made, environment), evaluate)
+    fill(fields, structure, scope_of(made, environment), evaluate)
     return made
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
 
 from seoro.lang import frozen, solve
-from seoro.lang.integers import UINT_LIMITS
+from seoro.lang.arithmetic import UINT_LIMITS
 from seoro.lang.plan import (
     Binding,
     EnumType,
@@ -121,6 +121,12 @@ class Slot:
         """The constructed struct or actor of a slot that has one."""
         assert self.made is not None
         return self.made
+
+    @property
+    def is_unsized(self) -> bool:
+        """Whether it is a constructed list without a size yet."""
+        is_constructed = isinstance(self.type, ListType) and not self.is_given and self.definition is None
+        return is_constructed and not self.is_sized
 
 
 class Slots:

@@ -121,8 +121,8 @@ class Translation:
                 return self._call(expression, environment)
             case plan.Arithmetic() | plan.Concatenate() | plan.Compare() | plan.Logic():
                 return self._chain(expression, environment)
-            case plan.Not() | plan.Conditional() | plan.Contains() | plan.TypeTest():
-                return self._truth(expression, environment)
+            case plan.Conditional():
+                return self._conditional(expression, environment)
             case plan.ListOf(items):
                 return forms.listed(tuple(self._symbolic(item, environment) for item in items))
             case plan.ForEach():
@@ -135,13 +135,22 @@ class Translation:
         if isinstance(expression, plan.Size) and (size := self._size(expression, environment)) is not None:
             return size
         found = [self._symbolic(part, environment) for part in plan.parts(expression)]
-        if isinstance(expression, plan.Cast) and self._deciding_type(found[0], expression.type):
-            raise forms.NotYet(expression.span.text)
+        match expression:
+            case plan.Cast(_, type_) if self._deciding_type(found[0], type_):
+                raise forms.NotYet(expression.span.text)
+            case plan.TypeTest(_, type_) if conditions := self._deciding_type(found[0], type_):
+                return terms.And(conditions)
+            case _:
+                pass
         if not any(isinstance(value, forms.UNKNOWN) for value in found):
             return self._evaluate(forms.with_operands(expression, found), environment)
         match expression, found:
             case plan.Negate(number=number), [operand]:
-                return terms.Negate(forms.as_term(operand), forms.NUMBERS[number])
+                return terms.Negate(forms.as_term(operand), number)
+            case plan.Not(), [operand]:
+                return terms.Not(forms.as_term(operand))
+            case plan.Contains(), [item, container]:
+                return forms.contains(item, container)
             case plan.Convert(number=number), [operand]:
                 return forms.converted(operand, number)
             case plan.RangeOf(), [low, high]:
@@ -212,7 +221,7 @@ class Translation:
                 break  # the rest is not evaluated
         return forms.junction(operator, members)
 
-    # ------------------------------------------------------------ lists and methods
+    # ------------------------------------------------------------ lists, methods and tables
 
     def _size(self, expression: plan.Size, environment: Environment) -> forms.Symbolic | None:
         """Return the size of a constructed list without a size yet."""
@@ -247,25 +256,6 @@ class Translation:
             bindings[name] = cast(Value, given[name])
         return self._symbolic(method.body, within)
 
-    # ------------------------------------------------------------ truth
-
-    def _truth(self, expression: plan.Expression, environment: Environment) -> forms.Symbolic:
-        match expression:
-            case plan.Not(operand):
-                truth = self._symbolic(operand, environment)
-                return terms.Not(forms.as_term(truth)) if isinstance(truth, forms.UNKNOWN) else not truth
-            case plan.Conditional():
-                return self._conditional(expression, environment)
-            case plan.Contains():
-                one, other = (self._symbolic(part, environment) for part in plan.parts(expression))
-                if not isinstance(one, forms.UNKNOWN) and not isinstance(other, forms.UNKNOWN):
-                    return self._evaluate(forms.with_operands(expression, [one, other]), environment)
-                return forms.contains(one, other)
-            case plan.TypeTest(operand):
-                return self._type_test(expression, self._symbolic(operand, environment), environment)
-            case _:
-                raise AssertionError("not a truth")
-
     def _conditional(self, expression: plan.Conditional, environment: Environment) -> forms.Symbolic:
         """Translate `? :`, whose last branch may be a long chain, as in a table."""
         rows: list[tuple[terms.Term, terms.Term]] = []
@@ -281,16 +271,6 @@ class Translation:
         for condition, then in reversed(rows):
             found = terms.IfThenElse(condition, then, forms.as_term(found))
         return found
-
-    def _type_test(
-        self, expression: plan.TypeTest, operand: forms.Symbolic, environment: Environment
-    ) -> forms.Symbolic:
-        """Translate a type test of a constructed value by the fields that decide."""
-        if conditions := self._deciding_type(operand, expression.type):
-            return terms.And(conditions)
-        if isinstance(operand, forms.UNKNOWN):
-            raise forms.NotSymbolic
-        return self._evaluate(forms.with_operands(expression, [operand]), environment)
 
     # ------------------------------------------------------------ conditional subtypes (7.3.8.2.5)
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, assert_never, cast
 
-from seoro.lang.integers import divide_floats, divide_integers
+from seoro.lang.arithmetic import calculate, wrap
 from seoro.lang.plan import (
     Arithmetic,
     Binding,
@@ -36,7 +36,6 @@ from seoro.lang.plan import (
     Member,
     Negate,
     Not,
-    Number,
     RangeOf,
     Reference,
     Self,
@@ -51,7 +50,7 @@ from seoro.runtime.choose.plain import empty, is_plain, make_plain, scope_of
 from seoro.runtime.expressions.lists import call_string, for_each
 from seoro.runtime.functions.methods import call
 from seoro.runtime.values.conversions import cast as convert
-from seoro.runtime.values.conversions import held, is_of, range_between, to_number
+from seoro.runtime.values.conversions import is_of, range_between, to_number
 from seoro.runtime.values.environment import Calls, Deferred, Environment, EvaluationError, NotInvoked
 from seoro.runtime.values.values import Actor, Fields, HasFields, Invoker, Range, Struct, Value, Variable
 
@@ -104,7 +103,7 @@ def evaluate(expression: Expression, environment: Environment) -> Value:
 def _operate(expression: Expression, environment: Environment) -> Value:
     match expression:
         case Negate(operand, number, span):
-            return held(-_number(operand, environment), number)
+            return wrap(-_number(operand, environment), number)
         case Arithmetic() | Concatenate() | Compare() | Logic():
             return _chain(expression, environment)
         case Contains(item, container):
@@ -170,7 +169,11 @@ def _apply(operation: _Operation, left: Value, environment: Environment) -> Valu
     match operation:
         case Arithmetic(operator, _, right, number, span):
             assert isinstance(left, int | float)
-            return _calculate(operator, left, _number(right, environment), number, span)
+            other = _number(right, environment)
+            try:
+                return calculate(operator, left, other, number)
+            except ZeroDivisionError:
+                raise EvaluationError("division of an integer by zero", span) from None
         case Concatenate(_, right):
             return f"{left}{evaluate(right, environment)}"
         case Compare(operator, _, right):
@@ -208,20 +211,6 @@ def _variable(path: Expression, type_: ValueType, environment: Environment) -> V
         holder = cast(HasFields, evaluate(path.base, environment))
     assert isinstance(path, Field | Member), "checked: a path to a variable"
     return Variable(holder, path.name, type_, path.span.text)
-
-
-def _calculate(operator: str, left: int | float, right: int | float, number: Number, span: Span) -> int | float:
-    if operator in "/%":
-        return _divide(operator, left, right, number, span)
-    return held(_ARITHMETIC[operator](left, right), number)
-
-
-def _divide(operator: str, left: int | float, right: int | float, number: Number, span: Span) -> int | float:
-    if number is Number.FLOAT:
-        return divide_floats(operator, float(left), float(right))
-    if right == 0:
-        raise EvaluationError("division of an integer by zero", span)
-    return held(divide_integers(operator, left, right), number)
 
 
 def _logic(operator: str, first: bool, right: Expression, environment: Environment) -> bool:
@@ -268,12 +257,10 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
         EvaluationError: An argument or a default has no value, or no values meet all constraints.
     """
     given = {name: evaluate(value, environment) for name, value in expression.arguments}
-    structures = environment.plan.structures
-    structure = structures.of(expression.type)
+    structure = environment.plan.structures.of(expression.type)
     if is_plain(structure, given):
-        return make_plain(structure, given, structures, environment, evaluate)
+        return make_plain(structure, given, environment, evaluate)
     from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
-    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - as above
     from seoro.runtime.choose.slots import Slot, value_slot  # noqa: PLC0415 - rarely needed
 
     if environment.calls is None:
@@ -281,17 +268,11 @@ def _construct(expression: Construct, environment: Environment) -> Struct | Acto
     made = empty(structure, environment.path, Fields())
     slot: Slot = value_slot(made, environment, expression.span)
     inside = scope_of(made, environment)
-    choose(Request(made, (structure,), given, inside, evaluate, value=slot))
+    choose(made, (structure,), given, inside, evaluate, value=slot)
     return made
 
 
 _Operation = Arithmetic | Concatenate | Compare | Logic
-_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
-    "+": lambda left, right: left + right,
-    "-": lambda left, right: left - right,
-    "*": lambda left, right: left * right,
-}
-
 _COMPARISONS: dict[str, Callable[[Value, Value], bool]] = {
     "==": _same,
     "!=": lambda left, right: not _same(left, right),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 from seoro.errors import UsageError
-from seoro.lang.plan import Constraint, ConstraintMember, Plan, Structure, Structures
+from seoro.lang.plan import Constraint, ConstraintMember, Plan, Structure
 from seoro.runtime.choose.plain import fill, is_plain
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.applied import OF_TYPE, Applied, Modifying, apply, with_nested
@@ -33,7 +33,7 @@ def is_plain_modifier(applied: Applied) -> bool:
     return not applied.plan.ranges and is_plain(structure, given)
 
 
-def fill_modifier(applied: Applied, structures: Structures) -> None:
+def fill_modifier(applied: Applied) -> None:
     """Fill the values of a modifier that needs no choice.
 
     Raises:
@@ -42,16 +42,15 @@ def fill_modifier(applied: Applied, structures: Structures) -> None:
     if not applied.has_values:
         for name, value in applied.plan.arguments:
             applied.fields[name] = evaluate(value, applied.around)
-        fill(applied.fields, applied.modifier.structure, structures, applied.inside, evaluate)
+        fill(applied.fields, applied.modifier.structure, applied.inside, evaluate)
 
 
-def enter_modifier(applied: Applied, path: str, structures: Structures) -> Instance:
+def enter_modifier(applied: Applied, path: str) -> Instance:
     """Create an instance of a modifier for a run of the modified behavior.
 
     Args:
         applied: The modifier.
         path: Its position, as text.
-        structures: Structures of all types.
 
     Raises:
         EvaluationError: A variable has no value.
@@ -63,7 +62,7 @@ def enter_modifier(applied: Applied, path: str, structures: Structures) -> Insta
         fields.update((name, applied.fields[name]) for name in parameters)
     instance = Instance(path, fields, applied.modifier, applied.bindings, applied.inside.scenario)
     if applied.is_entered:
-        fill(fields, structure, structures, replace(applied.inside, instance=instance), evaluate)
+        fill(fields, structure, replace(applied.inside, instance=instance), evaluate)
     applied.is_entered = True
     return instance
 
@@ -165,12 +164,11 @@ def choose_parameters(
                 fields.setdefault(name, value)
         for root in roots:
             if not root.fields.keys() <= fields.keys():
-                fill(fields, root, plan.structures, _scope(plan, made, invocation), evaluate)
+                fill(fields, root, _scope(plan, made, invocation), evaluate)
         for applied in invocation.applied:
-            fill_modifier(applied, plan.structures)
+            fill_modifier(applied)
         return fields
     from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
-    from seoro.runtime.choose.request import Request  # noqa: PLC0415 - as above
 
     around = invocation.around
     calls = Calls()
@@ -178,18 +176,16 @@ def choose_parameters(
     if around is not None:
         around = replace(around, bindings={**around.bindings, "it": made}, calls=calls)
     made.windows = choose(
-        Request(
-            holder=made,
-            roots=roots,
-            given=given,
-            environment=environment,
-            evaluate=evaluate,
-            constraints=invocation.constraints,
-            around=around,
-            overrides=overrides,
-            attached=tuple(applied.attached(calls) for applied in invocation.applied),
-            times=invocation.times,
-        )
+        made,
+        roots,
+        given,
+        environment,
+        evaluate,
+        constraints=invocation.constraints,
+        around=around,
+        overrides=overrides,
+        attached=tuple(applied.attached(calls) for applied in invocation.applied),
+        times=invocation.times,
     )
     return fields
 

@@ -6,10 +6,10 @@ import operator as operators
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from seoro.lang.arithmetic import Number
 from seoro.lang.plan import (
     ActorType,
     ListType,
-    Number,
     PhysicalType,
     PrimitiveType,
     RangeType,

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from typing import assert_never
 
-from seoro.lang.integers import wrap_int, wrap_uint
+from seoro.lang.arithmetic import Number, wrap
 from seoro.lang.plan import (
     ActorType,
     EnumType,
     EnumValue,
     ListType,
-    Number,
     PhysicalType,
     PrimitiveType,
     RangeType,
@@ -29,23 +28,10 @@ def to_number(value: Value, number: Number) -> Value:
         case tuple():
             return tuple(to_number(item, number) for item in value)
         case Range(low, high):
-            return range_between(held(low, number), held(high, number))
+            return range_between(wrap(low, number), wrap(high, number))
         case _:
             assert isinstance(value, int | float)
-            return held(value, number)
-
-
-def held(value: int | float, number: Number) -> int | float:
-    """Convert a number to a numeric type: `int` and `uint` wrap (7.4.2.3.1)."""
-    match number:
-        case Number.INT:
-            return wrap_int(int(value))
-        case Number.UINT:
-            return wrap_uint(int(value))
-        case Number.FLOAT:
-            return float(value)
-        case _:
-            assert_never(number)
+            return wrap(value, number)
 
 
 def range_between(first: float, second: float) -> Range:
@@ -115,4 +101,4 @@ def wrapped(value: float, type_: ValueType) -> float:
     """Wrap an integer to the 64 bits of its type; floats stay."""
     if not isinstance(value, int):
         return value
-    return wrap_uint(value) if type_ == PrimitiveType("uint") else wrap_int(value)
+    return wrap(value, Number.UINT if type_ == PrimitiveType("uint") else Number.INT)

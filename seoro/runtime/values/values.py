@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from seoro.lang import frozen
-from seoro.lang.integers import INT_LIMITS, UINT_LIMITS
+from seoro.lang.arithmetic import INT_LIMITS, UINT_LIMITS
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import ActorType, EnumValue, ModifierApplication, StructType, ValueType
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import cast
 
+from seoro.lang.arithmetic import Number
 from seoro.lang.solve import Cell, Constraint, Domain, Problem, Value
 from seoro.lang.solve.terms import (
     Arithmetic,
@@ -12,7 +13,6 @@ from seoro.lang.solve.terms import (
     Const,
     InRange,
     InSet,
-    Number,
     Operation,
     Relation,
     Term,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,10 +13,10 @@ from seoro.errors import UsageError
 from seoro.lang import frontend, solve
 from seoro.lang.solve import solver
 from seoro.runtime.choose import choose as choosing
-from seoro.runtime.choose.request import Request
+from seoro.runtime.instances.times import Window
 from seoro.runtime.parameters.parameters import entry_parameters
 from seoro.runtime.values.environment import EvaluationError, NoSolution
-from seoro.runtime.values.values import Actor, Range, Struct, Value, plain
+from seoro.runtime.values.values import Actor, HasFields, Range, Struct, Value, plain
 from seoro.runtime.verdict import RunStatus
 from tests.lang.helpers import lower
 from tests.runtime.conftest import Prepare, RunText
@@ -494,9 +495,9 @@ scenario main:
     choices = []
     choose = choosing.choose
 
-    def counted(request: Request) -> None:
-        choices.append(request)
-        choose(request)
+    def counted(holder: HasFields, *arguments: Any, **named: Any) -> dict[str, Window]:
+        choices.append(holder)
+        return choose(holder, *arguments, **named)
 
     monkeypatch.setattr(choosing, "choose", counted)
     with pytest.raises(NoSolution):
