@@ -57,22 +57,21 @@ async def open_backends(
         selectors: Selectors of robots, by actors.
     """
     if options.lab is not None:
-        from seoro.bridges.models import ModelPath  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
-        from seoro.lab.opening import LabRequest, open_lab  # noqa: PLC0415 - the same
+        from seoro.bridges.launch import SimulatorOptions  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
+        from seoro.bridges.models import ModelPath  # noqa: PLC0415 - the same
+        from seoro.lab.opening import open_lab  # noqa: PLC0415 - the same
         from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
-        wanted = LabRequest(
-            seed,
-            ModelPath(options.lab.model_path, options.locate),
-            resets_of(options),
-            _purpose(plan),
-            actor_names(plan),
-            selectors,
+        models = ModelPath(options.lab.model_path, options.locate)
+        world = lab.world and str(models.locate(Path(lab.world)))
+        simulation = SimulatorOptions(world, seed, models)
+        opening = partial(
+            open_lab, lab, simulation, resets_of(options), _purpose(plan), actor_names(plan), selectors
         )
-        async with retry_until_free(options.leasing, partial(open_lab, lab, wanted)) as opened:
-            yield OpenBackends(opened.simulator, opened.backends, opened.placements, opened.teardown)
+        async with retry_until_free(options.leasing, opening) as opened:
+            yield opened
     elif options.simulator is not None:
         async with _open(options.simulator, seed, options, _purpose(plan)) as node:
             yield OpenBackends(node, (node,))
