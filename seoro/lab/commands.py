@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import AsyncIterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,7 +31,6 @@ from seoro.lab.status import (
     connect_endpoint,
     connect_members,
     members_at,
-    no_connection,
     read_states,
     refresh,
 )
@@ -109,8 +109,7 @@ async def emergency_stop_robots(
     found = [each for each in outcomes if not each.is_elsewhere]
     if not missing:
         return found
-    states = [member.state for member in await read_states(endpoints, keys)]
-    known = sorted({robot.name for state in states if state is not None for robot in state.robots})
+    known = sorted({robot.name for member in await read_states(endpoints, keys) for robot in member.robots})
     error = f"unknown robot (robots of the reached nodes: {', '.join(known) or 'none'})"
     is_reached = any(each.is_reached for each in outcomes)
     return [*found, *(Outcome("", name, error=error, is_reached=is_reached) for name, _ in missing)]
@@ -126,10 +125,10 @@ async def _stop_everywhere(requests: Mapping[str, wire.EmergencyStop], keys: Pat
     began = time.monotonic()
 
     async def stop(endpoint: str) -> list[Outcome]:
-        outcomes = await _stop_staggered(endpoint, requests[endpoint], keys, began)
-        if _has_errors(outcomes):  # on a busy machine, connections may fail, and goals may end a little later
-            outcomes = await _stop_at(endpoint, requests[endpoint], keys, began)
-        return outcomes
+        send = partial(_stop_at, endpoint, requests[endpoint], keys, began)
+        outcomes = await _first_success(send)
+        # On a busy machine, connections may fail, and goals may end a little later.
+        return await send() if _has_errors(outcomes) else outcomes
 
     return list(chain.from_iterable(await gather(stop, requests)))
 
@@ -138,9 +137,7 @@ def _has_errors(outcomes: Sequence[Outcome]) -> bool:
     return any(each.error and not each.is_elsewhere for each in outcomes)
 
 
-async def _stop_staggered(
-    endpoint: str, request: wire.EmergencyStop, folder: Path | None, began: float
-) -> list[Outcome]:
+async def _first_success(send: Callable[[], Awaitable[list[Outcome]]]) -> list[Outcome]:
     """Send a stop over several connections, started one after another; the first success counts.
 
     At an endpoint that is flooded with requests, one of some dozen connections takes a second.
@@ -153,7 +150,7 @@ async def _stop_staggered(
     async def attempt(after: float, over: anyio.CancelScope) -> None:
         nonlocal found
         await anyio.sleep(after)
-        outcomes = await _stop_at(endpoint, request, folder, began)
+        outcomes = await send()
         if not found or _has_errors(found):
             found = outcomes
         if not _has_errors(outcomes):
@@ -177,9 +174,9 @@ async def _stop_at(endpoint: str, request: wire.EmergencyStop, folder: Path | No
             members = await members_at(endpoint, session, keys)
             if request.robots:  # executors have no robots
                 members = [each for each in members if not each.member.is_executor]
-            return await _request_all(members, wire.EMERGENCY_STOP, request, began)
+            return await gather(lambda each: _request(each, wire.EMERGENCY_STOP, request, began), members)
     except (SessionError, UsageError) as error:
-        return [await _request(no_connection(endpoint, str(error)), wire.EMERGENCY_STOP, request)]
+        return [Outcome(endpoint, endpoint, error=str(error), is_reached=False)]
 
 
 def _signature(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
@@ -192,14 +189,9 @@ def _signature(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
 
 async def release_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None) -> list[Outcome]:
     """Release all emergency stops at some endpoints."""
+    request = wire.ReleaseStop(by=by, reason=reason)
     async with connect_members(endpoints, keys) as reached:
-        return await _request_all(reached, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason), math.inf)
-
-
-async def _request_all(
-    reached: Sequence[Connection], verb: wire.Verb[wire.Q, wire.A], request: wire.Q, began: float
-) -> list[Outcome]:
-    return await gather(lambda each: _request(each, verb, request, began), reached)
+        return await gather(lambda each: _request(each, wire.RELEASE_STOP, request), reached)
 
 
 async def _request(
@@ -316,7 +308,7 @@ async def release_lease(endpoints: Sequence[str], place: Place, keys: Path | Non
     async with connect_members(endpoints, keys) as reached:
         members = await refresh(reached)
         for each, member in zip(reached, members, strict=True):
-            for robot in () if member.state is None else member.state.robots:
+            for robot in member.robots:
                 if robot.lease is not None and name in (robot.name, robot.lease.lease):
                     request = wire.ReleaseLease(lease=robot.lease.lease)
                     for other in reached:  # a lease may include robots of several nodes
@@ -349,13 +341,11 @@ def _check_stopped(member: Member, names: Sequence[str]) -> None:
     Raises:
         UsageError: A robot is not stopped, or its whole node is.
     """
-    state = member.state
-    if state is not None and state.stopped is not None:
+    if member.state is not None and member.state.stopped is not None:
         raise UsageError(
             f"all of {member.display_name} is stopped", help="release it by `seoro lab release --all`"
         )
-    robots = () if state is None else state.robots
-    stopped = sorted(robot.name for robot in robots if robot.stopped is not None)
+    stopped = sorted(robot.name for robot in member.robots if robot.stopped is not None)
     for name in names:
         if name not in stopped:
             raise UsageError(
@@ -404,7 +394,7 @@ def _find_node(place: Place, reached: Sequence[Connection], members: Sequence[Me
     found: list[Connection] = []
     known: list[str] = []
     for each, member in zip(reached, members, strict=True):
-        names = [] if member.state is None else [robot.name for robot in member.state.robots]
+        names = [robot.name for robot in member.robots]
         known += names
         if name in names and endpoint in (None, member.endpoint):
             found.append(each)

@@ -108,7 +108,7 @@ async def _states(lab: Lab) -> States:
     for robot in listed_robots(lab):
         states[robot.name] = f"nothing answers at {robot.endpoint}"
         for member in filter(robot.is_served_by, members):
-            for state in () if member.state is None else member.state.robots:
+            for state in member.robots:
                 if state.name == robot.remote_name:
                     states[robot.name] = state
             if member.problem:
