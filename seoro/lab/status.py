@@ -173,11 +173,11 @@ async def members_at(endpoint: str, session: AsyncSession, keys: Keys | None) ->
 async def read_states(endpoints: Iterable[str], folder: Path | None = None) -> list[Member]:
     """Return the live members at endpoints with their states; see `connect_members` for the arguments."""
     async with connect_members(endpoints, folder) as reached:
-        return await refresh(reached)
+        return list((await refresh(reached)).values())
 
 
-async def refresh(reached: list[Connection]) -> list[Member]:
-    """Return connected members with their present states."""
+async def refresh(reached: list[Connection]) -> dict[Connection, Member]:
+    """Return connected members with their present states, by their connections."""
 
     async def query(each: Connection) -> Member:
         if each.session is None or not each.member.node or each.member.is_executor:
@@ -190,4 +190,4 @@ async def refresh(reached: list[Connection]) -> list[Member]:
         except (BackendError, UsageError) as error:
             return replace(each.member, problem=str(error))
 
-    return await gather(query, reached)
+    return dict(zip(reached, await gather(query, reached), strict=True))
