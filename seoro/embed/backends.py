@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import field
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,21 +89,22 @@ def resets_of(options: Options) -> Callable[[Path, str], Reset]:
     from seoro.lab.resetting import Reset  # noqa: PLC0415 - Zenoh
     from seoro.lang.frontend import lower  # noqa: PLC0415 - parser and checks
 
-    loaded: dict[Path, Reset] = {}
+    @cache
+    def loaded(path: Path) -> Reset:
+        scenario = (options.load or load)(path)
+        plan = lower(scenario.checked, None, {})
+        if options.vet is not None:
+            options.vet(plan)
+        return Reset(plan, scenario.functions)
 
     def reset_of(path: Path, place: str) -> Reset:
-        if path not in loaded:
-            scenario = (options.load or load)(path)
-            plan = lower(scenario.checked, None, {})
-            if options.vet is not None:
-                options.vet(plan)
-            loaded[path] = Reset(plan, scenario.functions, tuple(sorted(actor_names(plan))))
-        reset = loaded[path]
-        if len(reset.actors) != 1:
-            actors = ", ".join(reset.actors) or "none"
+        reset = loaded(path)
+        actors = actor_names(reset.plan)
+        if len(actors) != 1:
+            found = ", ".join(sorted(actors)) or "none"
             raise UsageError(
                 f"{place}: the reset scenario {reset.plan.entry} in {path} must have exactly one actor, the robot "
-                f"(found {actors})"
+                f"(found {found})"
             )
         return reset
 
