@@ -165,6 +165,16 @@ def given_option(options: argparse.Namespace, *names: str) -> str | None:
     return None
 
 
+def option_texts(options: argparse.Namespace, names: Sequence[str]) -> list[str]:
+    """Format options as arguments of the command line, except those that are not given."""
+    texts = []
+    for name in names:
+        value = getattr(options, name)
+        values = value if isinstance(value, list) else [] if value is None else [value]
+        texts += [f"--{name.replace('_', '-')}={'max' if each == math.inf else each}" for each in values]
+    return texts
+
+
 def add_command(commands: Commands, name: str, what: str) -> argparse.ArgumentParser:
     """Add a subcommand; its help text is also its description."""
     parser = commands.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.", allow_abbrev=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import secrets
 import shutil
@@ -16,7 +15,7 @@ from pathlib import Path
 
 import anyio
 
-from seoro.cli.arguments import add_option
+from seoro.cli.arguments import add_option, option_texts
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.output import is_terminal
@@ -251,16 +250,6 @@ class _Sweep:
     def _arguments(self) -> Sequence[str]:
         """Return the arguments of `seoro exec` for all runs."""
         return [self._options.file, *option_texts(self._options, _PASSED)]
-
-
-def option_texts(options: argparse.Namespace, names: Sequence[str]) -> list[str]:
-    """Format options as arguments of the command line, except those that are not given."""
-    texts = []
-    for name in names:
-        value = getattr(options, name)
-        values = value if isinstance(value, list) else [] if value is None else [value]
-        texts += [f"--{name.replace('_', '-')}={'max' if each == math.inf else each}" for each in values]
-    return texts
 
 
 def _is_shared(lab: Path) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from seoro import UsageError
-from seoro.cli.sweep_command import option_texts
+from seoro.cli.arguments import option_texts
 from seoro.cli.video_arguments import VIDEO_OPTIONS, add_video_arguments, video_of
 from seoro.embed.video import VideoOptions
 
