@@ -166,7 +166,7 @@ def given_option(options: argparse.Namespace, *names: str) -> str | None:
 
 
 def option_texts(options: argparse.Namespace, names: Sequence[str]) -> list[str]:
-    """Format options as arguments of the command line, except those that are not given."""
+    """Format the given options as arguments of the command line."""
     texts = []
     for name in names:
         value = getattr(options, name)
