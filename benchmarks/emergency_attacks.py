@@ -42,7 +42,7 @@ import seoro
 from seoro.bridges import wire
 from seoro.bridges.executor.messages import AskRecords, State
 from seoro.bridges.session import Session
-from seoro.lab.commands import Outcome, emergency_stop_all, release_all
+from seoro.lab.commands import LabCommands, Outcome
 from seoro.security.keys.folder import Keys, read_keys
 from seoro.security.keys.roles import Role
 from seoro.security.network.endpoint_keys import security_of
@@ -223,7 +223,9 @@ async def stop_during(target: Target, attacker: Attacker, random_: random.Random
     attacker.begin(run)
     await anyio.sleep(random_.uniform(0.1, SECONDS))
     began = time.time()
-    (outcome,) = await emergency_stop_all([target.endpoint], "a benchmark", "to measure it", target.keys(OPERATOR))
+    (outcome,) = await LabCommands([target.endpoint], target.keys(OPERATOR)).emergency_stop_all(
+        "a benchmark", "to measure it"
+    )
     effect = _since(target.state) - began
     attacker.wait()
     await _release(target)
@@ -244,7 +246,9 @@ def _since(state: Path) -> float:
 async def _release(target: Target) -> None:
     outcomes: list[Outcome] = []
     for _ in range(10):
-        outcomes = await release_all([target.endpoint], "a benchmark", "it is measured", target.keys(OPERATOR))
+        outcomes = await LabCommands([target.endpoint], target.keys(OPERATOR)).release_all(
+            "a benchmark", "it is measured"
+        )
         if not target.state.exists():
             return
     raise SystemExit(f"the stop was not released: {outcomes}")
@@ -457,7 +461,9 @@ def measure_all(name: str, kinds: Sequence[str], tries: int, random_: random.Ran
     """Start a target, and measure its attacks."""
     with tempfile.TemporaryDirectory() as folder, target_of(name, Path(folder)) as target:
         anyio.run(
-            emergency_stop_all, [target.endpoint], "a benchmark", "to load what that takes", target.keys(OPERATOR)
+            LabCommands([target.endpoint], target.keys(OPERATOR)).emergency_stop_all,
+            "a benchmark",
+            "to load what that takes",
         )
         anyio.run(_release, target)
         for kind in kinds:

@@ -21,7 +21,7 @@ from seoro.bridges import wire
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.session import Sample, open_session, subscribing
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.lab.commands import Outcome, emergency_stop_all, release_all
+from seoro.lab.commands import LabCommands, Outcome
 
 ROBOT, SPEED, STILL = "turtlebot4", 0.3, 0.01  # [m/s]
 COMMANDS = f"0/{ROBOT}/cmd_vel/**"
@@ -36,7 +36,7 @@ async def _stop_in_full_motion(endpoint: str) -> tuple[Outcome, float]:
         await node.drive(ROBOT, SPEED, 0.0, 60.0, lambda report: None)
         await asyncio.sleep(UP_TO_SPEED)
         began = time.monotonic()
-        (outcome,) = await emergency_stop_all([endpoint], "a benchmark", "to measure it")
+        (outcome,) = await LabCommands([endpoint]).emergency_stop_all("a benchmark", "to measure it")
         return outcome, began
 
 
@@ -50,7 +50,7 @@ async def in_simulator(endpoint: str) -> tuple[float, float]:
             if abs(state.twist.linear.x) + abs(state.twist.linear.y) < STILL:
                 break
         still = time.monotonic()
-    await release_all([endpoint], "a benchmark", "it is measured")
+    await LabCommands([endpoint]).release_all("a benchmark", "it is measured")
     return outcome.elapsed, still - began
 
 
@@ -64,7 +64,7 @@ async def behind_bridge(endpoint: str, ros: str) -> tuple[float, float]:
 
     async with open_session(connect=ros) as session, subscribing(session, COMMANDS, take):
         outcome, began = await _stop_in_full_motion(endpoint)
-    await release_all([endpoint], "a benchmark", "it is measured")
+    await LabCommands([endpoint]).release_all("a benchmark", "it is measured")
     return outcome.elapsed, next(when for when in zeros if when > began) - began
 
 

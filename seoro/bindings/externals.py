@@ -97,15 +97,14 @@ def find_function(external: External, root: Root | None) -> object:
         _NotFound: The function is missing.
     """
     parts = external.path.split(".")
-    found, length = _find_module(external, parts, root)
-    for part in parts[length:]:
+    found, start = _find_module(external, parts, root)
+    for length, part in enumerate(parts[start:], start):
         if not hasattr(found, part):
             holder = ".".join(parts[:length])
             raise _NotFound(
                 messages.missing_function(external.span, external.path, holder, part, tuple(dir(found)))
             )
         found = getattr(found, part)
-        length += 1
     return found
 
 

@@ -8,9 +8,9 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Final, NoReturn, TypeAlias
+from typing import Any, Final, NoReturn, TypeAlias, TypeVar
 
 from seoro.bridges.addresses import LARGEST_DOMAIN
 from seoro.cli.exit_status import Exit
@@ -19,6 +19,8 @@ from seoro.security.keys import VARIABLE
 
 Container: TypeAlias = "argparse._ActionsContainer"
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+N = TypeVar("N", int, float)
 
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 
@@ -65,57 +67,35 @@ def seed(text: str) -> int:
     return int(text)
 
 
-def number(wanted: str, fits: Callable[[float], bool]) -> Callable[[str], float]:
-    """Make a converter of finite numbers.
+def number(wanted: str, read: Callable[[str], N], fits: Callable[[N], bool]) -> Callable[[str], N]:
+    """Make a converter of numbers.
 
     Args:
         wanted: Expected value, for the message.
+        read: Conversion of a text; raises `ValueError` if it is invalid.
         fits: Whether a number is valid.
     """
 
-    def convert(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not (math.isfinite(value) and fits(value)):
-            raise argparse.ArgumentTypeError(f"expected {wanted}, found {text!r}")
-        return value
+    def convert(text: str) -> N:
+        with suppress(ValueError):
+            value = read(text)
+            if fits(value):
+                return value
+        raise argparse.ArgumentTypeError(f"expected {wanted}, found {text!r}")
 
     return convert
 
 
-positive = number("a positive number", lambda value: value > 0.0)
-seconds = number("a number from 0", lambda value: value >= 0.0)
-_rate = number("a positive number, or max", lambda value: value > 0.0)
+positive = number("a positive number", float, lambda value: 0.0 < value < math.inf)
+seconds = number("a number from 0", float, lambda value: 0.0 <= value < math.inf)
+whole = number("a whole number from 1", lambda text: int(text) if text.isdecimal() else 0, lambda value: value > 0)
+integer = number("a whole number", int, lambda _: True)  # may be negative
+_rate = number("a positive number, or max", float, lambda value: 0.0 < value < math.inf)
 
 
 def rate(text: str) -> float:
     """Convert a rate in simulated seconds per second; `max` becomes infinity."""
     return math.inf if text == "max" else _rate(text)
-
-
-def whole(text: str) -> int:
-    """Convert a whole number from 1.
-
-    Raises:
-        ArgumentTypeError: The text is invalid.
-    """
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1, found {text!r}")
-    return int(text)
-
-
-def integer(text: str) -> int:
-    """Convert a whole number, which may be negative.
-
-    Raises:
-        ArgumentTypeError: The text is invalid.
-    """
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a whole number, found {text!r}") from None
 
 
 def domain(text: str) -> int:
@@ -174,6 +154,25 @@ def add_option(parser: Container, spec: str, help_text: str, *, repeatable: bool
         more |= {"action": "append", "default": []}
         help_text += " (repeatable)"
     parser.add_argument(*names, help=help_text, **more)
+
+
+def given_option(options: argparse.Namespace, *names: str) -> str | None:
+    """Return the first of some options that is given, as the user writes it, such as `--model-path`."""
+    for name in names:
+        value = getattr(options, name)
+        if value is not None and value is not False and value != []:
+            return f"--{name.replace('_', '-')}"
+    return None
+
+
+def option_texts(options: argparse.Namespace, names: Sequence[str]) -> list[str]:
+    """Format the given options as arguments of the command line."""
+    texts = []
+    for name in names:
+        value = getattr(options, name)
+        values = value if isinstance(value, list) else [] if value is None else [value]
+        texts += [f"--{name.replace('_', '-')}={'max' if each == math.inf else each}" for each in values]
+    return texts
 
 
 def add_command(commands: Commands, name: str, what: str) -> argparse.ArgumentParser:

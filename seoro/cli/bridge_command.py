@@ -51,7 +51,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--domain N", "ROS_DOMAIN_ID (default: %(default)s)", type=domain, default=0)
     add_option(parser, "--root ROBOT", "with --expose: robot whose topics have no namespace", default="")
     add_option(parser, "--stamped-cmd-vel", "with --expose: subscribe to cmd_vel as TwistStamped instead of Twist")
-    _add_robot_arguments(parser)
+    add_option(
+        parser,
+        "--robot PROFILE[:NAME][@NAMESPACE]",
+        "serve a ROS 2 robot to runs: profile (name or file), name in scenarios (default: the model of the "
+        "profile) and namespace of its topics (default: none)",
+        repeatable=True,
+    )
+    place = parser.add_mutually_exclusive_group()
+    add_option(
+        place, "--listen ENDPOINT", f"with --robot: Zenoh endpoint to listen on for runs (default: {_LISTEN})"
+    )
+    add_option(place, "--connect ENDPOINT", "with --robot: connect to the Zenoh router at this endpoint instead")
+    add_option(
+        parser,
+        "--name NAME",
+        f"with --robot: name of the bridge in lab files (default: that of its keys, else {_NAME})",
+    )
+    add_dialect(parser, "with --robot: ")
+    add_option(
+        parser, "--ros-interfaces DIR", "with --robot: folder with more message definitions", repeatable=True
+    )
     add_keys_argument(parser)
     add_option(
         parser, "--no-navigation", "with --expose: leave localisation and navigation to other nodes, such as Nav2"
@@ -104,31 +124,6 @@ async def run(options: argparse.Namespace) -> int:
 
 
 # ---------------------------------------------------------------- bridges to robots
-
-
-def _add_robot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    add_option(
-        parser,
-        "--robot PROFILE[:NAME][@NAMESPACE]",
-        "serve a ROS 2 robot to runs: profile (name or file), name in scenarios (default: the model of the "
-        "profile) and namespace of its topics (default: none)",
-        repeatable=True,
-    )
-    place = parser.add_mutually_exclusive_group()
-    add_option(
-        place, "--listen ENDPOINT", f"with --robot: Zenoh endpoint to listen on for runs (default: {_LISTEN})"
-    )
-    add_option(place, "--connect ENDPOINT", "with --robot: connect to the Zenoh router at this endpoint instead")
-    add_option(
-        parser,
-        "--name NAME",
-        f"with --robot: name of the bridge in lab files (default: that of its keys, else {_NAME})",
-    )
-    add_dialect(parser, "with --robot: ")
-    add_option(
-        parser, "--ros-interfaces DIR", "with --robot: folder with more message definitions", repeatable=True
-    )
 
 
 async def _run_robots(options: argparse.Namespace, ros: str) -> None:

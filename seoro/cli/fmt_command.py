@@ -6,7 +6,6 @@ import argparse
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable
 from enum import Enum, auto
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
 from seoro.cli.output import paint, print_error, use_colour
 from seoro.errors import InvalidScenario, UsageError
 from seoro.files.inputs import Kind, read_input, resolved
+from seoro.lang.format.formatter import LayoutFault, format_text
 from seoro.lang.loader import read_source
 from seoro.lang.source import SourceFile
 
@@ -68,17 +68,15 @@ def run(options: argparse.Namespace) -> int:
 
 def _outcome(options: argparse.Namespace, path: Path | None) -> _Outcome:
     """Format a file, or stdin for None; print an error if that fails."""
-    from seoro.lang.format.formatter import LayoutFault, format_text  # noqa: PLC0415 - for this command only
-
     try:
-        return _format_stdin(options, format_text) if path is None else _format_file(path, options, format_text)
+        return _format_stdin(options) if path is None else _format_file(path, options)
     except (InvalidScenario, LayoutFault) as error:
         print_error(error)
         print(file=sys.stderr)
         return _Outcome.REFUSED
 
 
-def _format_stdin(options: argparse.Namespace, format_text: Callable[[SourceFile], str]) -> _Outcome:
+def _format_stdin(options: argparse.Namespace) -> _Outcome:
     file = SourceFile(STDIN_NAME, read_stdin())
     text = format_text(file)
     if options.diff:
@@ -88,7 +86,7 @@ def _format_stdin(options: argparse.Namespace, format_text: Callable[[SourceFile
     return _Outcome.SAME if text == file.text else _Outcome.CHANGED
 
 
-def _format_file(path: Path, options: argparse.Namespace, format_text: Callable[[SourceFile], str]) -> _Outcome:
+def _format_file(path: Path, options: argparse.Namespace) -> _Outcome:
     file = read_source(path)
     text = format_text(file)
     if text.encode() == read_input(path, Kind.SCENARIO):  # the bytes may begin with a byte order mark

@@ -29,7 +29,7 @@ EXAMPLES = """examples:
 
 An identity is a folder of keys. Copy it to its user or machine, and name it there with `--keys` or SEORO_KEYS."""
 _YEAR = 365.0
-_days = number("a positive number of days, 3650 at most", lambda days: 0.0 < days <= 3650.0)
+_days = number("a positive number of days, 3650 at most", float, lambda days: 0.0 < days <= 3650.0)
 _SOON = 30.0  # [days] before the end of a certificate that "expires soon"
 
 

@@ -136,7 +136,7 @@ async def _status(options: argparse.Namespace) -> int:
     while options.watch:
         async with connect_members(endpoints) as reached:
             while True:
-                members = await refresh(reached)
+                members = list((await refresh(reached)).values())
                 print(f"{CLEAR}{time.strftime('%X')}\n{lab_table(members, known, quiet=quiet)}", flush=True)
                 await anyio.sleep(PERIOD)
                 if any(not each.node or each.problem for each in members):

@@ -63,7 +63,7 @@ def lab_table(members: Sequence[Member], known: Sequence[ListedRobot], *, quiet:
 
 def _rows(members: Sequence[Member], known: Sequence[ListedRobot]) -> Iterator[tuple[str, ...]]:
     """Yield a row per robot: those of the lab file in its order, then all others."""
-    served = [(member, state) for member in members if member.state for state in member.state.robots]
+    served = [(member, state) for member in members for state in member.robots]
     shown: list[tuple[Member, RobotState]] = []
     for each in known:
         found = [one for one in served if each.is_served_by(one[0]) and one[1].name == each.remote_name]
@@ -80,11 +80,9 @@ def _rows(members: Sequence[Member], known: Sequence[ListedRobot]) -> Iterator[t
 
 def _headlines(members: Sequence[Member]) -> Iterator[str]:
     for member in members:
-        if member.state is None:
-            continue
-        if member.state.stopped is not None:
+        if member.state is not None and member.state.stopped is not None:
             yield _headline(member.node, member.state.stopped)
-        for robot in member.state.robots:
+        for robot in member.robots:
             if robot.stopped is not None:
                 yield _headline(f"{robot.name} of {member.node}", robot.stopped)
 

@@ -147,7 +147,8 @@ def _row(row: Row, now: float) -> Text:
     if row.node is None:
         return Text(f"{indent}  ... and {row.folded} more running", style="dim")
     node = row.node
-    mark, style = ("~", "cyan") if node.is_waiting else _MARKS[node.status]
+    is_waiting = node.end is None and node.type == "wait"
+    mark, style = ("~", "cyan") if is_waiting else _MARKS[node.status]
     is_leaf = node.type in ("action", "wait", "emit", "call")
     text = Text(f"{indent}{mark} ", style=style)
     text.append(_title(node), style="bold" if is_leaf and node.end is None else "")

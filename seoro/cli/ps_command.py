@@ -50,7 +50,7 @@ async def run(options: argparse.Namespace) -> int:
     status = Exit.ERROR if silent else Exit.PASSED
     ahead = {each.name: each.clock.offset if each.clock is not None else 0.0 for each in executors}
     if options.json:
-        print(to_json([_plain(each) for each in found]))
+        print(to_json([{"executor": each.executor.name, **each.info.model_dump(mode="json")} for each in found]))
         return status
     if options.verbose:
         print(table([_EXECUTOR_TITLES, *map(_executor_row, executors)]) + "\n")
@@ -88,10 +88,6 @@ def _executor_row(status: ExecutorStatus) -> tuple[str, ...]:
     info, clock = status.info, status.clock
     timing = ("unknown", "unknown") if clock is None else (str(clock), f"{1000.0 * clock.round_trip:.1f} ms")
     return status.name, one_line(info.version), str(info.jobs), str(info.running), str(info.waiting), *timing
-
-
-def _plain(run: RemoteRun) -> dict[str, object]:
-    return {"executor": run.executor.name, **run.info.model_dump(mode="json")}
 
 
 def _row(run: RemoteRun, now: float) -> tuple[str, ...]:

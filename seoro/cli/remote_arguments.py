@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
 from seoro.bridges.addresses import EXECUTOR
-from seoro.cli.arguments import Container, add_keys_argument, add_option, integer
+from seoro.cli.arguments import Container, add_keys_argument, add_option, given_option, integer
 from seoro.errors import UsageError
 
 if TYPE_CHECKING:
@@ -39,11 +39,8 @@ def check_on(options: argparse.Namespace) -> None:
     Raises:
         UsageError: `--on` is missing.
     """
-    if options.on is None:
-        remote = {"--executor": options.executor, "--stop-if-lost": options.stop_if_lost}
-        for name, value in remote.items():
-            if value is not None:
-                raise UsageError(f"`{name}` is for runs on executors", help="add `--on NAME`")
+    if options.on is None and (given := given_option(options, "executor", "stop_if_lost")):
+        raise UsageError(f"`{given}` is for runs on executors", help="add `--on NAME`")
 
 
 def add_executor_argument(parser: Container) -> None:

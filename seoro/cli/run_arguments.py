@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Unpack
 
 from seoro.bridges.addresses import ROS_ROUTER
-from seoro.cli.arguments import add_option, domain, rate, seed
+from seoro.cli.arguments import add_option, domain, given_option, rate, seed
 from seoro.embed.file_settings import FileSettings, settings_of_file
 from seoro.embed.options import ROS_SIMULATOR, Lab, Leasing, OptionFields, Options, Ros, Simulator, options_from
 from seoro.embed.runnable import Runnable
@@ -175,11 +175,8 @@ def lab_of(options: argparse.Namespace) -> Lab | None:
     """Return the lab of the options, if any."""
     if options.lab is None:
         return None
-    given = [name for name in ("world", "from_snapshot") if getattr(options, name) is not None]
-    if given:
-        raise UsageError(
-            f"`--{given[0].replace('_', '-')}` contradicts `--lab`", help="name the world in the lab file"
-        )
+    if given := given_option(options, "world", "from_snapshot"):
+        raise UsageError(f"`{given}` contradicts `--lab`", help="name the world in the lab file")
     return Lab(options.lab, DEFAULT_RATE if options.rate is None else options.rate, options.model_path)
 
 
@@ -188,14 +185,8 @@ def simulator_of(options: argparse.Namespace) -> Simulator | None:
     if options.lab is not None:
         return None
     if not _has_simulator(options):
-        of_simulator = {
-            "--world": options.world,
-            "--rate": options.rate,
-            "--model-path": options.model_path or None,
-        }
-        given = [name for name, value in of_simulator.items() if value is not None]
-        if given:
-            raise UsageError(f"`{given[0]}` needs a simulator", help="add `--sim mujoco`")
+        if given := given_option(options, "world", "rate", "model_path"):
+            raise UsageError(f"`{given}` needs a simulator", help="add `--sim mujoco`")
         return None
     return Simulator(
         name=options.sim,
@@ -251,13 +242,11 @@ def leasing_of(options: argparse.Namespace, on_wait: Callable[[str], object] | N
         options: Options of the command line.
         on_wait: Called with the users of busy robots, while the run waits.
     """
-    named: dict[str, object] = {"--when-free": options.when_free, "--wait": options.wait, "--lease": options.lease}
-    if options.on is None:  # on an executor, the priority also orders its queue
-        named["--priority"] = options.priority
-    given = [name for name, value in named.items() if value is not None and value is not False]
+    # On an executor, the priority also orders its queue.
+    given = given_option(options, "when_free", "wait", "lease", *(("priority",) if options.on is None else ()))
     if given and options.lab is None and options.connect is None:
         raise UsageError(
-            f"`{given[0]}` needs shared robots, and the run has none",
+            f"`{given}` needs shared robots, and the run has none",
             help="add `--lab` or `--connect`",
         )
     wait = math.inf if options.when_free else options.wait

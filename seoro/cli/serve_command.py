@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,7 @@ EXAMPLES = """examples:
 
 Ctrl-C ends the executor. Active runs are stopped and clean up; queued runs are kept for the next start."""
 KEEP = 30.0  # [days]
-_days = number("a positive number of days", lambda days: days > 0.0)
+_days = number("a positive number of days", float, lambda days: 0.0 < days < math.inf)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 
-from seoro.cli.arguments import add_keys_argument, add_option, rate, seed
+from seoro.cli.arguments import add_keys_argument, add_option, option_texts, rate, seed
 from seoro.cli.files import node_file
 from seoro.errors import UsageError
 
@@ -71,12 +71,8 @@ def run(options: argparse.Namespace) -> int:
     if is_secured(endpoint):
         options.node = node_name(endpoint, options.node, name)
         arguments += ["--audit", str(node_file("simulators", options.node, endpoint, "audit.jsonl"))]
-    for option in ("seed", "listen", "connect", "node", "rate"):
-        if getattr(options, option) is not None:
-            arguments += [f"--{option}", str(getattr(options, option))]
+    arguments += option_texts(options, ("seed", "listen", "connect", "node", "rate", "model_path"))
     arguments += ["--stop-file", str(node_file("simulators", options.node or name, endpoint, "stop.json"))]
-    for folder in options.model_path:
-        arguments += ["--model-path", str(folder)]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606
 
 

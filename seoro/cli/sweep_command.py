@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import secrets
 import shutil
@@ -16,12 +15,12 @@ from pathlib import Path
 
 import anyio
 
-from seoro.cli.arguments import add_option
+from seoro.cli.arguments import add_option, option_texts
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.output import is_terminal
 from seoro.cli.run_arguments import add_run_arguments, overrides_of, settings_of, use_file_settings
-from seoro.cli.video_arguments import OUTPUT_FOLDER, add_view_arguments, video_arguments, video_of
+from seoro.cli.video_arguments import OUTPUT_FOLDER, VIDEO_OPTIONS, add_view_arguments, video_of
 from seoro.concurrency.background import background
 from seoro.embed import SEED_BITS, Scenario, load, prepare
 from seoro.embed.options import Options
@@ -50,7 +49,7 @@ verdict, 130 by Ctrl-C"""
 _RUNS = "runs"  # folder for the results of runs
 _PASSED = (
     "scenario", "params", "clock", "sim", "connect", "ros", "lab", "world", "from_snapshot", "rate", "timeout",
-    "set", "model_path", "ros_interfaces",
+    "set", "model_path", "ros_interfaces", *VIDEO_OPTIONS,
 )  # fmt: skip # options of `seoro exec` that are the same for all runs
 
 
@@ -236,27 +235,21 @@ class _Sweep:
 
     def _jobs(self) -> int:
         options = self._options
-        if options.connect is not None or options.ros is not None:
-            if options.jobs not in (None, 1):
-                what, other = ("robot", "") if options.ros is not None else ("simulator", "`--sim`, or ")
-                raise UsageError(f"runs on one {what} are sequential", help=f"use {other}`--jobs 1`")
-            return 1
-        if options.lab is not None and _is_shared(options.lab):
-            if options.jobs not in (None, 1):
-                raise UsageError("runs in this lab are sequential", help="leave out `--jobs`")
-            return 1
-        return int(options.jobs or os.cpu_count() or 1)
+        if options.ros is not None:
+            place, hint = "on one robot", "use `--jobs 1`"
+        elif options.connect is not None:
+            place, hint = "on one simulator", "use `--sim`, or `--jobs 1`"
+        elif options.lab is not None and _is_shared(options.lab):
+            place, hint = "in this lab", "leave out `--jobs`"
+        else:
+            return int(options.jobs or os.cpu_count() or 1)
+        if options.jobs not in (None, 1):
+            raise UsageError(f"runs {place} are sequential", help=hint)
+        return 1
 
     def _arguments(self) -> Sequence[str]:
         """Return the arguments of `seoro exec` for all runs."""
-        given = [option for name in _PASSED for option in _option(name, getattr(self._options, name))]
-        return [self._options.file, *given, *video_arguments(self._options)]
-
-
-def _option(name: str, value: object) -> list[str]:
-    """Format an option of the command line; empty for None."""
-    values = value if isinstance(value, list) else [] if value is None else [value]
-    return [f"--{name.replace('_', '-')}={'max' if each == math.inf else each}" for each in values]
+        return [self._options.file, *option_texts(self._options, _PASSED)]
 
 
 def _is_shared(lab: Path) -> bool:

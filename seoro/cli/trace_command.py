@@ -33,7 +33,7 @@ EXAMPLES = """examples:
 
 exit status: 0, also for the truncated trace of a killed run; 2 if the trace is invalid"""
 
-_seconds = number("a time in seconds", lambda _: True)
+_seconds = number("a time in seconds", float, math.isfinite)
 _TONES = {"failed": "31", "error": "31", "cancelled": "33", "warning": "33", "succeeded": "32", "debug": "2"}
 
 

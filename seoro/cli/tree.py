@@ -47,11 +47,6 @@ class Node:
     children: list[Node] = field(default_factory=list)
     folded: int = 0
 
-    @property
-    def is_waiting(self) -> bool:
-        """Whether the behavior is a running `wait`."""
-        return self.end is None and self.type == "wait"
-
 
 @dataclass(frozen=True)
 class Row:

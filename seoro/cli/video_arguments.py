@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 OUTPUT_FOLDER = ""  # value of `--record-video` without a file
 VIEWS = {"camera": "video_camera", "follow": "video_follow", "size": "video_size", "rate": "video_rate"}
+VIDEO_OPTIONS = ("record_video", *VIEWS.values())
 
 
 def add_video_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,20 +63,10 @@ def video_of(options: argparse.Namespace) -> tuple[VideoOptions, Path] | None:
     if "camera" in given and "size" in given:
         raise UsageError("the camera determines the size of its video", help="leave out `--video-size`")
     if "size" in given:
-        given["width"], given["height"] = given.pop("size")
+        given["width"], given["height"] = map(int, given.pop("size").split("x"))
     from seoro.embed.video import VideoOptions  # noqa: PLC0415 - for runs that are filmed
 
     return VideoOptions(**given), _place(options)
-
-
-def video_arguments(options: argparse.Namespace) -> list[str]:
-    """Return the arguments that request a video in the output folder."""
-    if options.record_video is None:
-        return []
-    given = {name: getattr(options, key) for name, key in VIEWS.items()}
-    if given["size"] is not None:
-        given["size"] = "{}x{}".format(*given["size"])
-    return ["--record-video", *(f"--video-{name}={value}" for name, value in given.items() if value is not None)]
 
 
 def _place(options: argparse.Namespace) -> Path:
@@ -97,8 +88,7 @@ def _file(text: str) -> str:
     return text
 
 
-def _size(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text)
-    if found is None:
+def _size(text: str) -> str:
+    if re.fullmatch(r"\d{2,4}x\d{2,4}", text) is None:
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, such as 1280x720, found {text!r}")
-    return int(found[1]), int(found[2])
+    return text

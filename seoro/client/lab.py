@@ -15,8 +15,7 @@ import anyio
 from seoro.embed.arguments import to_limit, to_text, to_texts
 from seoro.embed.whoami import whoami
 from seoro.errors import BackendError, UsageError
-from seoro.lab import commands
-from seoro.lab.commands import Outcome, Place
+from seoro.lab.commands import LabCommands, Outcome, Place
 from seoro.lab.reading import Lab
 from seoro.lab.status import Member, read_states
 
@@ -48,13 +47,12 @@ class LabControl:
     """
 
     def __init__(self, endpoints: Sequence[str], file: Lab | None = None, keys: Path | None = None) -> None:
-        self._endpoints = tuple(endpoints)
+        self._commands = LabCommands(tuple(endpoints), keys)
         self._file = file
-        self._keys = keys
 
     async def status(self) -> list[Member]:
         """Return all members with the states of their robots, and unreachable endpoints with the reason."""
-        return await read_states(self._endpoints, self._keys)
+        return await read_states(self._commands.endpoints, self._commands.keys)
 
     async def lease(self, *robots: str, duration: float = 600.0, purpose: str = "") -> Lease:
         """Lease robots by hand, all or none; only runs that name the lease can acquire them.
@@ -74,8 +72,7 @@ class LabControl:
         name = f"hand-{secrets.token_hex(4)}"
         until = time.time() + within
         whose = f"{purpose} - {whoami()}" if purpose else whoami()
-        places = self._places(robots)
-        outcomes = await commands.lease(places, self._endpoints, name, whose, within, self._keys)
+        outcomes = await self._commands.lease(self._places(robots), name, whose, within)
         if refused := [f"{each.display_name}: {each.error}" for each in outcomes if each.error]:
             raise BackendError(f"cannot lease {', '.join(robots)}: {'; '.join(refused)}")
         return Lease(name, robots, until)
@@ -87,7 +84,7 @@ class LabControl:
             UsageError: The lease is unknown.
         """
         (place,) = self._places([to_text("name", name)])
-        return await commands.release_lease(self._endpoints, place, self._keys)
+        return await self._commands.release_lease(place)
 
     @asynccontextmanager
     async def leased(self, *robots: str, duration: float = 600.0, purpose: str = "") -> AsyncIterator[Lease]:
@@ -107,7 +104,7 @@ class LabControl:
             UsageError: Unknown robot.
         """
         _check_named(robots)
-        return await commands.stop_robots(self._places(robots), self._endpoints, self._keys)
+        return await self._commands.stop_robots(self._places(robots))
 
     async def stop_all(self, reason: str = "") -> list[Outcome]:
         """Stop all robots and runs in an emergency, until a release.
@@ -115,7 +112,7 @@ class LabControl:
         Args:
             reason: Reason, shown to other clients.
         """
-        return await commands.emergency_stop_all(self._endpoints, whoami(), to_text("reason", reason), self._keys)
+        return await self._commands.emergency_stop_all(whoami(), to_text("reason", reason))
 
     async def estop(self, *robots: str, reason: str = "") -> list[Outcome]:
         """Stop some robots in an emergency, until a release.
@@ -129,9 +126,7 @@ class LabControl:
         """
         _check_named(robots, "use `lab.stop_all()` for all robots")
         to_text("reason", reason)
-        return await commands.emergency_stop_robots(
-            self._places(robots), self._endpoints, whoami(), reason, self._keys
-        )
+        return await self._commands.emergency_stop_robots(self._places(robots), whoami(), reason)
 
     async def release_all(self, reason: str) -> list[Outcome]:
         """Release the emergency stop of all robots and runs.
@@ -143,7 +138,7 @@ class LabControl:
             UsageError: The reason is missing.
         """
         _check_reason(reason)
-        return await commands.release_all(self._endpoints, whoami(), reason, self._keys)
+        return await self._commands.release_all(whoami(), reason)
 
     async def release_estop(self, *robots: str, reason: str) -> list[Outcome]:
         """Release the emergency stop of some robots.
@@ -157,7 +152,7 @@ class LabControl:
         """
         _check_reason(reason)
         _check_named(robots, "use `lab.release_all(reason)` for all robots")
-        return await commands.release_robots(self._places(robots), self._endpoints, whoami(), reason, self._keys)
+        return await self._commands.release_robots(self._places(robots), whoami(), reason)
 
     def _places(self, robots: Sequence[str]) -> list[Place]:
         """Return the names of robots at their nodes, each with its endpoint if the lab file has one."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import field
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,22 +57,21 @@ async def open_backends(
         selectors: Selectors of robots, by actors.
     """
     if options.lab is not None:
-        from seoro.bridges.models import ModelPath  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
-        from seoro.lab.opening import LabRequest, open_lab  # noqa: PLC0415 - the same
+        from seoro.bridges.launch import SimulatorOptions  # noqa: PLC0415 - Zenoh, for runs with simulators or robots
+        from seoro.bridges.models import ModelPath  # noqa: PLC0415 - the same
+        from seoro.lab.opening import open_lab  # noqa: PLC0415 - the same
         from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
-        wanted = LabRequest(
-            seed,
-            ModelPath(options.lab.model_path, options.locate),
-            resets_of(options),
-            _purpose(plan),
-            actor_names(plan),
-            selectors,
+        models = ModelPath(options.lab.model_path, options.locate)
+        world = lab.world and str(models.locate(Path(lab.world)))
+        simulation = SimulatorOptions(world, seed, models)
+        opening = partial(
+            open_lab, lab, simulation, resets_of(options), _purpose(plan), actor_names(plan), selectors
         )
-        async with retry_until_free(options.leasing, partial(open_lab, lab, wanted)) as opened:
-            yield OpenBackends(opened.simulator, opened.backends, opened.placements, opened.teardown)
+        async with retry_until_free(options.leasing, opening) as opened:
+            yield opened
     elif options.simulator is not None:
         async with _open(options.simulator, seed, options, _purpose(plan)) as node:
             yield OpenBackends(node, (node,))
@@ -90,21 +89,22 @@ def resets_of(options: Options) -> Callable[[Path, str], Reset]:
     from seoro.lab.resetting import Reset  # noqa: PLC0415 - Zenoh
     from seoro.lang.frontend import lower  # noqa: PLC0415 - parser and checks
 
-    loaded: dict[Path, Reset] = {}
+    @cache
+    def loaded(path: Path) -> Reset:
+        scenario = (options.load or load)(path)
+        plan = lower(scenario.checked, None, {})
+        if options.vet is not None:
+            options.vet(plan)
+        return Reset(plan, scenario.functions)
 
     def reset_of(path: Path, place: str) -> Reset:
-        if path not in loaded:
-            scenario = (options.load or load)(path)
-            plan = lower(scenario.checked, None, {})
-            if options.vet is not None:
-                options.vet(plan)
-            loaded[path] = Reset(plan, scenario.functions, tuple(sorted(actor_names(plan))))
-        reset = loaded[path]
-        if len(reset.actors) != 1:
-            actors = ", ".join(reset.actors) or "none"
+        reset = loaded(path)
+        actors = actor_names(reset.plan)
+        if len(actors) != 1:
+            found = ", ".join(sorted(actors)) or "none"
             raise UsageError(
                 f"{place}: the reset scenario {reset.plan.entry} in {path} must have exactly one actor, the robot "
-                f"(found {actors})"
+                f"(found {found})"
             )
         return reset
 

@@ -110,23 +110,17 @@ def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDir
         UsageError: A directive is invalid or misplaced; the error has its place.
     """
     common = Directives()
-    own: dict[int, list[tuple[Span, str, str]]] = {}
+    scenarios: dict[int, Directives] = {}
     for number, span, kind, text in _comments(file):
         below = _line_below(file, number)
         if below in scenario_lines:
-            own.setdefault(below, []).append((span, kind, text))
+            scenarios[below] = _read(scenarios.get(below, common), span, kind, text)
         elif _is_head(file, number):
             common = _read(common, span, kind, text)
         else:
             raise UsageError(
                 f"misplaced directive: expected directly above a scenario or at the top of {file.name}", span
             )
-    scenarios = {}
-    for line, comments in own.items():
-        found = common
-        for span, kind, text in comments:
-            found = _read(found, span, kind, text)
-        scenarios[line] = found
     return FileDirectives(common, scenarios)
 
 

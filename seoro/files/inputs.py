@@ -45,10 +45,9 @@ class UnsuitableFile(OSError):
 
     def __init__(self, reason: str, path: Path) -> None:
         super().__init__(errno.EINVAL, reason, str(path))
-        self.reason = reason
 
     def __str__(self) -> str:
-        return self.reason
+        return str(self.strerror)
 
 
 _TYPES: Final = {

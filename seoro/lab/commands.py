@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import AsyncIterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,7 +31,6 @@ from seoro.lab.status import (
     connect_endpoint,
     connect_members,
     members_at,
-    no_connection,
     read_states,
     refresh,
 )
@@ -45,6 +45,7 @@ STOP_TIMEOUT = 2.0  # [s] time limit for a node to acknowledge a stop
 RELEASE_TIMEOUT = 5.0  # [s] time limit to release an incomplete lease
 Place = tuple[str, str | None]
 """Name of a robot or a lease, and the endpoint of its node, if known."""
+_Nodes = Mapping[Connection, tuple[Member, tuple[str, ...]]]
 
 
 @dataclass(frozen=True)
@@ -72,48 +73,178 @@ class Outcome:
     is_elsewhere: bool = False
 
 
-async def emergency_stop_all(
-    endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
-) -> list[Outcome]:
-    """Stop all robots and runs until the stop is released.
+@dataclass(frozen=True)
+class LabCommands:
+    """Commands to the nodes, executors and routers at some endpoints.
 
     Args:
-        endpoints: Endpoints of nodes, executors or routers.
-        by: Person who stops; `reason` is shown to others.
+        endpoints: The endpoints.
         keys: Folder of keys, as in `connect_members`.
     """
-    request = wire.EmergencyStop(by=by, reason=reason)
-    return await _stop_everywhere(dict.fromkeys(endpoints, request), keys)
 
+    endpoints: Sequence[str]
+    keys: Path | None = None
 
-async def emergency_stop_robots(
-    places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
-) -> list[Outcome]:
-    """Stop some robots until the stop is released; other robots of their nodes continue.
+    async def emergency_stop_all(self, by: str, reason: str) -> list[Outcome]:
+        """Stop all robots and runs until the stop is released.
 
-    The stop goes to all endpoints, without a search for the robots first.
+        Args:
+            by: Person who stops; `reason` is shown to others.
+        """
+        request = wire.EmergencyStop(by=by, reason=reason)
+        return await self._stop_everywhere(dict.fromkeys(self.endpoints, request))
 
-    Args:
-        places: The robots.
-        endpoints: Endpoints of nodes.
-        by: Person who stops; `reason` is shown to others.
-        keys: Folder of keys, as in `connect_members`.
-    """
-    requests: dict[str, wire.EmergencyStop] = {}
-    for endpoint in endpoints:
-        robots = tuple(dict.fromkeys(name for name, at in places if at in (None, endpoint)))
-        if robots:
-            requests[endpoint] = wire.EmergencyStop(by=by, reason=reason, robots=robots)
-    outcomes = await _stop_everywhere(requests, keys)
-    missing = [place for place in places if not any(_is_stopped(each, place) for each in outcomes)]
-    found = [each for each in outcomes if not each.is_elsewhere]
-    if not missing:
-        return found
-    states = [member.state for member in await read_states(endpoints, keys)]
-    known = sorted({robot.name for state in states if state is not None for robot in state.robots})
-    error = f"unknown robot (robots of the reached nodes: {', '.join(known) or 'none'})"
-    is_reached = any(each.is_reached for each in outcomes)
-    return [*found, *(Outcome("", name, error=error, is_reached=is_reached) for name, _ in missing)]
+    async def emergency_stop_robots(self, places: Sequence[Place], by: str, reason: str) -> list[Outcome]:
+        """Stop some robots until the stop is released; other robots of their nodes continue.
+
+        The stop goes to all endpoints, without a search for the robots first.
+
+        Args:
+            places: The robots.
+            by: Person who stops; `reason` is shown to others.
+        """
+        requests: dict[str, wire.EmergencyStop] = {}
+        for endpoint in self.endpoints:
+            robots = tuple(dict.fromkeys(name for name, at in places if at in (None, endpoint)))
+            if robots:
+                requests[endpoint] = wire.EmergencyStop(by=by, reason=reason, robots=robots)
+        outcomes = await self._stop_everywhere(requests)
+        missing = [place for place in places if not any(_is_stopped(each, place) for each in outcomes)]
+        found = [each for each in outcomes if not each.is_elsewhere]
+        if not missing:
+            return found
+        members = await read_states(self.endpoints, self.keys)
+        known = sorted({robot.name for member in members for robot in member.robots})
+        error = f"unknown robot (robots of the reached nodes: {', '.join(known) or 'none'})"
+        is_reached = any(each.is_reached for each in outcomes)
+        return [*found, *(Outcome("", name, error=error, is_reached=is_reached) for name, _ in missing)]
+
+    async def _stop_everywhere(self, requests: Mapping[str, wire.EmergencyStop]) -> list[Outcome]:
+        """Send stops to endpoints concurrently, so that none waits for an unreachable one."""
+        began = time.monotonic()
+
+        async def stop(endpoint: str) -> list[Outcome]:
+            send = partial(_stop_at, endpoint, requests[endpoint], self.keys, began)
+            outcomes = await _first_success(send)
+            # On a busy machine, connections may fail, and goals may end a little later.
+            return await send() if _has_errors(outcomes) else outcomes
+
+        return list(chain.from_iterable(await gather(stop, requests)))
+
+    async def release_all(self, by: str, reason: str) -> list[Outcome]:
+        """Release all emergency stops at some endpoints."""
+        request = wire.ReleaseStop(by=by, reason=reason)
+        async with connect_members(self.endpoints, self.keys) as reached:
+            return await gather(lambda each: _request(each, wire.RELEASE_STOP, request), reached)
+
+    async def lease(self, places: Sequence[Place], name: str, purpose: str, duration: float) -> list[Outcome]:
+        """Lease robots to a person: all of them, or none.
+
+        Args:
+            places: The robots.
+            name: Unique id of the lease.
+            purpose: Purpose, shown to others.
+            duration: Duration [s].
+
+        Returns:
+            Outcomes of all nodes, or the failures if there are some.
+        """
+        async with self._connect_nodes(places) as nodes:
+            outcomes: dict[Member, Outcome] = {}
+            begun: list[Member] = []
+            unconfirmed: set[Member] = set()
+            is_complete = False
+            try:
+                for node, (_, robots) in nodes.items():
+                    begun.append(node.member)
+                    request = wire.LeaseRobots(lease=name, robots=robots, purpose=purpose, duration=duration)
+                    outcomes[node.member] = await _request(node, wire.LEASE_ROBOTS, request)
+                is_complete = not any(each.error for each in outcomes.values())
+            finally:
+                if not is_complete:
+                    unconfirmed = await self._release_everywhere(begun, name)
+            for member in unconfirmed:
+                error = outcomes[member].error or "it no longer answers"
+                doubt = f"{error}; if it still holds robots, release them by `seoro lab release {name}`"
+                outcomes[member] = replace(outcomes[member], error=doubt)
+            return [each for each in outcomes.values() if is_complete or each.error]
+
+    async def _release_everywhere(self, members: Sequence[Member], name: str) -> set[Member]:
+        """Release a lease at all nodes that may have granted it; returns the nodes that did not confirm.
+
+        New sessions are opened, since the others may be broken or closed.
+        """
+        unconfirmed = set(members)
+
+        async def release(node: Connection, session: AsyncSession) -> None:
+            with suppress(BackendLost, UsageError):
+                with suppress(BackendRefused):  # the lease is missing
+                    request = wire.ReleaseLease(lease=name)
+                    await ask(node.address(session), wire.RELEASE_LEASE, request, STOP_TIMEOUT)
+                unconfirmed.remove(node.member)
+
+        with anyio.move_on_after(RELEASE_TIMEOUT, shield=True):
+            async with (
+                connect_members([each.endpoint for each in members], self.keys) as reached,
+                anyio.create_task_group() as tasks,
+            ):
+                for each in reached:
+                    if each.member in members and each.session is not None:
+                        tasks.start_soon(release, each, each.session)
+        return unconfirmed
+
+    async def release_lease(self, place: Place) -> Outcome:
+        """Release a lease by its id or by a leased robot.
+
+        Raises:
+            UsageError: The lease is unknown.
+        """
+        name, _ = place
+        async with connect_members(self.endpoints, self.keys) as reached:
+            for each, member in (await refresh(reached)).items():
+                for robot in member.robots:
+                    if robot.lease is not None and name in (robot.name, robot.lease.lease):
+                        request = wire.ReleaseLease(lease=robot.lease.lease)
+                        for other in reached:  # a lease may include robots of several nodes
+                            if other.session is not None and not other.member.is_executor and other is not each:
+                                await _request(other, wire.RELEASE_LEASE, request)
+                        return await _request(each, wire.RELEASE_LEASE, request)
+        raise UsageError(f"unknown lease or leased robot '{name}'", help="`seoro lab status` lists leases")
+
+    async def release_robots(self, places: Sequence[Place], by: str, reason: str) -> list[Outcome]:
+        """Release the emergency stops of some robots.
+
+        Raises:
+            UsageError: A robot is unknown or has no stop of its own; then none is released.
+        """
+        async with self._connect_nodes(places) as nodes:
+            for member, robots in nodes.values():
+                _check_stopped(member, robots)
+            return [
+                await _request(node, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason, robots=robots))
+                for node, (_, robots) in nodes.items()
+            ]
+
+    async def stop_robots(self, places: Sequence[Place]) -> list[Outcome]:
+        """Stop robots once; later commands move them again."""
+        async with self._connect_nodes(places) as nodes:
+            return [
+                await _request(node, wire.STOP_ROBOT, wire.StopRobot(robot=robot))
+                for node, (_, robots) in nodes.items()
+                for robot in robots
+            ]
+
+    @asynccontextmanager
+    async def _connect_nodes(self, places: Sequence[Place]) -> AsyncIterator[_Nodes]:
+        """Connect to the nodes of robots while the block lasts; yields their states and the robots of each.
+
+        Raises:
+            UsageError: A robot is unknown, or several have its name.
+        """
+        async with connect_members(self.endpoints, self.keys) as reached:
+            states = await refresh(reached)
+            found = [(_find_node(place, states), place[0]) for place in places]
+            yield {node: (states[node], tuple(name for at, name in found if at is node)) for node, _ in found}
 
 
 def _is_stopped(outcome: Outcome, place: Place) -> bool:
@@ -121,26 +252,11 @@ def _is_stopped(outcome: Outcome, place: Place) -> bool:
     return name in outcome.stopped and endpoint in (None, outcome.endpoint)
 
 
-async def _stop_everywhere(requests: Mapping[str, wire.EmergencyStop], keys: Path | None) -> list[Outcome]:
-    """Send stops to endpoints concurrently, so that none waits for an unreachable one."""
-    began = time.monotonic()
-
-    async def stop(endpoint: str) -> list[Outcome]:
-        outcomes = await _stop_staggered(endpoint, requests[endpoint], keys, began)
-        if _has_errors(outcomes):  # on a busy machine, connections may fail, and goals may end a little later
-            outcomes = await _stop_at(endpoint, requests[endpoint], keys, began)
-        return outcomes
-
-    return list(chain.from_iterable(await gather(stop, requests)))
-
-
 def _has_errors(outcomes: Sequence[Outcome]) -> bool:
     return any(each.error and not each.is_elsewhere for each in outcomes)
 
 
-async def _stop_staggered(
-    endpoint: str, request: wire.EmergencyStop, folder: Path | None, began: float
-) -> list[Outcome]:
+async def _first_success(send: Callable[[], Awaitable[list[Outcome]]]) -> list[Outcome]:
     """Send a stop over several connections, started one after another; the first success counts.
 
     At an endpoint that is flooded with requests, one of some dozen connections takes a second.
@@ -153,7 +269,7 @@ async def _stop_staggered(
     async def attempt(after: float, over: anyio.CancelScope) -> None:
         nonlocal found
         await anyio.sleep(after)
-        outcomes = await _stop_at(endpoint, request, folder, began)
+        outcomes = await send()
         if not found or _has_errors(found):
             found = outcomes
         if not _has_errors(outcomes):
@@ -177,9 +293,9 @@ async def _stop_at(endpoint: str, request: wire.EmergencyStop, folder: Path | No
             members = await members_at(endpoint, session, keys)
             if request.robots:  # executors have no robots
                 members = [each for each in members if not each.member.is_executor]
-            return await _request_all(members, wire.EMERGENCY_STOP, request, began)
+            return await gather(lambda each: _request(each, wire.EMERGENCY_STOP, request, began), members)
     except (SessionError, UsageError) as error:
-        return [await _request(no_connection(endpoint, str(error)), wire.EMERGENCY_STOP, request)]
+        return [Outcome(endpoint, endpoint, error=str(error), is_reached=False)]
 
 
 def _signature(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
@@ -188,18 +304,6 @@ def _signature(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
     from seoro.security.signing.commands import sign_emergency_stop  # noqa: PLC0415 - only where there are keys
 
     return sign_emergency_stop(keys, key, payload)
-
-
-async def release_all(endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None) -> list[Outcome]:
-    """Release all emergency stops at some endpoints."""
-    async with connect_members(endpoints, keys) as reached:
-        return await _request_all(reached, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason), math.inf)
-
-
-async def _request_all(
-    reached: Sequence[Connection], verb: wire.Verb[wire.Q, wire.A], request: wire.Q, began: float
-) -> list[Outcome]:
-    return await gather(lambda each: _request(each, verb, request, began), reached)
 
 
 async def _request(
@@ -236,126 +340,17 @@ async def _request(
     return replace(outcome, done=done, stopped=answer.stopped)
 
 
-# ---------------------------------------------------------------- robots by name
-
-
-async def lease(
-    places: Sequence[Place],
-    endpoints: Sequence[str],
-    name: str,
-    purpose: str,
-    duration: float,
-    keys: Path | None = None,
-) -> list[Outcome]:
-    """Lease robots to a person: all of them, or none.
-
-    Args:
-        places: The robots.
-        endpoints: Endpoints of nodes.
-        name: Unique id of the lease.
-        purpose: Purpose, shown to others.
-        duration: Duration [s].
-        keys: Folder of keys, as in `connect_members`.
-
-    Returns:
-        Outcomes of all nodes, or the failures if there are some.
-    """
-    async with _connect_nodes(places, endpoints, keys) as nodes:
-        outcomes: dict[Member, Outcome] = {}
-        begun: list[Member] = []
-        unconfirmed: set[Member] = set()
-        is_complete = False
-        try:
-            for node, (_, robots) in nodes.items():
-                begun.append(node.member)
-                request = wire.LeaseRobots(lease=name, robots=tuple(robots), purpose=purpose, duration=duration)
-                outcomes[node.member] = await _request(node, wire.LEASE_ROBOTS, request)
-            is_complete = not any(each.error for each in outcomes.values())
-        finally:
-            if not is_complete:
-                unconfirmed = await _release_everywhere(begun, name, keys)
-        for member in unconfirmed:
-            error = outcomes[member].error or "it no longer answers"
-            doubt = f"{error}; if it still holds robots, release them by `seoro lab release {name}`"
-            outcomes[member] = replace(outcomes[member], error=doubt)
-        return [each for each in outcomes.values() if is_complete or each.error]
-
-
-async def _release_everywhere(members: Sequence[Member], name: str, keys: Path | None) -> set[Member]:
-    """Release a lease at all nodes that may have granted it; returns the nodes that did not confirm.
-
-    New sessions are opened, since the others may be broken or closed.
-    """
-    unconfirmed = set(members)
-
-    async def release(node: Connection, session: AsyncSession) -> None:
-        with suppress(BackendLost, UsageError):
-            with suppress(BackendRefused):  # the lease is missing
-                request = wire.ReleaseLease(lease=name)
-                await ask(node.address(session), wire.RELEASE_LEASE, request, STOP_TIMEOUT)
-            unconfirmed.remove(node.member)
-
-    with anyio.move_on_after(RELEASE_TIMEOUT, shield=True):
-        async with (
-            connect_members([each.endpoint for each in members], keys) as reached,
-            anyio.create_task_group() as tasks,
-        ):
-            for each in reached:
-                if each.member in members and each.session is not None:
-                    tasks.start_soon(release, each, each.session)
-    return unconfirmed
-
-
-async def release_lease(endpoints: Sequence[str], place: Place, keys: Path | None = None) -> Outcome:
-    """Release a lease by its id or by a leased robot.
-
-    Raises:
-        UsageError: The lease is unknown.
-    """
-    name, _ = place
-    async with connect_members(endpoints, keys) as reached:
-        members = await refresh(reached)
-        for each, member in zip(reached, members, strict=True):
-            for robot in () if member.state is None else member.state.robots:
-                if robot.lease is not None and name in (robot.name, robot.lease.lease):
-                    request = wire.ReleaseLease(lease=robot.lease.lease)
-                    for other in reached:  # a lease may include robots of several nodes
-                        if other.session is not None and not other.member.is_executor and other is not each:
-                            await _request(other, wire.RELEASE_LEASE, request)
-                    return await _request(each, wire.RELEASE_LEASE, request)
-    raise UsageError(f"unknown lease or leased robot '{name}'", help="`seoro lab status` lists leases")
-
-
-async def release_robots(
-    places: Sequence[Place], endpoints: Sequence[str], by: str, reason: str, keys: Path | None = None
-) -> list[Outcome]:
-    """Release the emergency stops of some robots.
-
-    Raises:
-        UsageError: A robot is unknown or has no stop of its own; then none is released.
-    """
-    async with _connect_nodes(places, endpoints, keys) as nodes:
-        for member, robots in nodes.values():
-            _check_stopped(member, robots)
-        return [
-            await _request(node, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason, robots=tuple(robots)))
-            for node, (_, robots) in nodes.items()
-        ]
-
-
 def _check_stopped(member: Member, names: Sequence[str]) -> None:
     """Check that the emergency stops of robots of a node can be released.
 
     Raises:
         UsageError: A robot is not stopped, or its whole node is.
     """
-    state = member.state
-    if state is not None and state.stopped is not None:
+    if member.state is not None and member.state.stopped is not None:
         raise UsageError(
             f"all of {member.display_name} is stopped", help="release it by `seoro lab release --all`"
         )
-    robots = () if state is None else state.robots
-    stopped = sorted(robot.name for robot in robots if robot.stopped is not None)
+    stopped = sorted(robot.name for robot in member.robots if robot.stopped is not None)
     for name in names:
         if name not in stopped:
             raise UsageError(
@@ -363,38 +358,7 @@ def _check_stopped(member: Member, names: Sequence[str]) -> None:
             )
 
 
-async def stop_robots(
-    places: Sequence[Place], endpoints: Sequence[str], keys: Path | None = None
-) -> list[Outcome]:
-    """Stop robots once; later commands move them again."""
-    async with _connect_nodes(places, endpoints, keys) as nodes:
-        return [
-            await _request(node, wire.STOP_ROBOT, wire.StopRobot(robot=robot))
-            for node, (_, robots) in nodes.items()
-            for robot in robots
-        ]
-
-
-@asynccontextmanager
-async def _connect_nodes(
-    places: Sequence[Place], endpoints: Sequence[str], keys: Path | None
-) -> AsyncIterator[dict[Connection, tuple[Member, list[str]]]]:
-    """Connect to the nodes of robots while the block lasts; yields their states and the robots of each.
-
-    Raises:
-        UsageError: A robot is unknown, or several have its name.
-    """
-    async with connect_members(endpoints, keys) as reached:
-        members = await refresh(reached)
-        states = dict(zip(reached, members, strict=True))
-        nodes: dict[Connection, tuple[Member, list[str]]] = {}
-        for place in places:
-            node = _find_node(place, reached, members)
-            nodes.setdefault(node, (states[node], []))[1].append(place[0])
-        yield nodes
-
-
-def _find_node(place: Place, reached: Sequence[Connection], members: Sequence[Member]) -> Connection:
+def _find_node(place: Place, states: Mapping[Connection, Member]) -> Connection:
     """Return the connection to the node of a robot.
 
     Raises:
@@ -403,8 +367,8 @@ def _find_node(place: Place, reached: Sequence[Connection], members: Sequence[Me
     name, endpoint = place
     found: list[Connection] = []
     known: list[str] = []
-    for each, member in zip(reached, members, strict=True):
-        names = [] if member.state is None else [robot.name for robot in member.state.robots]
+    for each, member in states.items():
+        names = [robot.name for robot in member.robots]
         known += names
         if name in names and endpoint in (None, member.endpoint):
             found.append(each)

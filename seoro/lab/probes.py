@@ -87,8 +87,8 @@ async def probe_nodes(
     found = await wait_for_tokens(session, wire.any_node_tokens(wire.NAMESPACE), TOKEN_TIMEOUT, has_wanted)
     names = Counter(wire.token_node(token)[0] for token in found)
     majors = {wire.token_node(token)[0]: wire.token_major(token) for token in sorted(found)}
-    may_use = not is_secured(endpoint) or (keys is not None and keys.identity.role in MOVING)
     own = keys if is_secured(endpoint) else None
+    may_use = own is None or own.identity.role in MOVING
 
     async def contact(name: str) -> NodeReport:
         node = NodeReport(node=name, count=names[name], major=majors[name])

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from seoro.bridges import wire
-from seoro.errors import UsageError
-from seoro.lab.reading import Lab
 from seoro.lab.schema import BeforeFile
 
 
@@ -48,19 +46,3 @@ def unmet_conditions(before: BeforeFile, state: wire.RobotState) -> list[str]:
             x, y = state.position
             found.append(f"it is at x {x:.2f} m, y {y:.2f} m, outside of {before.area}")
     return found
-
-
-def needs_state(before: BeforeFile) -> bool:
-    """Whether a robot has conditions before a run."""
-    return before != BeforeFile()
-
-
-def check_ready(lab: Lab, name: str, state: wire.RobotState) -> None:
-    """Check that a robot meets its conditions before a run.
-
-    Raises:
-        UsageError: A condition is not met; lists all of them.
-    """
-    found = unmet_conditions(lab.robots[name].before, state)
-    if found:
-        raise UsageError(f"{lab.position_of(name)}: robots.{name} is not ready: {'; '.join(found)}")

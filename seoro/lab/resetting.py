@@ -13,6 +13,7 @@ from seoro.bindings.bound_functions import BoundFunctions
 from seoro.bridges.robot.node import RobotNode
 from seoro.bridges.sim.node import SimulatorNode
 from seoro.concurrency.background import background
+from seoro.embed.backends import actor_names
 from seoro.errors import BackendError
 from seoro.lang.plan import Plan
 from seoro.runtime.execution.assignment import Placement
@@ -30,12 +31,10 @@ class Reset:
     Args:
         plan: Plan of the scenario.
         functions: Implementations of its actions and modifiers.
-        actors: Names of its actors.
     """
 
     plan: Plan
     functions: BoundFunctions
-    actors: tuple[str, ...]
 
 
 Resets = Callable[[Path, str], Reset]
@@ -65,7 +64,7 @@ class ResetRun:
             clock = SimulatorClock(_RelativeTime(node, within), math.inf)
         else:
             clock, self._limit = RealClock(), within
-        (actor,) = reset.actors
+        (actor,) = actor_names(reset.plan)
         self._execution = Execution(
             reset.plan,
             Settings(

@@ -53,7 +53,6 @@ class BridgeFile(_Part):
 
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
-Word = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 
 
 class AreaFile(_Part):
@@ -149,8 +148,8 @@ class RobotFile(_Part):
 
     where: Annotated[Name, Field(alias="in")]
     name_there: Annotated[Text | None, Field(alias="as")] = None
-    type: Word | None = None
-    can: tuple[Word, ...] = ()
+    type: Name | None = None
+    can: tuple[Name, ...] = ()
     limits: LimitsFile = LimitsFile()
     before: BeforeFile = BeforeFile()
     after: AfterFile | None = None

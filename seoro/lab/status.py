@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -47,6 +47,11 @@ class Member:
     is_executor: bool = False
     state: wire.LabState | None = None
     problem: str = ""
+
+    @property
+    def robots(self) -> Sequence[wire.RobotState]:
+        """States of its robots; empty without a state."""
+        return () if self.state is None else self.state.robots
 
     @property
     def display_name(self) -> str:
@@ -97,14 +102,10 @@ class Connection:
     session: AsyncSession | None
     keys: Keys | None = None
 
-    @property
-    def own_keys(self) -> Keys | None:
-        """Keys that sign requests to the node; None for nodes without keys."""
-        return self.keys if is_secured(self.member.endpoint) else None
-
     def address(self, session: AsyncSession) -> NodeAddress:
-        """Return the address of a node."""
-        signer = node_signer(session, self.member.node, self.own_keys)
+        """Return the address of a node; requests to nodes with keys are signed."""
+        keys = self.keys if is_secured(self.member.endpoint) else None
+        signer = node_signer(session, self.member.node, keys)
         return NodeAddress(session, wire.NAMESPACE, self.member.node, "lab's", signer=signer)
 
 
@@ -121,11 +122,6 @@ async def connect_endpoint(
     keys = keys_for(endpoint, ASKING, folder)
     async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
         yield session, keys
-
-
-def no_connection(endpoint: str, problem: str) -> Connection:
-    """Return the connection of an unreachable endpoint."""
-    return Connection(Member(endpoint, problem=problem), None)
 
 
 @asynccontextmanager
@@ -159,7 +155,7 @@ async def _reach(
             task_status.started(await members_at(endpoint, session, keys))
             await over.wait()
     except (SessionError, UsageError) as error:
-        task_status.started([no_connection(endpoint, str(error))])
+        task_status.started([Connection(Member(endpoint, problem=str(error)), None)])
 
 
 async def members_at(endpoint: str, session: AsyncSession, keys: Keys | None) -> list[Connection]:
@@ -177,11 +173,11 @@ async def members_at(endpoint: str, session: AsyncSession, keys: Keys | None) ->
 async def read_states(endpoints: Iterable[str], folder: Path | None = None) -> list[Member]:
     """Return the live members at endpoints with their states; see `connect_members` for the arguments."""
     async with connect_members(endpoints, folder) as reached:
-        return await refresh(reached)
+        return list((await refresh(reached)).values())
 
 
-async def refresh(reached: list[Connection]) -> list[Member]:
-    """Return connected members with their present states."""
+async def refresh(reached: list[Connection]) -> dict[Connection, Member]:
+    """Return connected members with their present states, by their connections."""
 
     async def query(each: Connection) -> Member:
         if each.session is None or not each.member.node or each.member.is_executor:
@@ -194,4 +190,4 @@ async def refresh(reached: list[Connection]) -> list[Member]:
         except (BackendError, UsageError) as error:
             return replace(each.member, problem=str(error))
 
-    return await gather(query, reached)
+    return dict(zip(reached, await gather(query, reached), strict=True))

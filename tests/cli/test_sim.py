@@ -53,10 +53,10 @@ def snapshot(tmp_path: Path) -> Path:
     ("options", "given"),
     [
         ([], ["--world", "maze"]),
-        (["--world", "hall", "--seed", "7"], ["--world", "hall", "--seed", "7"]),
+        (["--world", "hall", "--seed", "7"], ["--world", "hall", "--seed=7"]),
         (
             ["--listen", "tcp/[::]:0", "--rate", "max"],
-            ["--world", "maze", "--listen", "tcp/[::]:0", "--rate", "inf"],
+            ["--world", "maze", "--listen=tcp/[::]:0", "--rate=max"],
         ),
     ],
 )

@@ -17,7 +17,7 @@ from seoro.doctor.findings import Finding, Health
 from seoro.doctor.lab import Places, check_lab
 from seoro.doctor.path import check_path_to_executors
 from seoro.errors import UsageError
-from seoro.lab.commands import emergency_stop_all, release_all
+from seoro.lab.commands import LabCommands
 from seoro.lab.reading import Lab, read_lab
 from seoro.security.keys.roles import Role
 from tests.labs import NAME, KeyedLab, RunningCommand, command, free_port, keyed_executor, make_lab
@@ -147,11 +147,11 @@ async def test_an_emergency_stop_of_nodes_and_executors_is_reported(
     keyed: Keyed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SEORO_KEYS", str(keyed.lab.keys("anna")))
-    await emergency_stop_all([keyed.endpoint], "ana@lab", "smoke")
+    await LabCommands([keyed.endpoint]).emergency_stop_all("ana@lab", "smoke")
     try:
         lines = await look(keyed, "vera", Places())
     finally:
-        await release_all([keyed.endpoint], "ana@lab", "it was toast")
+        await LabCommands([keyed.endpoint]).release_all("ana@lab", "it was toast")
     assert has(lines, "failed hall: emergency stop by ana@lab", "(smoke)")
     assert has(lines, f"failed {NAME}: starts no runs: emergency stop by ana@lab", "(smoke)")
 

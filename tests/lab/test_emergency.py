@@ -24,7 +24,7 @@ from seoro.cli.main import main
 from seoro.client import Client
 from seoro.errors import BackendError, BackendRefused, BackendStopped, UsageError
 from seoro.lab import status
-from seoro.lab.commands import Outcome, emergency_stop_all, emergency_stop_robots, release_all, release_robots
+from seoro.lab.commands import LabCommands, Outcome
 from seoro.lab.status import Member
 from tests.bridges.robot.conftest import Rails
 from tests.executors import LONG, NAME, executor
@@ -57,11 +57,11 @@ async def released(*endpoints: str) -> AsyncIterator[None]:
     try:
         yield
     finally:
-        await release_all(endpoints, "a test", "it is over")
+        await LabCommands(endpoints).release_all("a test", "it is over")
 
 
 async def stop(*endpoints: str) -> list[Outcome]:
-    return await emergency_stop_all(endpoints, "ana@lab", "smoke")
+    return await LabCommands(endpoints).emergency_stop_all("ana@lab", "smoke")
 
 
 async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
@@ -136,7 +136,7 @@ async def test_no_robot_moves_until_the_stop_is_released(rails: Rails, hall: Hal
             with pytest.raises(UsageError, match=r"emergency stop by ana@lab at .* \(smoke\)"):
                 async with connect_robots(endpoint, "a run", robots=()):
                     pass
-        outcomes = await release_all(endpoints, "bob", " ")
+        outcomes = await LabCommands(endpoints).release_all("bob", " ")
         assert all("missing reason" in outcome.error for outcome in outcomes)
     for endpoint, robot in zip(endpoints, ("line", "second"), strict=True):
         async with connect_robots(endpoint, "a run", robots=(robot,)) as node:
@@ -250,8 +250,8 @@ async def test_the_command_stops_and_releases_named_robots_only(hall: Hall, rail
         shown = lab_table([Member(hall.endpoint, "hall", state=state)], (), quiet=())
         assert "EMERGENCY STOP of second of hall by " in shown
         with pytest.raises(UsageError, match="no emergency stop of 'line'"):
-            await release_robots([("line", None)], [rails.endpoint], "bob", "toast")
-        (outcome,) = await release_robots([("second", None)], [hall.endpoint], "bob", "toast")
+            await LabCommands([rails.endpoint]).release_robots([("line", None)], "bob", "toast")
+        (outcome,) = await LabCommands([hall.endpoint]).release_robots([("second", None)], "bob", "toast")
         assert outcome.error == ""
     async with connect_robots(hall.endpoint, "a run", robots=("second",)):
         pass
@@ -261,7 +261,7 @@ async def test_an_unknown_robot_does_not_prevent_the_stop_of_others(hall: Hall, 
     endpoints = (hall.endpoint, rails.endpoint)
     places = [("second", None), ("elsewhere", None), ("line", hall.endpoint)]
     async with released(*endpoints):
-        outcomes = await emergency_stop_robots(places, endpoints, "ana@lab", "smoke")
+        outcomes = await LabCommands(endpoints).emergency_stop_robots(places, "ana@lab", "smoke")
         assert [(each.display_name, each.stopped) for each in outcomes if not each.error] == [
             ("the node 'hall'", ("second",))
         ]
@@ -310,7 +310,7 @@ async def test_an_emergency_stop_makes_an_executor_stop_its_runs_and_start_none(
             assert "emergency stop by ana@lab" in queued.info.waits
             with pytest.raises(BackendError, match="accepts no runs: emergency stop by ana@lab"):
                 await client.submit(NAME, scenario)
-            await release_all([running.endpoint], "bob", "toast")
+            await LabCommands([running.endpoint]).release_all("bob", "toast")
             assert not (await client.run(waiting.id, NAME)).info.waits
             async for record in waiting.records():
                 if record.get("message") == "begun":

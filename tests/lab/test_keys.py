@@ -29,7 +29,7 @@ from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.bridges.wire.refusal import read_refusal
 from seoro.cli.main import main
 from seoro.errors import BackendLost, UsageError
-from seoro.lab.commands import emergency_stop_all, release_all
+from seoro.lab.commands import LabCommands
 from seoro.lab.status import read_states
 from seoro.runtime.contracts.backends import Report
 from seoro.security.keys import VARIABLE
@@ -213,7 +213,7 @@ async def test_replayed_requests_are_refused(places: dict[str, Place], lab: Keye
             with pytest.raises(Refused) as caught:
                 await session.query(key, payload, 5.0, seal)
             assert "received before" in read_refusal(caught.value.payload).message
-        assert [each.error for each in await release_all([place.endpoint], "anna", "over")] == [""]
+        assert [each.error for each in await LabCommands([place.endpoint]).release_all("anna", "over")] == [""]
         address = NodeAddress(session, wire.NAMESPACE, place.node, signer=signer)
         await ask(address, wire.RELEASE_LEASE, wire.ReleaseLease(lease="hand-1"))
 
@@ -259,7 +259,7 @@ async def test_a_node_with_keys_of_another_node_is_refused(places: dict[str, Pla
         with pytest.raises(UsageError, match=words):
             async with connect_robots(place.endpoint, "a run", "floor"):
                 pass
-        asked = await emergency_stop_all([place.endpoint], "anna", "smoke")
+        asked = await LabCommands([place.endpoint]).emergency_stop_all("anna", "smoke")
         outcomes = {each.display_name: each for each in asked}
         unsigned = "the answer of the node 'floor' to `emergency_stop` is not authentic: it is not signed"
         assert unsigned in outcomes["the node 'floor'"].error
@@ -268,7 +268,7 @@ async def test_a_node_with_keys_of_another_node_is_refused(places: dict[str, Pla
         assert words in floor.problem
     finally:
         forged.close()
-        await release_all([place.endpoint], "anna", "it was a test")
+        await LabCommands([place.endpoint]).release_all("anna", "it was a test")
 
 
 async def test_an_emergency_stop_with_keys_is_in_time(place: Place) -> None:
@@ -277,11 +277,11 @@ async def test_an_emergency_stop_with_keys_is_in_time(place: Place) -> None:
         try:
             async with connect_robots(place.endpoint, "a run", robots=("second",)) as node:
                 await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
-                (outcome,) = await emergency_stop_all([place.endpoint], "anna", "smoke")
+                (outcome,) = await LabCommands([place.endpoint]).emergency_stop_all("anna", "smoke")
                 assert outcome.error == ""
                 times.append(outcome.elapsed)
         finally:
-            await release_all([place.endpoint], "anna", "it is over")
+            await LabCommands([place.endpoint]).release_all("anna", "it is over")
     assert min(times) < WITHIN
 
 
@@ -334,7 +334,7 @@ async def test_changed_answers_of_nodes_are_detected(places: dict[str, Place], l
         assert unsigned in member.problem
         relay.replace(b"stopped", b"stOpped", "emergency_stop")
         try:
-            (outcome,) = await emergency_stop_all([endpoint], "anna", "smoke")
+            (outcome,) = await LabCommands([endpoint]).emergency_stop_all("anna", "smoke")
             assert "to `emergency_stop` is not authentic: invalid signature" in outcome.error
             relay.change = unchanged
             (member,) = await read_states([endpoint])
@@ -342,7 +342,9 @@ async def test_changed_answers_of_nodes_are_detected(places: dict[str, Place], l
             assert member.state.stopped is not None  # all the same
         finally:
             relay.change = unchanged
-            assert [each.error for each in await release_all([endpoint], "anna", "it was a test")] == [""]
+            assert [each.error for each in await LabCommands([endpoint]).release_all("anna", "it was a test")] == [
+                ""
+            ]
 
 
 async def test_changed_events_of_robots_are_detected(places: dict[str, Place], lab: KeyedLab) -> None:

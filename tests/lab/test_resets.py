@@ -15,7 +15,7 @@ import seoro
 from seoro.client import Client
 from seoro.embed import prepare
 from seoro.embed.options import Options
-from seoro.lab.commands import emergency_stop_all, release_all
+from seoro.lab.commands import LabCommands
 from seoro.runtime.verdict import RunStatus
 from tests.bridges.robot.conftest import Rails
 from tests.executors import NAME, executor
@@ -138,12 +138,12 @@ async def test_an_emergency_stop_ends_a_reset_at_once(
 
                 async def stop() -> None:
                     await asyncio.sleep(0.7)
-                    await emergency_stop_all([rails.endpoint], "ana@lab", "smoke")
+                    await LabCommands([rails.endpoint]).emergency_stop_all("ana@lab", "smoke")
 
                 stopping = asyncio.create_task(stop())
             await stopping
     finally:
-        await release_all([rails.endpoint], "a test", "it is over")
+        await LabCommands([rails.endpoint]).release_all("a test", "it is over")
     assert "no robot may move: emergency stop by ana@lab" in caplog.text
     assert rails.commands()[-1][2] == 0.0
 
@@ -205,8 +205,8 @@ async def test_an_emergency_stop_of_the_executor_skips_the_reset(rails: Rails, t
             with anyio.fail_after(DEADLINE):
                 while rails.commands()[-1][2] != 0.5:
                     await anyio.sleep(0.02)
-                await emergency_stop_all([there.endpoint], "ana@lab", "smoke")
+                await LabCommands([there.endpoint]).emergency_stop_all("ana@lab", "smoke")
                 assert (await run.result()).status is RunStatus.CANCELLED
-            await release_all([there.endpoint], "a test", "it is over")
+            await LabCommands([there.endpoint]).release_all("a test", "it is over")
     assert -0.3 not in [velocity for _, _, velocity in rails.commands()]
     assert rails.commands()[-1][2] == 0.0

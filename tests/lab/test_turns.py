@@ -18,7 +18,7 @@ from seoro.client.runs import RemoteRun
 from seoro.executor.limits import Limits, Policy
 from seoro.executor.runs import run_slots as turns
 from seoro.executor.service import ExecutorOptions, open_executor
-from seoro.lab.commands import lease, release_lease
+from seoro.lab.commands import LabCommands
 from tests.bridges.robot.conftest import Rails
 from tests.executors import HELLO, LONG, NAME, RunningExecutor, executor
 from tests.lab.test_runs import ALONE, floor, lab_of
@@ -51,10 +51,12 @@ async def holding(rails: Rails) -> AsyncIterator[None]:
     """Lease the robot; a lease needs no heartbeats of a busy machine."""
     place = (("line", rails.endpoint),)
     with anyio.fail_after(DEADLINE):  # those of an earlier test may have a place in line, still
-        while any(each.error for each in await lease(place, [rails.endpoint], "a-test", HOLDER, 600.0)):
+        while any(
+            each.error for each in await LabCommands([rails.endpoint]).lease(place, "a-test", HOLDER, 600.0)
+        ):
             await anyio.sleep(0.1)
     yield
-    await release_lease([rails.endpoint], place[0])
+    await LabCommands([rails.endpoint]).release_lease(place[0])
 
 
 async def patient(client: seoro.Client, lab: seoro.Lab) -> RemoteRun:

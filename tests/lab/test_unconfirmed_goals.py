@@ -15,7 +15,7 @@ from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import serving
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import Work
-from seoro.lab.commands import emergency_stop_all
+from seoro.lab.commands import LabCommands
 from seoro.security.network.listener import node_listener
 
 pytestmark = pytest.mark.anyio
@@ -82,8 +82,8 @@ async def test_runs_and_emergency_stops_report_goals_that_may_continue(do: str, 
         assert verdict.passed
         warnings = [line.partition("warning: ")[2] for line in verdict.logs]
         assert [each for each in warnings if "not reported" not in each] == ["it may go on"]
-        [outcome] = await emergency_stop_all([endpoint], "ana@lab", "smoke")
+        [outcome] = await LabCommands([endpoint]).emergency_stop_all("ana@lab", "smoke")
         assert outcome.error == "stopped tb; goals of tb have not ended, and may continue"
         robot.work.mark_settled("tb")
-        [outcome] = await emergency_stop_all([endpoint], "ana@lab", "smoke")
+        [outcome] = await LabCommands([endpoint]).emergency_stop_all("ana@lab", "smoke")
         assert (outcome.error, outcome.done) == ("", "stopped tb")

@@ -12,7 +12,7 @@ from pathlib import Path
 import anyio
 import pytest
 
-from seoro.lab.commands import emergency_stop_all, release_all
+from seoro.lab.commands import LabCommands
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.routers import free_endpoint, process, router_process
 
@@ -106,11 +106,11 @@ def test_an_emergency_stop_sends_zero_in_time(bridged: Bridged) -> None:
         with process(DRIVER, began.endpoint, began.name, "velocity"):
             wait_for(time.monotonic(), lambda: drives(began))
             moment = time.monotonic()
-            (outcome,) = anyio.run(emergency_stop_all, [began.endpoint], "a test", "smoke")
+            (outcome,) = anyio.run(LabCommands([began.endpoint]).emergency_stop_all, "a test", "smoke")
             assert outcome.error == ""
             answered = time.monotonic()
             stopped = wait_for(moment, began.stopped) + moment
-            anyio.run(release_all, [began.endpoint], "a test", "it is over")
+            anyio.run(LabCommands([began.endpoint]).release_all, "a test", "it is over")
             return stopped - (answered - outcome.elapsed)
 
     assert shortest(measured) < EMERGENCY_DEADLINE
