@@ -19,7 +19,8 @@ from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix, ve
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyState, Engine
-from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
+from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Missing
+from sim_nodes.sensors.sensor_pipeline import Sample
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
 from sim_nodes.views import Lens, NoRendering, Picture, View, looking_at
@@ -216,7 +217,7 @@ class Cameras(Stateful):
         self._camera(name)
         return self._pipelines[name]
 
-    def picture(self, name: str, tick: int) -> Exposure:
+    def picture(self, name: str, tick: int) -> Sample[Picture]:
         """Return the image that a camera gives in a tick.
 
         Raises:

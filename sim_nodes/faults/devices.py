@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, assert_never
 
 from seoro.bridges import wire
@@ -18,6 +19,7 @@ from sim_nodes.faults.checks import (
     Observation,
     SensorCheck,
     SilenceCheck,
+    are_equal,
 )
 from sim_nodes.faults.image_checks import arrival, camera_check
 from sim_nodes.faults.validation import check_camera_fault, check_fault
@@ -144,7 +146,7 @@ def sensor_check(fault: wire.SensorFault, sensor: Sensor[Any], what: str = "samp
         case wire.MessageLoss():
             return MessageLossCheck(fault, what)
         case wire.Freeze():
-            return FreezeCheck(sensor, what)
+            return FreezeCheck(partial(are_equal, sensor), what)
         case wire.Delay():
             return DelayCheck(fault, what)
         case wire.PowerLoss():
