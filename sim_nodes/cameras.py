@@ -125,24 +125,25 @@ class Cameras(Stateful):
         self._cameras[name] = self._first[name]
         self._pipelines[name] = self._make_pipeline(name)
 
-    def set_pose(self, name: str, place: BodyState) -> None:
-        """Set the pose of a free camera, which stops following."""
-        self._set(name, place)
-
     def follow(self, name: str, entity: str, offset: Vector) -> None:
         """Make a camera follow an entity and look at it."""
         if math.hypot(*offset) < NEAREST:
             raise operation_failed(f"{name!r} cannot follow {entity!r} at its origin; expected an offset")
-        self._set(name, Following(entity, offset))
+        self.set_mount(name, Following(entity, offset))
 
     def aim(self, name: str, target: Vector) -> None:
         """Turn a camera in place, so that a point is in the middle of its images."""
         position = self.view(name).position
         if math.dist(position, target) < NEAREST:
             raise operation_failed(f"{name!r} cannot look at its own position")
-        self._set(name, BodyState(position, looking_at(position, target)))
+        self.set_mount(name, BodyState(position, looking_at(position, target)))
 
-    def _set(self, name: str, mount: Mount) -> None:
+    def set_mount(self, name: str, mount: Mount) -> None:
+        """Set the mount of a free camera.
+
+        Raises:
+            RequestRefused: The camera is unknown or mounted on a robot.
+        """
         camera = self._camera(name)
         if isinstance(camera.mount, Mounted):
             raise feature_unsupported(f"{name!r} is mounted on {camera.mount.robot!r} and cannot be moved")

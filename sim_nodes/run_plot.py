@@ -59,7 +59,7 @@ def top_down(simulation: Simulation) -> bytes:
     for robot, colour in _coloured(simulation):
         entries += _draw_record(axes, simulation.run_data.records[robot.name], robot, colour, size)
     for prop in simulation.world.props:
-        path = simulation.run_data.trails.paths.get(prop.name, [])
+        path = simulation.run_data.trails.get(prop.name, [])
         if _horizontal_length(path) > NOTICEABLE:
             entries.append(_draw_path(axes, path, WALL))
     entries += _draw_all_spawned(axes, simulation)
@@ -208,7 +208,7 @@ def _draw_all_spawned(axes: Axes, simulation: Simulation) -> list[Line2D | Patch
             else "spawned"
         )
         entries.append(Patch(facecolor=face, edgecolor=SPAWNED_EDGE, label=label))
-        path = simulation.run_data.trails.paths.get(name, [])
+        path = simulation.run_data.trails.get(name, [])
         text = f"{name}\nspawned at\n{spawned.time:.2f} s"
         length = _horizontal_length(path)
         if length > NOTICEABLE:

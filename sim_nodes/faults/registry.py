@@ -101,7 +101,7 @@ class RobotPower(Device):
 
     def start_check(self, fault: Fault) -> Checking:
         """See `Device`."""
-        parts = {name: drive.parts for name, drive in self._drives.items()}
+        parts = {name: drive.info.parts for name, drive in self._drives.items()}
         return BlackoutCheck(tuple(self._sources), parts), self._observation
 
     def _observation(self, tick: int) -> PowerObservation:
