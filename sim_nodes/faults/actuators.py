@@ -13,9 +13,9 @@ from typing import Any, Protocol, TypeVar
 
 from seoro.bridges import wire
 from sim_nodes.faults.checks import Check, Checking, Observation
-from sim_nodes.faults.devices import Device, cannot_have, sensor_check
+from sim_nodes.faults.devices import Device, sensor_check
 from sim_nodes.faults.motor_checks import AT_REST, Motion, SlipCheck, TorqueCheck
-from sim_nodes.faults.validation import check_command_limit, check_fault, check_slip
+from sim_nodes.faults.validation import cannot_have, check_command_limit, check_fault, check_slip
 from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
 from sim_nodes.robots.drive import Wheels

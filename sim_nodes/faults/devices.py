@@ -9,7 +9,6 @@ from typing import Any, assert_never
 
 from seoro.bridges import wire
 from seoro.bridges.wire import CameraFault, Fault
-from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.cameras import Cameras
 from sim_nodes.faults.checks import (
     Checking,
@@ -22,9 +21,8 @@ from sim_nodes.faults.checks import (
     are_equal,
 )
 from sim_nodes.faults.image_checks import arrival, camera_check
-from sim_nodes.faults.validation import check_camera_fault, check_fault
+from sim_nodes.faults.validation import cannot_have, check_camera_fault, check_fault
 from sim_nodes.faults.value_checks import BeamLossCheck, BiasCheck, DeadBeamsCheck, NoiseCheck
-from sim_nodes.outcomes import operation_failed
 from sim_nodes.sensors.camera_pipeline import CameraPipeline
 from sim_nodes.sensors.sensor_pipeline import DelayLine, Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
@@ -153,21 +151,6 @@ def sensor_check(fault: wire.SensorFault, sensor: Sensor[Any], what: str = "samp
             return SilenceCheck(what)
         case _:
             assert_never(fault)
-
-
-MISSING_PARTS = {
-    wire.WheelSlip: "it has no wheels",
-    wire.BeamLoss: "it has no beams",
-    wire.DeadSector: "it has no beams",
-    wire.DeadBeams: "it has no beams",
-    wire.DeadPixels: "it has no pixels",
-    wire.DeadArea: "it has no pixels",
-}  # reasons for refusing faults
-
-
-def cannot_have(device: str, fault: wire.Fault, reason: str = "") -> RequestRefused:
-    """Return the refusal of a fault that a device cannot have."""
-    return operation_failed(f"{device} cannot have {fault.kind}: {reason or MISSING_PARTS[type(fault)]}")
 
 
 class CameraDevice(Source):
