@@ -75,13 +75,12 @@ class Entities(Stateful):
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self._engine = engine
         self._world = world
-        self._robots = frozenset(robot.name for robot in world.robots)
-        self._fixed = frozenset(robot.name for robot in world.robots if robot.declaration.fixed)
+        self._robots = {robot.name: robot for robot in world.robots}
         self._walls = frozenset(wall.name for wall in world.walls)
         self._props = {prop.name: prop.model for prop in world.props}
         self._add_props(world)
         check_start_poses(engine, world.name, world.robots)
-        self._of_world = self._robots | self._walls | self._props.keys()
+        self._of_world = self._robots.keys() | self._walls | self._props.keys()
         self.spawned: dict[str, Spawned] = {}
         self._infos: dict[str, EntityInfo] = {}  # set by clients
         self.cameras = Cameras(engine, world, seed)
@@ -136,8 +135,8 @@ class Entities(Stateful):
         if name in self.cameras.free:
             return None
         if name in self._robots:
-            placed = next(robot for robot in self._world.robots if robot.name == name)
-            return bounding_box(parts_of_robot(self._engine, placed, self._engine.body_state(name)))
+            state = self._engine.body_state(name)
+            return bounding_box(parts_of_robot(self._engine, self._robots[name], state))
         if name in self._walls:
             return bounding_box(wall.part for wall in self._world.walls if wall.name == name)
         return bounding_box(self.bodies[name].parts)
@@ -302,7 +301,7 @@ class Entities(Stateful):
         self._check_known(name)
         if name in self._walls:
             raise feature_unsupported(f"{name!r} cannot be moved: it is a wall of the world")
-        if name in self._fixed:
+        if name in self._robots and self._robots[name].declaration.fixed:
             raise feature_unsupported(f"{name!r} cannot be moved: it is fixed to the world")
         if name in self.cameras.free:
             self.cameras.set_mount(name, state)

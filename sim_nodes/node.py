@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import assert_never
 
 from anyio.from_thread import start_blocking_portal
@@ -260,7 +259,7 @@ def keep_pace(simulator: Simulator, clock: float) -> float | None:
 
 def end_on_signals() -> None:
     """Make SIGTERM raise KeyboardInterrupt on the main thread, as Ctrl-C does, so that the session closes."""
-    signal.signal(signal.SIGTERM, _end)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 def _wake_on_signals(wake: Callable[[], None]) -> None:
@@ -277,10 +276,6 @@ def _wake_on_signals(wake: Callable[[], None]) -> None:
             wake()
 
     threading.Thread(target=forward, daemon=True, name="signals").start()
-
-
-def _end(_number: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
 
 
 def die_with_parent(folder: str | None) -> None:
