@@ -18,8 +18,8 @@ import time
 from collections.abc import Callable
 
 from seoro.bridges import wire
+from seoro.bridges.serving.emergency import SWITCH_INTERVAL
 from sim_nodes import verbs
-from sim_nodes.node import SWITCH_INTERVAL
 from sim_nodes.simulator import Simulator
 from sim_nodes.views import MAX_SIZE, Lens, View, looking_at
 from tests.sim_nodes.client import BOX, pose

@@ -19,7 +19,8 @@ from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix, ve
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyState, Engine
-from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
+from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Missing
+from sim_nodes.sensors.sensor_pipeline import Sample
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
 from sim_nodes.views import Lens, NoRendering, Picture, View, looking_at
@@ -124,24 +125,25 @@ class Cameras(Stateful):
         self._cameras[name] = self._first[name]
         self._pipelines[name] = self._make_pipeline(name)
 
-    def set_pose(self, name: str, place: BodyState) -> None:
-        """Set the pose of a free camera, which stops following."""
-        self._set(name, place)
-
     def follow(self, name: str, entity: str, offset: Vector) -> None:
         """Make a camera follow an entity and look at it."""
         if math.hypot(*offset) < NEAREST:
             raise operation_failed(f"{name!r} cannot follow {entity!r} at its origin; expected an offset")
-        self._set(name, Following(entity, offset))
+        self.set_mount(name, Following(entity, offset))
 
     def aim(self, name: str, target: Vector) -> None:
         """Turn a camera in place, so that a point is in the middle of its images."""
         position = self.view(name).position
         if math.dist(position, target) < NEAREST:
             raise operation_failed(f"{name!r} cannot look at its own position")
-        self._set(name, BodyState(position, looking_at(position, target)))
+        self.set_mount(name, BodyState(position, looking_at(position, target)))
 
-    def _set(self, name: str, mount: Mount) -> None:
+    def set_mount(self, name: str, mount: Mount) -> None:
+        """Set the mount of a free camera.
+
+        Raises:
+            RequestRefused: The camera is unknown or mounted on a robot.
+        """
         camera = self._camera(name)
         if isinstance(camera.mount, Mounted):
             raise feature_unsupported(f"{name!r} is mounted on {camera.mount.robot!r} and cannot be moved")
@@ -216,7 +218,7 @@ class Cameras(Stateful):
         self._camera(name)
         return self._pipelines[name]
 
-    def picture(self, name: str, tick: int) -> Exposure:
+    def picture(self, name: str, tick: int) -> Sample[Picture]:
         """Return the image that a camera gives in a tick.
 
         Raises:

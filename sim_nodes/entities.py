@@ -75,13 +75,12 @@ class Entities(Stateful):
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self._engine = engine
         self._world = world
-        self._robots = frozenset(robot.name for robot in world.robots)
-        self._fixed = frozenset(robot.name for robot in world.robots if robot.declaration.fixed)
+        self._robots = {robot.name: robot for robot in world.robots}
         self._walls = frozenset(wall.name for wall in world.walls)
         self._props = {prop.name: prop.model for prop in world.props}
         self._add_props(world)
         check_start_poses(engine, world.name, world.robots)
-        self._of_world = self._robots | self._walls | self._props.keys()
+        self._of_world = self._robots.keys() | self._walls | self._props.keys()
         self.spawned: dict[str, Spawned] = {}
         self._infos: dict[str, EntityInfo] = {}  # set by clients
         self.cameras = Cameras(engine, world, seed)
@@ -109,23 +108,26 @@ class Entities(Stateful):
     def info(self, name: str) -> EntityInfo:
         """Return the description and tags of an entity: those last set, or the initial ones."""
         self._check_known(name)
-        if name in self._infos:
-            return self._infos[name]
-        tags = self.spawned[name].tags if name in self.spawned else self._world.entity_tags.get(name, ())
-        return EntityInfo(self._category(name), self._description(name), tags)
+        return self._infos.get(name) or self._initial_info(name)
 
     def set_info(self, name: str, info: EntityInfo) -> None:
         """Set the description and tags of an entity, until it is deleted or everything is reset."""
         self._check_known(name)
         self._infos[name] = info
 
-    def _category(self, name: str) -> Category:
+    def _initial_info(self, name: str) -> EntityInfo:
+        tags = self._world.entity_tags.get(name, ())
         if name in self._robots:
-            return Category.ROBOT
+            return EntityInfo(Category.ROBOT, "a robot of the world", tags)
+        if name in self._walls:
+            return EntityInfo(Category.STATIC_OBJECT, "walls of the world", tags)
         if name in self.cameras.free:
-            return Category.OBJECT
-        is_static = name in self._walls or self.bodies[name].static
-        return Category.STATIC_OBJECT if is_static else Category.DYNAMIC_OBJECT
+            return EntityInfo(Category.OBJECT, "a camera", tags)
+        category = Category.STATIC_OBJECT if self.bodies[name].static else Category.DYNAMIC_OBJECT
+        if name in self._props:
+            return EntityInfo(category, "a prop of the world", tags)
+        spawned = self.spawned[name]
+        return EntityInfo(category, f"spawned at {spawned.time:.3f} s", spawned.tags)
 
     def bounds(self, name: str) -> BoundingBox | None:
         """Return the bounds of an entity in its own frame; None without a shape, as for a camera."""
@@ -133,22 +135,11 @@ class Entities(Stateful):
         if name in self.cameras.free:
             return None
         if name in self._robots:
-            placed = next(robot for robot in self._world.robots if robot.name == name)
-            return bounding_box(parts_of_robot(self._engine, placed, self._engine.body_state(name)))
+            state = self._engine.body_state(name)
+            return bounding_box(parts_of_robot(self._engine, self._robots[name], state))
         if name in self._walls:
             return bounding_box(wall.part for wall in self._world.walls if wall.name == name)
         return bounding_box(self.bodies[name].parts)
-
-    def _description(self, name: str) -> str:
-        if name in self._robots:
-            return "a robot of the world"
-        if name in self._walls:
-            return "walls of the world"
-        if name in self.cameras.free:
-            return "a camera"
-        if name in self._props:
-            return "a prop of the world"
-        return f"spawned at {self.spawned[name].time:.3f} s"
 
     def names(self) -> tuple[str, ...]:
         """Return the names of all entities, sorted."""
@@ -310,10 +301,10 @@ class Entities(Stateful):
         self._check_known(name)
         if name in self._walls:
             raise feature_unsupported(f"{name!r} cannot be moved: it is a wall of the world")
-        if name in self._fixed:
+        if name in self._robots and self._robots[name].declaration.fixed:
             raise feature_unsupported(f"{name!r} cannot be moved: it is fixed to the world")
         if name in self.cameras.free:
-            self.cameras.set_pose(name, state)
+            self.cameras.set_mount(name, state)
             return
         if name in self.bodies:
             _check_floor(name, self.bodies[name], state)

@@ -21,13 +21,13 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import assert_never
 
 from anyio.from_thread import start_blocking_portal
 
 from seoro.bridges import wire
 from seoro.bridges.serving.admission import AdmissionLimits
+from seoro.bridges.serving.answering import refuse
 from seoro.bridges.serving.emergency import StopThread, stop_thread, subscribing_to_stops
 from seoro.bridges.session import AsyncSession, Request, declare_publisher
 from seoro.bridges.wire import Empty
@@ -40,9 +40,6 @@ from sim_nodes.event_log import LongPolls
 from sim_nodes.leasing import EmergencyStops, Leasing
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
-
-# Zenoh's threads and the main thread alternate; with the default of 5 ms, a wake-up can take as long.
-SWITCH_INTERVAL = 5e-4  # [s]
 
 log = logging.getLogger(__name__)
 
@@ -96,7 +93,6 @@ def serve(settings: NodeSettings, make: Callable[[], Simulator], ready: Callable
         SessionError: The endpoint is unusable.
         RequestRefused: The world cannot be loaded.
     """
-    sys.setswitchinterval(SWITCH_INTERVAL)
     listener = node_listener(settings.listen, settings.connect, settings.node, settings.namespace)
     with open_authorizer(listener, settings.log) as authorizer, start_blocking_portal() as portal:
         simulator, inbox = make(), queue.SimpleQueue[InboxItem]()
@@ -198,12 +194,10 @@ class RequestLoop:
     def _receive(self, request: Request) -> None:
         """Answer a request, or defer it until an event occurs."""
         try:
-            waits = self._defer(request)
+            if not self._defer(request):
+                self.answer(request)
         except RequestRefused as refused:
-            _refuse(request, refused.code, refused.message)
-            return
-        if not waits:
-            self.answer(request)
+            refuse(request, refused.code, refused.message)
 
     def _defer(self, request: Request) -> bool:
         """Defer a request if its verb waits for events. Authenticates it and records a heartbeat first.
@@ -237,11 +231,11 @@ class RequestLoop:
                 answer = self._carry_out(sender, verb, request.payload)
             request.reply(answer)
         except RequestRefused as refused:
-            _refuse(request, refused.code, refused.message)
+            refuse(request, refused.code, refused.message)
         except Exception as error:
             log.exception("fault in %s", verb)
             why = f"fault in the simulator node: {type(error).__name__}: {error}"
-            _refuse(request, wire.LabResult.FAULT, why)
+            refuse(request, wire.LabResult.FAULT, why)
 
     def _carry_out(self, sender: str, name: str, payload: bytes) -> bytes:
         handler = getattr(self.leasing, name, None) if name in wire.NODE_VERBS else None
@@ -263,16 +257,9 @@ def keep_pace(simulator: Simulator, clock: float) -> float | None:
         return None
 
 
-def _refuse(request: Request, code: int, message: str) -> None:
-    try:
-        request.refuse(wire.encode(wire.Refusal(code=code, message=message)))
-    except Exception:  # the client is gone, or was answered in part
-        log.exception("cannot refuse a request")
-
-
 def end_on_signals() -> None:
     """Make SIGTERM raise KeyboardInterrupt on the main thread, as Ctrl-C does, so that the session closes."""
-    signal.signal(signal.SIGTERM, _end)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 def _wake_on_signals(wake: Callable[[], None]) -> None:
@@ -289,10 +276,6 @@ def _wake_on_signals(wake: Callable[[], None]) -> None:
             wake()
 
     threading.Thread(target=forward, daemon=True, name="signals").start()
-
-
-def _end(_number: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
 
 
 def die_with_parent(folder: str | None) -> None:

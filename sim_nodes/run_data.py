@@ -40,29 +40,6 @@ class WallDistance:
         return float(np.hypot(along.clip(0.0), across.clip(0.0)).min(initial=np.inf))
 
 
-def clearance(
-    engine: Engine, walls: WallDistance, entities: Entities, radii: Mapping[str, float], robot: str, pose: Pose2
-) -> float:
-    """Return the distance from a robot's circle at a pose to the nearest obstacle [m]; 0 at least.
-
-    Args:
-        engine: Engine with the present states.
-        walls: Walls of the world.
-        entities: Entities; their spawned bodies are obstacles.
-        radii: Radii of the wheeled robots by name [m]; other robots are obstacles.
-        robot: Name of the robot.
-        pose: Pose of the robot.
-    """
-    distances = [walls.at(pose.x, pose.y)]
-    for name, spawned in entities.spawned.items():
-        distances.append(distance_to_body(spawned.model, engine.body_state(name), pose.x, pose.y))
-    for other, radius in radii.items():
-        if other != robot:
-            there = engine.body_state(other).planar
-            distances.append(pose.distance(there.x, there.y) - radius)
-    return max(0.0, min(distances) - radii[robot])
-
-
 def distance_to_body(model: BodyModel, state: BodyState, x: float, y: float) -> float:
     """Return the distance of a point to a body [m]; 0 inside. Parts at all heights count."""
     body = rotation_matrix(state.orientation)
@@ -120,7 +97,6 @@ class RobotMetrics(Stateful):
     Args:
         pose: Initial pose [m, rad].
         clearance: Returns the distance between the robot's outline and other things at a pose [m].
-        interval: Length of a tick [s].
     """
 
     STATE = (
@@ -138,11 +114,10 @@ class RobotMetrics(Stateful):
         "_goals",
     )
 
-    def __init__(self, pose: Pose2, clearance: Callable[[Pose2], float], interval: float) -> None:
+    def __init__(self, pose: Pose2, clearance: Callable[[Pose2], float]) -> None:
         self._pose = self._measured_at = pose
         self._tick: int | None = None  # of the last update
         self._clearance = clearance
-        self._interval = interval
         self._path_length = 0.0
         self._driving_ticks = 0
         self._error, self._error_driving, self._deviation = Mean(), Mean(), Mean()
@@ -164,7 +139,7 @@ class RobotMetrics(Stateful):
         turn = abs(wrap(pose.yaw - self._pose.yaw))
         ticks = 1 if self._tick is None else tick - self._tick
         self._tick = tick
-        interval = ticks * self._interval
+        interval = ticks * TICK
         moving = way > MOVING[0] * interval or turn > MOVING[1] * interval
         self._pose = pose
         if moving:
@@ -198,7 +173,7 @@ class RobotMetrics(Stateful):
         """Return the measurements so far, with the number of recoveries."""
         return RobotMeasurements(
             path_length=self._path_length,
-            driving_time=self._driving_ticks * self._interval,
+            driving_time=self._driving_ticks * TICK,
             localisation_error=self._error.mean,
             localisation_error_driving=self._error_driving.mean,
             localisation_error_max=self._error.maximum,
@@ -234,34 +209,6 @@ class RobotTrack(Stateful):
             self.times.append(time)
 
 
-class BodyTracks(Stateful):
-    """Tracks of bodies by name.
-
-    Attributes:
-        paths: Positions in `map` [m].
-    """
-
-    STATE = ("paths", "_since")
-
-    def __init__(self) -> None:
-        self.paths: dict[str, list[Vector]] = {}
-        self._since: dict[str, float] = {}
-
-    def update(self, since: Mapping[str, float], position_of: Callable[[str], Vector]) -> None:
-        """Add the present positions.
-
-        Args:
-            since: Times at which the bodies were spawned [s], by name; other tracks are removed.
-            position_of: Returns the position of a body [m].
-        """
-        for name in self.paths.keys() - since.keys():
-            del self.paths[name], self._since[name]
-        for name, time in since.items():
-            if self._since.get(name) != time:
-                self.paths[name], self._since[name] = [], time
-            _add(self.paths[name], position_of(name))
-
-
 def _add(path: list[Vector], position: Vector) -> None:
     if not path or math.dist(path[-1], position) >= STEP:
         path.append(position)
@@ -283,10 +230,10 @@ class RunData(Stateful):
 
     Attributes:
         records: Tracks of robots by name.
-        trails: Tracks of bodies.
+        trails: Paths of movable bodies in `map` [m], by name.
     """
 
-    STATE = ("records", "trails", "_measuring")
+    STATE = ("records", "trails", "_since", "_measuring")
 
     def __init__(
         self,
@@ -303,13 +250,27 @@ class RunData(Stateful):
         self._robots = robots
         self._frames = frames
         self.records = {name: RobotTrack(start) for name, start in starts.items()}
-        self.trails = BodyTracks()
-        driving = [robot for robot in robots.values() if robot.drives]
-        radii = {robot.name: robot.mobile.declaration.radius for robot in driving}
-        measure = partial(clearance, engine, WallDistance(world.walls), entities, radii)
+        self.trails: dict[str, list[Vector]] = {}
+        self._since: dict[str, float] = {}  # times at which the bodies of the trails were spawned [s]
+        self._walls = WallDistance(world.walls)
+        self._radii = {name: robot.mobile.declaration.radius for name, robot in robots.items() if robot.drives}
         self._measuring = {
-            name: RobotMetrics(frames.true_pose(name), partial(measure, name), TICK) for name in radii
+            name: RobotMetrics(frames.true_pose(name), partial(self._clearance, name)) for name in self._radii
         }
+
+    def _clearance(self, robot: str, pose: Pose2) -> float:
+        """Return the distance from a robot's circle at a pose to the nearest obstacle [m]; 0 at least.
+
+        Obstacles are walls, spawned bodies, and other wheeled robots.
+        """
+        distances = [self._walls.at(pose.x, pose.y)]
+        for name, spawned in self._entities.spawned.items():
+            distances.append(distance_to_body(spawned.model, self._engine.body_state(name), pose.x, pose.y))
+        for other, radius in self._radii.items():
+            if other != robot:
+                there = self._engine.body_state(other).planar
+                distances.append(pose.distance(there.x, there.y) - radius)
+        return max(0.0, min(distances) - self._radii[robot])
 
     def record_pose(self, robot: Robot, time: float, tick: int) -> None:
         """Record the pose of a robot at a time [s]."""
@@ -320,13 +281,19 @@ class RunData(Stateful):
             self._measuring[robot.name].update(pose, base.localised_pose(), base.deviation(), tick)
 
     def record_positions(self, tick: int) -> None:
-        """Record the positions of tools and spawned bodies."""
+        """Record the positions of tools and movable bodies."""
         for robot in self._robots.values():
             arm = robot.declaration.arm
             if arm is not None and tick % TOOL_TICKS == 0:
                 _add(self.records[robot.name].tool, self._engine.link_pose(robot.name, arm.tool_link)[0])
         if tick % TRAIL_TICKS == 0:
-            self.trails.update(self._entities.movable(), lambda name: self._engine.body_state(name).position)
+            since = self._entities.movable()
+            for name in self.trails.keys() - since.keys():
+                del self.trails[name], self._since[name]
+            for name, time in since.items():
+                if self._since.get(name) != time:
+                    self.trails[name], self._since[name] = [], time
+                _add(self.trails[name], self._engine.body_state(name).position)
 
     def record_contact(self, first: str, second: str) -> None:
         """Record a contact."""

@@ -59,7 +59,7 @@ def top_down(simulation: Simulation) -> bytes:
     for robot, colour in _coloured(simulation):
         entries += _draw_record(axes, simulation.run_data.records[robot.name], robot, colour, size)
     for prop in simulation.world.props:
-        path = simulation.run_data.trails.paths.get(prop.name, [])
+        path = simulation.run_data.trails.get(prop.name, [])
         if _horizontal_length(path) > NOTICEABLE:
             entries.append(_draw_path(axes, path, WALL))
     entries += _draw_all_spawned(axes, simulation)
@@ -167,10 +167,9 @@ def _draw_record(axes: Axes, record: RobotTrack, robot: Robot, colour: str, size
     entries.append(Line2D([], [], marker="o", linestyle="", markersize=9, color=START, label="start"))
     for goal in record.goals:
         flag = size * FLAG + np.array([goal.x, goal.y])
-        axes.add_patch(
-            Polygon(flag, facecolor=GOAL, edgecolor="white", linewidth=4.5, joinstyle="round", zorder=9)
-        )
-        axes.add_patch(Polygon(flag, facecolor=GOAL, edgecolor=GOAL, linewidth=2.0, joinstyle="round", zorder=10))
+        for edge, width, order in (("white", 4.5, 9), (GOAL, 2.0, 10)):
+            patch = Polygon(flag, facecolor=GOAL, edgecolor=edge, linewidth=width, joinstyle="round", zorder=order)
+            axes.add_patch(patch)
     if record.goals:
         flag_marker = Path(FLAG - FLAG.mean(axis=0))
         entries.append(Line2D([], [], marker=flag_marker, linestyle="", markersize=14, color=GOAL, label="goal"))
@@ -208,7 +207,7 @@ def _draw_all_spawned(axes: Axes, simulation: Simulation) -> list[Line2D | Patch
             else "spawned"
         )
         entries.append(Patch(facecolor=face, edgecolor=SPAWNED_EDGE, label=label))
-        path = simulation.run_data.trails.paths.get(name, [])
+        path = simulation.run_data.trails.get(name, [])
         text = f"{name}\nspawned at\n{spawned.time:.2f} s"
         length = _horizontal_length(path)
         if length > NOTICEABLE:

@@ -65,6 +65,23 @@ def state_at(pose: Array) -> BodyState:
     return BodyState(vector(pose[:3, 3]), quaternion_of(pose[:3, :3]))
 
 
+def arm_at_cube(make: Make) -> Engine:
+    """Return a new engine with an arm whose open gripper is around a cube on a stand."""
+    engine = built_arm(make)
+    grasp = state_at(tool_at(HOME))
+    x, y, z = grasp.position
+    engine.add_body("stand", STAND, BodyState((x, y, z - EDGE / 2 - 0.05)))
+    engine.add_body("cube", CUBE, grasp)
+    return engine
+
+
+def observe_arm(engine: Engine) -> list[object]:
+    """Return the observations of an arm and a cube."""
+    states = engine.joint_states(ROBOT)
+    seen: list[object] = [each.tobytes() for each in (states.positions, states.velocities, states.efforts)]
+    return [*seen, sorted(engine.link_contacts(ROBOT)), engine.body_state("cube"), sorted(engine.touching())]
+
+
 def move(engine: Engine, start: Array, goal: Array, seconds: float) -> None:
     """Move the joints at constant velocity between two configurations, by a command in every tick."""
     rate = (goal - start) / seconds
@@ -151,11 +168,8 @@ def expect_contacts(engine: Engine, wanted: Iterable[tuple[str, str]]) -> None:
 
 def gripped_bodies_are_carried(make: Make) -> None:
     """A gripped cube is lifted with the arm, slips by less than 3 mm in 2 s, and falls when released."""
-    engine = built_arm(make)
-    grasp = tool_at(HOME)
-    x, y, z = grasp[:3, 3].tolist()
-    engine.add_body("stand", STAND, BodyState((x, y, z - EDGE / 2 - 0.05)))
-    engine.add_body("cube", CUBE, state_at(grasp))
+    engine = arm_at_cube(make)
+    z = float(tool_at(HOME)[2, 3])
     run(engine, 0.2)
     engine.command_fingers(ROBOT, CLOSED, 40.0)
     run(engine, 1.0)
@@ -163,7 +177,7 @@ def gripped_bodies_are_carried(make: Make) -> None:
     move(engine, HOME, lifted, 1.0)
     run(engine, 0.5)
     before = engine.body_state("cube")
-    rise = float(tool_at(lifted)[2, 3] - grasp[2, 3])
+    rise = float(tool_at(lifted)[2, 3]) - z
     expect_near("how far the cube was lifted [m]", before.position[2] - z, rise, 5e-3)
     run(engine, 2.0)
     expect_near("where it is 2 s later [m]", engine.body_state("cube").position, before.position, 3e-3)
@@ -213,10 +227,7 @@ def predicting_overlaps_changes_nothing(make: Make) -> None:
 
 
 def _seen(make: Make, *, ask: bool) -> list[object]:
-    engine = built_arm(make)
-    x, y, z = tool_at(HOME)[:3, 3].tolist()
-    engine.add_body("stand", STAND, BodyState((x, y, z - EDGE / 2 - 0.05)))
-    engine.add_body("cube", CUBE, BodyState((x, y, z)))
+    engine = arm_at_cube(make)
     engine.command_fingers(ROBOT, CLOSED, 40.0)
     engine.command_joints(ROBOT, HOME + 0.1 * AWAY, np.zeros(JOINTS))
     seen: list[object] = []
@@ -225,9 +236,7 @@ def _seen(make: Make, *, ask: bool) -> list[object]:
             carried = CarriedBody("cube", BodyState((1.0, 1.0, 0.01)))
             engine.arm_overlaps(ROBOT, HOME + AWAY, (("base_link", "wrist_1_link"),), carried)
         run(engine, TICK)
-        states = engine.joint_states(ROBOT)
-        seen += [states.positions.tobytes(), states.efforts.tobytes(), engine.body_state("cube")]
-        seen.append(sorted(engine.link_contacts(ROBOT)))
+        seen += observe_arm(engine)
     return seen
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from itertools import cycle
 from typing import Any
@@ -25,34 +25,16 @@ from sim_nodes.check.bench import (
     run,
 )
 from sim_nodes.check.bodies import LOPSIDED, MOVING
-from sim_nodes.check.sensing import DIRECTIONS, LIMIT, ROOM
+from sim_nodes.check.repeating import SECOND, observe, observe_run
+from sim_nodes.check.sensing import ROOM
 from sim_nodes.codec import pack, unpack
-from sim_nodes.geometry import Pose2, quaternion
+from sim_nodes.geometry import quaternion
 from sim_nodes.physics import BodyState, Engine, Rewinds, SavesState
 
-SECOND = Pose2(1.0, 0.2, 3.0)
 HEAP = 9  # bodies of a heap
 PATIENCE = 400  # steps within which an engine must give a checkpoint
 
 Observe = Callable[[Engine], list[object]]
-
-
-def observe(engine: Engine, names: Sequence[str] = ()) -> list[object]:
-    """Return the observations of two robots and the named bodies."""
-    seen: list[object] = [engine.body_state(name) for name in (ROBOT, OTHER, *names)]
-    seen += [engine.wheel_angles(ROBOT), engine.wheel_angles(OTHER), sorted(engine.touching())]
-    seen += [engine.overlaps(name) for name in (ROBOT, *names)]
-    seen.append(engine.cast_rays(ROBOT, DIRECTIONS, LIMIT).tobytes())
-    return seen
-
-
-def observe_run(engine: Engine, names: Sequence[str] = ()) -> list[object]:
-    """Return the observations of the next 0.6 s."""
-    seen = []
-    for _ in range(4):
-        run(engine, 0.15)
-        seen += observe(engine, names)
-    return seen
 
 
 def saved(engine: Engine) -> Any:
@@ -147,10 +129,7 @@ def restored_engines_reset_as_others(make: Make) -> None:
 
 def gripping(make: Make) -> Engine:
     """Return an engine with an arm that moves and grips a cube."""
-    engine = arms.built_arm(make)
-    grasp = arms.state_at(arms.tool_at(arms.HOME))
-    engine.add_body("stand", arms.STAND, BodyState((*grasp.position[:2], grasp.position[2] - 0.08)))
-    engine.add_body("cube", arms.CUBE, grasp)
+    engine = arms.arm_at_cube(make)
     engine.command_fingers(ROBOT, arms.CLOSED, 30.0)
     run(engine, 1.0)
     engine.command_joints(ROBOT, arms.HOME, 0.2 * arms.AWAY)
@@ -160,7 +139,7 @@ def gripping(make: Make) -> Engine:
 
 def restored_arms_continue_identically(make: Make) -> None:
     """An arm restored while it moves and grips continues bit-identically, also in another engine."""
-    _expect_restorable(gripping(make), arms.built_arm(make), observe_arm, observe_arm_run)
+    _expect_restorable(gripping(make), arms.built_arm(make), arms.observe_arm, observe_arm_run)
 
 
 def checkpoint_of(engine: Engine) -> Any:
@@ -188,7 +167,7 @@ def rewound_engines_continue_identically(make: Make) -> None:
 
 def rewound_arms_continue_identically(make: Make) -> None:
     """An arm rewound while it moves and grips continues bit-identically."""
-    _expect_rewindable(gripping(make), observe_arm, observe_arm_run, lambda: None)
+    _expect_rewindable(gripping(make), arms.observe_arm, observe_arm_run, lambda: None)
 
 
 def _expect_rewindable(engine: Engine, now: Observe, later: Observe, disturb: Callable[[], None]) -> None:
@@ -202,20 +181,13 @@ def _expect_rewindable(engine: Engine, now: Observe, later: Observe, disturb: Ca
         expect_same("an engine that was rewound", after, later(engine))
 
 
-def observe_arm(engine: Engine) -> list[object]:
-    """Return the observations of an arm and a cube."""
-    states = engine.joint_states(ROBOT)
-    seen: list[object] = [each.tobytes() for each in (states.positions, states.velocities, states.efforts)]
-    return [*seen, sorted(engine.link_contacts(ROBOT)), engine.body_state("cube"), sorted(engine.touching())]
-
-
 def observe_arm_run(engine: Engine) -> list[object]:
     """Return the observations of an arm in the next 0.6 s, with commands to move and to release."""
     seen = []
     for goal in (arms.HOME, arms.HOME + 0.3 * arms.AWAY):
         run(engine, 0.2)
-        seen += observe_arm(engine)
+        seen += arms.observe_arm(engine)
         engine.command_joints(ROBOT, goal, 0.1 * arms.AWAY)
     engine.command_fingers(ROBOT, arms.GRIPPER.stroke / 2, 20.0)
     run(engine, 0.2)
-    return seen + observe_arm(engine)
+    return seen + arms.observe_arm(engine)

@@ -150,7 +150,6 @@ def rays_see_changes_before_the_next_step(make: Make) -> None:
         expect(math.isinf(range_to(engine, -5.0, 3.0)), "a ray ends at a body that was removed")
 
 
-LIDAR = BASE.lidar
 LENS = Lens(math.radians(40.0), 320, 240)
 HEIGHT = 10.0  # [m] of a camera that sees only the sky
 SKYWARDS = View((-3.0, 0.0, HEIGHT), quaternion(0.0, 0.0, 0.0), LENS)
@@ -158,15 +157,9 @@ CLOSE = 1.2  # [pixels]
 VISIBLE = 8  # of 255; minimum change of a pixel
 
 
-def _changed(before: Picture, after: Picture) -> tuple[Array, Array]:
-    """Return rows and columns of the pixels in which two images differ."""
-    rows, columns = np.nonzero(np.abs(before.astype(int) - after.astype(int)).max(axis=2) > VISIBLE)
-    return rows.astype(np.float64), columns.astype(np.float64)
-
-
 def _expect_cube(what: str, before: Picture, after: Picture, x: float, y: float, z: float) -> None:
     """Expect a cube in one of two images where a pinhole camera projects its corners."""
-    rows, columns = _changed(before, after)
+    rows, columns = np.nonzero(np.abs(before.astype(int) - after.astype(int)).max(axis=2) > VISIBLE)
     expect(len(rows) > 0, f"{what} at ({x}, {y}, {z}) is not seen from {SKYWARDS.position}")
     corners = np.add(list(itertools.product((-EDGE / 2, EDGE / 2), repeat=3)), (x, y, z))
     ahead, left, up = (corners - SKYWARDS.position).T  # the camera looks along x
@@ -214,7 +207,7 @@ def rendering_changes_nothing(make: Make) -> None:
         for index in range(1, 16):
             run(rendered, 0.1)
             run(other, 0.1)
-            rendered.link_pose(ROBOT, LIDAR.link)
+            rendered.link_pose(ROBOT, BASE.lidar.link)
             rendered.render(SKYWARDS)
             for name in (ROBOT, "cube"):
                 found, wanted = rendered.body_state(name), other.body_state(name)
@@ -228,9 +221,8 @@ def links_keep_their_mounts(make: Make) -> None:
     drive(engine, 0.2, 1.5)
     for _ in range(5):
         run(engine, 0.2)
-        base = engine.body_state(ROBOT).planar
-        wanted = base.compose(Pose2(LIDAR.x, LIDAR.y, LIDAR.yaw))
-        (x, y, _), orientation = engine.link_pose(ROBOT, LIDAR.link)
+        wanted = engine.body_state(ROBOT).planar.compose(MOUNT)
+        (x, y, _), orientation = engine.link_pose(ROBOT, BASE.lidar.link)
         expect_near("x and y of the lidar's link [m]", (x, y), (wanted.x, wanted.y), 2e-3)
         turn = math.remainder(yaw_of(orientation) - wanted.yaw, 2 * math.pi)
         expect_near("the yaw of the lidar's link off its mount [rad]", turn, 0.0, 1e-2)

@@ -13,20 +13,18 @@ from typing import Any, Protocol, TypeVar
 
 from seoro.bridges import wire
 from sim_nodes.faults.checks import Check, Checking, Observation
-from sim_nodes.faults.devices import Device, cannot_have, sensor_check
+from sim_nodes.faults.devices import Device, sensor_check
 from sim_nodes.faults.motor_checks import AT_REST, Motion, SlipCheck, TorqueCheck
-from sim_nodes.faults.validation import check_command_limit, check_fault, check_slip
+from sim_nodes.faults.validation import cannot_have, check_command_limit, check_fault, check_slip
 from sim_nodes.geometry import Array
 from sim_nodes.noise import Noise
-from sim_nodes.robots.drive import PerWheel, Wheels
+from sim_nodes.robots.drive import Wheels
 from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline, Values
 from sim_nodes.ticks import TICK
 
 T = TypeVar("T")
 
 CommandFault = wire.GaussianNoise | wire.Bias | wire.MessageLoss | wire.Freeze | wire.Delay
-
-MOST_SPEED = 50.0  # [rad/s] maximum error of wheel commands
 
 ReadMotion = Callable[[], Motion]
 """Reads the motion of a robot's wheels in the present tick."""
@@ -95,19 +93,22 @@ class ActuatorInfo:
     most: float
 
 
+MOTORS = ActuatorInfo("motors", "the wheels", 50.0)
+
+
 class Actuator(Device):
     """A device that moves something while it has power.
 
     Args:
-        identity: Names of the actuator.
+        info: Names of the actuator.
         motors: Its motors.
         noise: Factory of noise sources by purpose.
     """
 
     STATE = ("_own", "_has_supply", "_pipeline")
 
-    def __init__(self, identity: ActuatorInfo, motors: MotorGroup[Any], noise: Callable[[str], Noise]) -> None:
-        self._identity = identity
+    def __init__(self, info: ActuatorInfo, motors: MotorGroup[Any], noise: Callable[[str], Noise]) -> None:
+        self.info = info
         self._motors = motors
         self._pipeline: SensorPipeline[Any] = SensorPipeline(CommandSensor(motors), noise, always=True)
         self._own: dict[str, wire.Fault] = {}  # faults outside of the command pipeline, by kind
@@ -125,11 +126,6 @@ class Actuator(Device):
     @abstractmethod
     def is_at_rest(self) -> bool:
         """Whether its parts are at rest now."""
-
-    @property
-    def parts(self) -> str:
-        """Text for the parts that it moves."""
-        return self._identity.parts
 
     @property
     def has_power(self) -> bool:
@@ -161,10 +157,10 @@ class Actuator(Device):
     def check(self, fault: wire.Fault) -> None:
         """See `Device`."""
         if isinstance(fault, CommandFault):
-            check_fault(fault, self._identity.device, self._pipeline.sensor)
-            check_command_limit(fault, self._identity.most)
+            check_fault(fault, self.info.device, self._pipeline.sensor)
+            check_command_limit(fault, self.info.most)
         elif not isinstance(fault, wire.PowerLoss):
-            raise cannot_have(self._identity.device, fault)
+            raise cannot_have(self.info.device, fault)
 
     def add_fault(self, fault: wire.Fault) -> None:
         """See `Device`."""
@@ -204,8 +200,7 @@ class WheelMotors(Actuator):
     """
 
     def __init__(self, wheels: Wheels, motion: ReadMotion, noise: Callable[[str], Noise]) -> None:
-        commanded: MotorGroup[PerWheel] = wheels
-        super().__init__(ActuatorInfo("motors", "the wheels", MOST_SPEED), commanded, noise)
+        super().__init__(MOTORS, wheels, noise)
         self._wheels = wheels
         self._motion = motion
 

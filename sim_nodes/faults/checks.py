@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -138,18 +138,26 @@ class MessageLossCheck(SensorCheck):
         return f"{lost.found:.0f} of {lost.count} {self._what} were lost; expected {lost.expected:.1f}"
 
 
+def are_equal(sensor: Sensor[Any], first: Any, second: Any) -> bool:
+    """Whether two samples of a sensor have equal data, except for jitter at rest."""
+    one, other = sensor.values(first), sensor.values(second)
+    if not one:
+        return bool(first == second)
+    return all(np.allclose(one[quantity], other[quantity], rtol=0.0, atol=STILL) for quantity in one)
+
+
 class FreezeCheck(SensorCheck):
     """Checks that samples repeat although the measured values change.
 
     Args:
-        sensor: The sensor.
+        are_equal: Compares the data of two samples.
         what: Word for samples.
     """
 
     STATE = ("_pairing", "_last", "_same")
 
-    def __init__(self, sensor: Sensor[Any], what: str) -> None:
-        self._sensor = sensor
+    def __init__(self, are_equal: Callable[[Any, Any], bool], what: str) -> None:
+        self._are_equal = are_equal
         self._what = what
         self._pairing: Pairing[Any] = Pairing()
         self._last: Any = None
@@ -167,12 +175,6 @@ class FreezeCheck(SensorCheck):
             self._same += 1
         self._last = data
 
-    def _are_equal(self, first: Any, second: Any) -> bool:
-        one, other = self._sensor.values(first), self._sensor.values(second)
-        if not one:
-            return bool(first == second)
-        return all(np.allclose(one[quantity], other[quantity], rtol=0.0, atol=STILL) for quantity in one)
-
     @property
     def is_confirmed(self) -> bool:
         """Whether the samples are frozen."""
@@ -189,12 +191,14 @@ class DelayCheck(SensorCheck):
     Args:
         fault: The fault.
         what: Word for samples.
+        period: Ticks between two samples that are observed.
     """
 
-    STATE = ("_late", "_age")
+    STATE: ClassVar[tuple[str, ...]] = ("_late", "_age")
 
-    def __init__(self, fault: Delay, what: str) -> None:
+    def __init__(self, fault: Delay, what: str, period: int = 1) -> None:
         self._what = what
+        self._period = period
         self._delay = fault.time
         self._late = 0  # delayed samples in a row
         self._age: float | None = None  # of the last sample [s]
@@ -204,7 +208,7 @@ class DelayCheck(SensorCheck):
         if seen.arrived is None:
             return
         self._age = (seen.tick - seen.arrived.tick) * TICK
-        is_late = -ROUNDING <= self._age - self._delay < TICK
+        is_late = -ROUNDING <= self._age - self._delay < self._period * TICK
         self._late = self._late + 1 if is_late else 0
 
     @property

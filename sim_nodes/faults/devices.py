@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, assert_never
 
 from seoro.bridges import wire
 from seoro.bridges.wire import CameraFault, Fault
-from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.cameras import Cameras
 from sim_nodes.faults.checks import (
     Checking,
@@ -18,11 +18,11 @@ from sim_nodes.faults.checks import (
     Observation,
     SensorCheck,
     SilenceCheck,
+    are_equal,
 )
 from sim_nodes.faults.image_checks import arrival, camera_check
-from sim_nodes.faults.validation import check_camera_fault, check_fault
+from sim_nodes.faults.validation import cannot_have, check_camera_fault, check_fault
 from sim_nodes.faults.value_checks import BeamLossCheck, BiasCheck, DeadBeamsCheck, NoiseCheck
-from sim_nodes.outcomes import operation_failed
 from sim_nodes.sensors.camera_pipeline import CameraPipeline
 from sim_nodes.sensors.sensor_pipeline import DelayLine, Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
@@ -144,28 +144,13 @@ def sensor_check(fault: wire.SensorFault, sensor: Sensor[Any], what: str = "samp
         case wire.MessageLoss():
             return MessageLossCheck(fault, what)
         case wire.Freeze():
-            return FreezeCheck(sensor, what)
+            return FreezeCheck(partial(are_equal, sensor), what)
         case wire.Delay():
             return DelayCheck(fault, what)
         case wire.PowerLoss():
             return SilenceCheck(what)
         case _:
             assert_never(fault)
-
-
-MISSING_PARTS = {
-    wire.WheelSlip: "it has no wheels",
-    wire.BeamLoss: "it has no beams",
-    wire.DeadSector: "it has no beams",
-    wire.DeadBeams: "it has no beams",
-    wire.DeadPixels: "it has no pixels",
-    wire.DeadArea: "it has no pixels",
-}  # reasons for refusing faults
-
-
-def cannot_have(device: str, fault: wire.Fault, reason: str = "") -> RequestRefused:
-    """Return the refusal of a fault that a device cannot have."""
-    return operation_failed(f"{device} cannot have {fault.kind}: {reason or MISSING_PARTS[type(fault)]}")
 
 
 class CameraDevice(Source):

@@ -7,9 +7,8 @@ pixel is not noisy.
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
+import operator
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from hashlib import blake2b
 from typing import assert_never
@@ -17,174 +16,118 @@ from typing import assert_never
 import numpy as np
 
 from seoro.bridges import wire
-from sim_nodes.faults.checks import IN_A_ROW, Check, Checking, MessageLossCheck, Observation, SilenceCheck
-from sim_nodes.faults.statistics import VALUES, Counts, Levels, Tally
+from sim_nodes.faults.checks import (
+    Check,
+    Checking,
+    DelayCheck,
+    FreezeCheck,
+    MessageLossCheck,
+    Observation,
+    Pairing,
+    SilenceCheck,
+)
+from sim_nodes.faults.statistics import VALUES, Levels, Tally
 from sim_nodes.faults.value_checks import SCANS
-from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Exposure, Missing
+from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Missing
 from sim_nodes.sensors.sensor_pipeline import BRIGHTEST, Sample, brightness_faults
-from sim_nodes.ticks import TICK
 from sim_nodes.views import Picture
 
 NO_PICTURE = "no image has arrived"
-ROUNDING = 1e-9
-
-
-@dataclass(frozen=True)
-class ImageRequest:
-    """A request for an image of a camera in a tick."""
-
-    pipeline: CameraPipeline
-    tick: int
-
-
-class ImageCheck(Check[ImageRequest]):
-    """A check of a fault of a camera by its images."""
-
-    def observe(self, seen: ImageRequest) -> None:
-        """See `Check`; images that are missing or not due are ignored."""
-        pipeline, tick = seen.pipeline, seen.tick
-        if tick % PERIOD or pipeline.missing(tick):
-            return
-        truth = pipeline.exposure(tick)
-        if truth is not None:
-            self.compare(seen, truth, pipeline.given(truth))
-
-    @abstractmethod
-    def compare(self, seen: ImageRequest, truth: Exposure, given: Exposure) -> None:
-        """Update with the true and the delivered image."""
-
-
 ERRORS = np.arange(-BRIGHTEST, BRIGHTEST + 1)
 
+Images = tuple[Sample[Picture], Sample[Picture]]
+"""The true and the delivered image of a tick."""
 
-@dataclass(frozen=True)
-class Errors:
-    """Histogram of the errors of pixels that are not dead.
+
+def _images(pipeline: CameraPipeline, tick: int) -> Images | None:
+    """Return the images of a tick; None if they are missing or not due."""
+    truth = None if tick % PERIOD or pipeline.missing(tick) else pipeline.exposure(tick)
+    return None if truth is None else (truth, pipeline.given(truth))
+
+
+class BrightnessCheck(Check[Images | None]):
+    """Checks that the errors of pixels have the deviation of a noise or the mean of a bias.
 
     Args:
-        levels: Number of true values of each level, shape (256,).
-        found: Number of errors from -255 to 255 levels, shape (511,).
+        fault: The fault.
+        pipeline: Pipeline of the camera's images.
     """
 
-    levels: Counts
-    found: Counts
+    STATE = ("_tallies",)
 
-    @classmethod
-    def of(cls, pipeline: CameraPipeline, truth: Picture, given: Picture) -> Errors:
-        """Return the errors of an image."""
-        alive = np.ones(truth.shape[:2], dtype=np.bool_)
-        for fault in pipeline.faults.values():
-            if isinstance(fault, wire.DeadPixels | wire.DeadArea):
-                alive &= ~pipeline.dead(fault)
-        true_picture = truth[alive].ravel()
-        off = given[alive].ravel().astype(np.int16) - true_picture
-        found = np.bincount(off + BRIGHTEST, minlength=len(ERRORS))
-        return cls(np.bincount(true_picture, minlength=BRIGHTEST + 1), found)
-
-    def add_to(self, tally: Tally, centre: float, power: int, faulty: Levels, true_picture: Levels) -> None:
-        """Add a power of the errors about a value, with its expectations with and without the fault."""
-        mean, variance = faulty.expected(self.levels, centre, power)
-        sound, _ = true_picture.expected(self.levels, centre, power)
-        found = float(self.found @ (ERRORS - centre) ** power)
-        tally.add(int(self.found.sum()), found, mean, sound, variance)
-
-
-class BrightnessCheck(ImageCheck):
-    """Checks that the errors of pixels are those of a noise or a bias."""
-
-    def __init__(self, fault: wire.GaussianNoise | wire.Bias) -> None:
+    def __init__(self, fault: wire.GaussianNoise | wire.Bias, pipeline: CameraPipeline) -> None:
         self._fault = fault
+        self._pipeline = pipeline
+        self._is_noise = isinstance(fault, wire.GaussianNoise)
+        # Sums of the errors and, for a noise, of their squares; the last one shows the effect.
+        self._tallies = [Tally(VALUES) for _ in range(2 if self._is_noise else 1)]
 
-    def compare(self, seen: ImageRequest, truth: Exposure, given: Exposure) -> None:
-        """See `ImageCheck`."""
-        errors = Errors.of(seen.pipeline, truth.picture, given.picture)
-        self.count(errors, *brightness_faults({**seen.pipeline.faults, self._fault.kind: self._fault}))
-
-    @abstractmethod
-    def count(self, errors: Errors, deviation: float, offset: float) -> None:
-        """Add the errors of an image; with the fault they have this deviation and offset [levels]."""
-
-
-def _figures(tally: Tally, what: str, figure: Callable[[float], float]) -> str:
-    """Return a text for a statistic; `figure` computes it from the mean of the tally [levels]."""
-    if tally.count == 0:
-        return NO_PICTURE
-    found, wanted = (figure(total / tally.count) / BRIGHTEST for total in (tally.found, tally.expected))
-    errors = f"the errors of {tally.count} values of brightness"
-    return f"{errors} have a {what} of {found:.4g}; expected {wanted:.4g}"
-
-
-class PixelNoiseCheck(BrightnessCheck):
-    """Checks that the errors of pixels have the deviation of a noise."""
-
-    STATE = ("_sums", "_squares")
-
-    def __init__(self, fault: wire.GaussianNoise) -> None:
-        super().__init__(fault)
-        self._sums = Tally(VALUES)
-        self._squares = Tally(VALUES)
-
-    def count(self, errors: Errors, deviation: float, offset: float) -> None:
-        """See `BrightnessCheck`."""
-        faulty, true_picture = Levels(deviation, offset), Levels(0.0, offset)
-        errors.add_to(self._sums, offset, 1, faulty, true_picture)
-        errors.add_to(self._squares, offset, 2, faulty, true_picture)
+    def observe(self, seen: Images | None) -> None:
+        """See `Check`; counts the errors of the pixels that are not dead."""
+        if seen is None:
+            return
+        faults = self._pipeline.faults
+        deviation, offset = brightness_faults({**faults, self._fault.kind: self._fault})
+        centre, sound = (offset, Levels(0.0, offset)) if self._is_noise else (0.0, Levels(deviation, 0.0))
+        alive = np.ones(seen[0].data.shape[:2], dtype=np.bool_)
+        for fault in faults.values():
+            if isinstance(fault, wire.DeadPixels | wire.DeadArea):
+                alive &= ~self._pipeline.dead(fault)
+        truth, given = (image.data[alive].ravel() for image in seen)
+        levels = np.bincount(truth, minlength=BRIGHTEST + 1)
+        found = np.bincount(given.astype(np.int16) - truth + BRIGHTEST, minlength=len(ERRORS))
+        for power, tally in enumerate(self._tallies, 1):
+            mean, variance = Levels(deviation, offset).expected(levels, centre, power)
+            without, _ = sound.expected(levels, centre, power)
+            tally.add(int(found.sum()), float(found @ (ERRORS - centre) ** power), mean, without, variance)
 
     @property
     def is_confirmed(self) -> bool:
-        """Whether the deviation fits the fault, and the mean fits a camera without it."""
-        return self._squares.is_confirmed and self._sums.fits
+        """Whether the errors fit the fault; those of a noise have the mean of a camera without it."""
+        return self._tallies[-1].is_confirmed and self._tallies[0].fits
 
     def summary(self) -> str:
-        """Return a text with the deviation."""
-        return _figures(self._squares, "standard deviation", math.sqrt)
+        """Return a text with the deviation or the mean."""
+        tally = self._tallies[-1]
+        if tally.count == 0:
+            return NO_PICTURE
+        figure: Callable[[float], float] = math.sqrt if self._is_noise else float
+        found, wanted = (figure(total / tally.count) / BRIGHTEST for total in (tally.found, tally.expected))
+        what = "standard deviation" if self._is_noise else "mean"
+        errors = f"the errors of {tally.count} values of brightness"
+        return f"{errors} have a {what} of {found:.4g}; expected {wanted:.4g}"
 
 
-class PixelBiasCheck(BrightnessCheck):
-    """Checks that the errors of pixels have the mean of a bias."""
+class DeadPixelsCheck(Check[Images | None]):
+    """Checks that dead pixels are black, and that some would not be without the fault.
 
-    STATE = ("_sum",)
-
-    def __init__(self, fault: wire.Bias) -> None:
-        super().__init__(fault)
-        self._sum = Tally(VALUES)
-
-    def count(self, errors: Errors, deviation: float, offset: float) -> None:
-        """See `BrightnessCheck`."""
-        errors.add_to(self._sum, 0.0, 1, Levels(deviation, offset), Levels(deviation, 0.0))
-
-    @property
-    def is_confirmed(self) -> bool:
-        """Whether the mean fits the fault."""
-        return self._sum.is_confirmed
-
-    def summary(self) -> str:
-        """Return a text with the mean."""
-        return _figures(self._sum, "mean", float)
-
-
-class DeadPixelsCheck(ImageCheck):
-    """Checks that dead pixels are black, and that some would not be without the fault."""
+    Args:
+        fault: The fault.
+        pipeline: Pipeline of the camera's images.
+    """
 
     STATE = ("_count", "_pictures", "_blind", "_lit")
 
-    def __init__(self, fault: wire.DeadPixels | wire.DeadArea) -> None:
+    def __init__(self, fault: wire.DeadPixels | wire.DeadArea, pipeline: CameraPipeline) -> None:
         self._fault = fault
+        self._pipeline = pipeline
         self._count = 0  # dead pixels of the fault
         self._pictures = 0  # images in a row in which all were black
         self._blind = 0  # black pixels in those images that are not black in truth
         self._lit = 0  # pixels of the last image that should be black, but are not
 
-    def compare(self, seen: ImageRequest, truth: Exposure, given: Exposure) -> None:
-        """See `ImageCheck`."""
-        dead = seen.pipeline.dead(self._fault)
-        self._count = int(dead.sum())
-        self._lit = int(given.picture[dead].any(axis=1).sum())
+    def observe(self, seen: Images | None) -> None:
+        """See `Check`."""
+        if seen is None:
+            return
+        dead = self._pipeline.dead(self._fault)
+        truth, given = (int(image.data[dead].any(axis=1).sum()) for image in seen)
+        self._count, self._lit = int(dead.sum()), given
         if self._lit:
             self._pictures = self._blind = 0
         else:
             self._pictures += 1
-            self._blind += int(truth.picture[dead].any(axis=1).sum())
+            self._blind += truth
 
     @property
     def is_confirmed(self) -> bool:
@@ -203,69 +146,46 @@ class DeadPixelsCheck(ImageCheck):
         )
 
 
-class FrozenImageCheck(ImageCheck):
-    """Checks that images repeat although the view changes."""
-
-    STATE = ("_last", "_same")
-
-    def __init__(self) -> None:
-        self._last = b""  # digest of the last image
-        self._same = 0  # repeated images in a row that should differ
-
-    def compare(self, seen: ImageRequest, truth: Exposure, given: Exposure) -> None:
-        """See `ImageCheck`."""
-        last, self._last = self._last, _digest(given.picture)
-        if last != self._last:
-            self._same = 0
-        elif _digest(seen.pipeline.distorted(truth)) != self._last:
-            self._same += 1
-
-    @property
-    def is_confirmed(self) -> bool:
-        """Whether the images are frozen."""
-        return self._same >= IN_A_ROW
-
-    def summary(self) -> str:
-        """Return a text with the number of repetitions."""
-        return f"{self._same} images in a row repeated the one before, although the true ones differ"
-
-
-class DelayedImageCheck(ImageCheck):
+class DelayedImageCheck(DelayCheck):
     """Checks that images show the view of a delay ago."""
 
-    STATE = ("_seen", "_late", "_age")
+    STATE = (*DelayCheck.STATE, "_pairing")
 
     def __init__(self, fault: wire.Delay) -> None:
-        self._delay = fault.time
-        self._seen: dict[int, bytes] = {}  # digests of the true views by tick
-        self._late = 0  # delayed images in a row
-        self._age: float | None = None  # of the last image [s]
+        super().__init__(fault, "images", PERIOD)
+        self._pairing: Pairing[bytes] = Pairing()
 
-    def observe(self, seen: ImageRequest) -> None:
+    def observe(self, seen: Observation[bytes]) -> None:
         """See `Check`."""
-        if seen.tick % PERIOD == 0:
-            exposure = Exposure(seen.tick, seen.pipeline.true_picture())
-            self._seen[seen.tick] = _digest(seen.pipeline.distorted(exposure))
         super().observe(seen)
-
-    def compare(self, seen: ImageRequest, truth: Exposure, given: Exposure) -> None:
-        """See `ImageCheck`."""
-        self._age = (seen.tick - given.tick) * TICK
-        is_late = -ROUNDING <= self._age - self._delay < PERIOD * TICK
-        is_of_then = self._seen.get(given.tick) == _digest(given.picture)
-        self._late = self._late + 1 if is_late and is_of_then else 0
-        self._seen = {when: digest for when, digest in self._seen.items() if when >= given.tick}
-
-    @property
-    def is_confirmed(self) -> bool:
-        """Whether the images are delayed as expected."""
-        return self._late >= IN_A_ROW
+        pair = self._pairing.pair(seen)
+        if seen.arrived is not None and (pair is None or pair[0] != pair[1]):
+            self._late = 0
 
     def summary(self) -> str:
         """Return a text with the age of the last image."""
         if self._age is None:
             return NO_PICTURE
         return f"the last image was {self._age:.3g} s old, and {self._late} in a row had the expected delay"
+
+
+def _digest(image: Sample[Picture]) -> Sample[bytes]:
+    return Sample(image.tick, blake2b(image.data.tobytes(), digest_size=16).digest())
+
+
+def _digests(pipeline: CameraPipeline, tick: int) -> Observation[bytes]:
+    """Return digests of the images of a tick, the true one with the faults of its pixels."""
+    images = _images(pipeline, tick)
+    if images is None:
+        return Observation(tick, None, None, {})
+    return Observation(tick, _digest(pipeline.distorted(images[0])), _digest(images[1]), {})
+
+
+def _views(pipeline: CameraPipeline, tick: int) -> Observation[bytes]:
+    """Return digests of the present view and of the image that is delivered in a tick."""
+    view = None if tick % PERIOD else _digest(pipeline.distorted(Sample(tick, pipeline.true_picture())))
+    images = _images(pipeline, tick)
+    return Observation(tick, view, None if images is None else _digest(images[1]), {})
 
 
 def arrival(pipeline: CameraPipeline, tick: int) -> Observation[None]:
@@ -275,24 +195,18 @@ def arrival(pipeline: CameraPipeline, tick: int) -> Observation[None]:
     return Observation(tick, due, None if missing else due, {})
 
 
-def _digest(picture: Picture) -> bytes:
-    return blake2b(picture.tobytes(), digest_size=16).digest()
-
-
 def camera_check(fault: wire.CameraFault, pipeline: CameraPipeline) -> Checking:
     """Return a check of a fault of a camera."""
-    requests, arrivals = partial(ImageRequest, pipeline), partial(arrival, pipeline)
+    images, arrivals = partial(_images, pipeline), partial(arrival, pipeline)
     match fault:
-        case wire.GaussianNoise():
-            return PixelNoiseCheck(fault), requests
-        case wire.Bias():
-            return PixelBiasCheck(fault), requests
+        case wire.GaussianNoise() | wire.Bias():
+            return BrightnessCheck(fault, pipeline), images
         case wire.DeadPixels() | wire.DeadArea():
-            return DeadPixelsCheck(fault), requests
+            return DeadPixelsCheck(fault, pipeline), images
         case wire.Freeze():
-            return FrozenImageCheck(), requests
+            return FreezeCheck(operator.eq, "images"), partial(_digests, pipeline)
         case wire.Delay():
-            return DelayedImageCheck(fault), requests
+            return DelayedImageCheck(fault), partial(_views, pipeline)
         case wire.MessageLoss():
             return MessageLossCheck(fault, "pictures"), arrivals
         case wire.PowerLoss():

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from seoro.bridges.wire import Fault, Outcome, PowerLoss
 from sim_nodes.faults.actuators import Actuator
-from sim_nodes.faults.checks import Check, Checking, Observation, SilenceCheck
-from sim_nodes.faults.devices import Device, Source, cannot_have
+from sim_nodes.faults.checks import Check, Checking, SilenceCheck
+from sim_nodes.faults.devices import Device, Source
+from sim_nodes.faults.validation import cannot_have
 from sim_nodes.outcomes import GoalResult, operation_failed, unknown
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
@@ -18,43 +18,42 @@ from sim_nodes.ticks import TICK
 STANDSTILL = 0.5  # [s]
 
 
-PowerObservation = tuple[Mapping[str, Observation[Any]], Mapping[str, bool]]
-"""Data of the sensors and cameras of a robot in a tick, and whether its actuators are at rest, by name."""
-
-
-class BlackoutCheck(Check[PowerObservation]):
+class BlackoutCheck(Check[int]):
     """Checks that no sensor or camera of a robot sends data, and that all actuators are at rest.
 
     Args:
-        sources: Names of the sensors and cameras.
-        parts: Texts for the moving parts, by actuator.
+        sources: Sensors and cameras by name.
+        drives: Actuators by name.
     """
 
-    STATE = ("_sources", "_rest")
+    STATE = ("_silences", "_rest")
 
-    def __init__(self, sources: Sequence[str], parts: Mapping[str, str]) -> None:
-        self._sources = {name: SilenceCheck() for name in sources}
-        self._parts = parts
-        self._rest = dict.fromkeys(parts, 0)  # ticks at rest in a row, by actuator
+    def __init__(self, sources: Mapping[str, Source], drives: Mapping[str, Actuator]) -> None:
+        self._sources = sources
+        self._drives = drives
+        self._silences = {name: SilenceCheck() for name in sources}
+        self._rest = dict.fromkeys(drives, 0)  # ticks at rest in a row, by actuator
 
-    def observe(self, seen: PowerObservation) -> None:
+    def observe(self, seen: int) -> None:
         """Update with a tick."""
-        data, at_rest = seen
-        for name, silence in self._sources.items():
-            silence.observe(data[name])
-        self._rest = {name: ticks + 1 if at_rest[name] else 0 for name, ticks in self._rest.items()}
+        for name, silence in self._silences.items():
+            silence.observe(self._sources[name].observation(seen))
+        self._rest = {
+            name: ticks + 1 if self._drives[name].is_at_rest else 0 for name, ticks in self._rest.items()
+        }
 
     @property
     def is_confirmed(self) -> bool:
         """Whether the blackout is confirmed."""
-        are_silent = all(check.is_confirmed for check in self._sources.values())
+        are_silent = all(check.is_confirmed for check in self._silences.values())
         return are_silent and all(ticks * TICK >= STANDSTILL for ticks in self._rest.values())
 
     def summary(self) -> str:
         """Return a text for each source and actuator."""
-        texts = [f"{name}: {check.summary()}" for name, check in self._sources.items()]
+        texts = [f"{name}: {check.summary()}" for name, check in self._silences.items()]
         resting = (
-            f"{self._parts[name]} have been at rest for {ticks * TICK:.2f} s" for name, ticks in self._rest.items()
+            f"{self._drives[name].info.parts} have been at rest for {ticks * TICK:.2f} s"
+            for name, ticks in self._rest.items()
         )
         return "; ".join([*texts, *resting])
 
@@ -101,12 +100,7 @@ class RobotPower(Device):
 
     def start_check(self, fault: Fault) -> Checking:
         """See `Device`."""
-        parts = {name: drive.parts for name, drive in self._drives.items()}
-        return BlackoutCheck(tuple(self._sources), parts), self._observation
-
-    def _observation(self, tick: int) -> PowerObservation:
-        data = {name: source.observation(tick) for name, source in self._sources.items()}
-        return data, {name: drive.is_at_rest for name, drive in self._drives.items()}
+        return BlackoutCheck(self._sources, self._drives), int  # the check observes ticks
 
 
 LONGEST_LIMIT = 3600.0  # [s]

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, assert_never
 
 from seoro.bridges import wire
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.faults.motor_checks import LEAST_SLIP
 from sim_nodes.outcomes import operation_failed
 from sim_nodes.sensors.sensor_pipeline import BRIGHTEST, Sensor, dead_beams, lost_beams
@@ -17,6 +18,20 @@ LONGEST_DELAY = 10.0  # [s]
 LEAST_DEVIATION = 0.1  # [levels of brightness]; smaller errors are lost by rounding
 LEAST_OFFSET = 0.51  # [levels of brightness]; likewise
 
+MISSING_PARTS = {
+    wire.WheelSlip: "it has no wheels",
+    wire.BeamLoss: "it has no beams",
+    wire.DeadSector: "it has no beams",
+    wire.DeadBeams: "it has no beams",
+    wire.DeadPixels: "it has no pixels",
+    wire.DeadArea: "it has no pixels",
+}  # reasons for refusing faults
+
+
+def cannot_have(device: str, fault: wire.Fault, reason: str = "") -> RequestRefused:
+    """Return the refusal of a fault that a device cannot have."""
+    return operation_failed(f"{device} cannot have {fault.kind}: {reason or MISSING_PARTS[type(fault)]}")
+
 
 def check_fault(fault: wire.SensorFault, device: str, sensor: Sensor[Any]) -> None:
     """Refuse a fault that a sensor cannot have.
@@ -24,24 +39,24 @@ def check_fault(fault: wire.SensorFault, device: str, sensor: Sensor[Any]) -> No
     Raises:
         RequestRefused: The message gives the reason and the valid values.
     """
+    has_beams = len(sensor.bearings) > 0
+    if isinstance(fault, wire.BeamLoss | wire.DeadSector | wire.DeadBeams) and not has_beams:
+        raise cannot_have(device, fault)
     match fault:
         case wire.GaussianNoise() | wire.Bias():
             _check_errors(fault, device, sensor.quantities)
         case wire.BeamLoss(share=share):
-            _check_beams(fault.kind, device, sensor)
             _check_share("share", share)
             if lost_beams(share, len(sensor.bearings)) == 0:
                 raise operation_failed(
                     f"invalid share {share:g} of {len(sensor.bearings)} beams: less than one beam"
                 )
         case wire.DeadSector(start=start, end=end):
-            _check_beams(fault.kind, device, sensor)
             if not (math.isfinite(start) and math.isfinite(end)):
                 raise operation_failed(f"invalid sector from {start} to {end}; expected finite bearings")
             if len(dead_beams(fault, sensor.bearings)) == 0:
                 raise operation_failed(f"no beam is between {start:g} and {end:g} rad; expected a wider sector")
         case wire.DeadBeams(beams=beams):
-            _check_beams(fault.kind, device, sensor)
             last = len(sensor.bearings) - 1
             if not beams or not all(0 <= beam <= last for beam in beams):
                 raise operation_failed(
@@ -155,11 +170,6 @@ def _check_errors(
     if not has_effect:
         raise operation_failed("invalid bias without an offset; expected an offset other than zero")
     return amounts
-
-
-def _check_beams(kind: str, device: str, sensor: Sensor[Any]) -> None:
-    if len(sensor.bearings) == 0:
-        raise operation_failed(f"{device} cannot have {kind}: it has no beams")
 
 
 def _check_share(what: str, value: float) -> None:

@@ -25,7 +25,6 @@ UNITS = {
     Quantity.ANGLE: "rad",
     Quantity.ACCELERATION: "m/s^2",
     Quantity.ANGULAR_RATE: "rad/s",
-    Quantity.BRIGHTNESS: "of the brightest",
 }
 TINY = 1e-12  # replaces a zero deviation in divisions
 SCANS = 3  # scans with dead beams

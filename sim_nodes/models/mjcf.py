@@ -25,7 +25,6 @@ BODY_ELEMENTS = frozenset({"body", "geom", "freejoint", "joint", "inertial"})
 TURNS = frozenset({"quat", "euler", "axisangle", "zaxis"})
 PLACE = frozenset({"name", "pos"}) | TURNS
 GEOM = PLACE | {"type", "size", "fromto", "mass", "density", "friction", "rgba", "group"}
-SHAPES = "box, cylinder or sphere"
 DENSITY = 1000.0  # [kg/m^3], MuJoCo's default
 DENSITIES = (0.0, 1e6)
 OTHER_FRICTIONS = (0.005, 0.0001)  # torsional and rolling, MuJoCo's defaults, which are fixed here
@@ -185,9 +184,9 @@ def _shape_and_frame(element: Any, attributes: Mapping[str, str], reader: _Reade
         case "sphere":
             return Sphere(xml.numbers(size, what, 1, halves)[0]), frame
         case "mesh":
-            raise xml.no_meshes(SHAPES)
+            raise xml.no_meshes()
         case _:
-            raise xml.invalid(f"{xml.label(element)} has the unsupported type {kind!r}; expected {SHAPES}")
+            raise xml.invalid(f"{xml.label(element)} has the unsupported type {kind!r}; expected {xml.SHAPES}")
 
 
 def _from_to(element: Any, attributes: Mapping[str, str]) -> tuple[Shape, xml.Frame]:

@@ -13,7 +13,7 @@ from typing import Any
 
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import xml_reading as xml
-from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.physics import BodyModel, Part
 from sim_nodes.views import Colour
 
 MODEL_ELEMENTS = frozenset({"static", "link", "pose", "self_collide", "allow_auto_disable"})
@@ -62,7 +62,7 @@ def _model(model: Any, *, static: bool) -> BodyModel:
         raise xml.invalid("unsupported: collisions of <link> with different friction; expected one value")
     return BodyModel(
         parts,
-        mass=_number(link.find("inertial/mass"), xml.MASSES, 1.0),
+        mass=_number(link.find("inertial/mass"), xml.MASSES),
         friction=frictions.pop(),
         static=static or _boolean(model.find("static")),
         colour=_colour(link.find("visual/material/diffuse")),
@@ -76,7 +76,7 @@ def _friction(collision: Any) -> float:
     while element is not None and element.tag != "mu":
         xml.check_children(element, SURFACE_ELEMENTS[element.tag])
         element = next(iter(element), None)
-    return _number(element, xml.FRICTIONS, 1.0)
+    return _number(element, xml.FRICTIONS)
 
 
 def _colour(diffuse: Any) -> Colour | None:
@@ -92,30 +92,12 @@ def _check_inertia(inertia: Any) -> None:
 
 def _part(collision: Any, frame: xml.Frame) -> Part:
     position, orientation = xml.compose_frames(frame, _pose(collision))
-    return Part(_shape(collision.find("geometry")), position, orientation)
+    geometry, known = collision.find("geometry"), "<box>, <cylinder> or <sphere>"
+    return Part(xml.read_shape("<collision>", geometry, _sizes, known), position, orientation)
 
 
-def _shape(geometry: Any) -> Shape:
-    children = [] if geometry is None else list(geometry)
-    if len(children) != 1:
-        raise xml.invalid("invalid <collision>; expected a <geometry> with one shape")
-    shape = children[0]
-    match shape.tag:
-        case "box":
-            x, y, z = _numbers(shape.find("size"), "size", 3, xml.SIZES)
-            return Box((x, y, z))
-        case "cylinder":
-            return Cylinder(_required(shape, "radius"), _required(shape, "length"))
-        case "sphere":
-            return Sphere(_required(shape, "radius"))
-        case "mesh":
-            raise xml.no_meshes("box, cylinder or sphere")
-        case other:
-            raise xml.invalid(f"unsupported <{other}> in <geometry>; expected <box>, <cylinder> or <sphere>")
-
-
-def _required(shape: Any, name: str) -> float:
-    return _numbers(shape.find(name), name, 1, xml.SIZES)[0]
+def _sizes(shape: Any, name: str, count: int) -> list[float]:
+    return _numbers(shape.find(name), name, count, xml.SIZES)
 
 
 def _pose(element: Any) -> xml.Frame:
@@ -132,10 +114,9 @@ def _pose(element: Any) -> xml.Frame:
     return (x, y, z), quaternion(roll, pitch, yaw)
 
 
-def _number(element: Any, bounds: tuple[float, float], default: float | None = None) -> float:
-    if element is None and default is not None:
-        return default
-    return _numbers(element, "value" if element is None else element.tag, 1, bounds)[0]
+def _number(element: Any, bounds: tuple[float, float]) -> float:
+    """Return the number in an element; 1 without one."""
+    return 1.0 if element is None else _numbers(element, element.tag, 1, bounds)[0]
 
 
 def _numbers(element: Any, name: str, count: int, bounds: tuple[float, float]) -> list[float]:

@@ -12,12 +12,11 @@ from typing import Any
 
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import xml_reading as xml
-from sim_nodes.physics import BodyModel, Box, Cylinder, Part, Shape, Sphere
+from sim_nodes.physics import BodyModel, Part, Shape
 from sim_nodes.views import Colour
 
 ROBOT_ELEMENTS = frozenset({"link", "joint", "material"})
 LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})
-SHAPES = "box, cylinder or sphere"
 
 
 def read_urdf(root: Any, *, static: bool) -> BodyModel:
@@ -143,23 +142,8 @@ def read_shape(element: Any, sizes: tuple[float, float] = xml.SIZES) -> Shape:
     Raises:
         RequestRefused: The shape is missing or unsupported.
     """
-    geometry = element.find("geometry")
-    children = [] if geometry is None else list(geometry)
-    if len(children) != 1:
-        raise xml.invalid(f"invalid {xml.label(element)}; expected a <geometry> with one shape")
-    shape = children[0]
-    match shape.tag:
-        case "box":
-            return Box(xml.vector(shape.get("size"), "size of <box>", sizes))
-        case "cylinder":
-            return Cylinder(_length(shape, "radius", sizes), _length(shape, "length", sizes))
-        case "sphere":
-            return Sphere(_length(shape, "radius", sizes))
-        case "mesh":
-            raise xml.no_meshes(SHAPES)
-        case other:
-            raise xml.invalid(f"unsupported <{other}> in <geometry>; expected {SHAPES}")
 
+    def read(shape: Any, name: str, count: int) -> list[float]:
+        return xml.numbers(shape.get(name), f"{name} of <{shape.tag}>", count, sizes)
 
-def _length(shape: Any, name: str, sizes: tuple[float, float]) -> float:
-    return xml.numbers(shape.get(name), f"{name} of <{shape.tag}>", 1, sizes)[0]
+    return xml.read_shape(xml.label(element), element.find("geometry"), read, xml.SHAPES)

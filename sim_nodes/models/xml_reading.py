@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,9 +14,10 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.extents import volume
 from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
 from sim_nodes.geometry import vector as array_vector
-from sim_nodes.physics import IDENTITY, BodyModel, Part
+from sim_nodes.physics import IDENTITY, BodyModel, Box, Cylinder, Part, Shape, Sphere
 from sim_nodes.views import Colour
 
+SHAPES = "box, cylinder or sphere"
 MAX_TEXT = 1_000_000  # [characters]
 MAX_PARTS = 64
 MAX_DEPTH = 50  # of nested bodies and links
@@ -53,9 +54,9 @@ def invalid(message: str) -> RequestRefused:
     return RequestRefused(SpawnResult.RESOURCE_PARSE_ERROR, message)
 
 
-def no_meshes(known: str) -> RequestRefused:
-    """Return the refusal of a mesh; `known` lists the supported shapes."""
-    return RequestRefused(SpawnResult.UNSUPPORTED_ASSETS, f"unsupported mesh; expected {known}")
+def no_meshes() -> RequestRefused:
+    """Return the refusal of a mesh."""
+    return RequestRefused(SpawnResult.UNSUPPORTED_ASSETS, f"unsupported mesh; expected {SHAPES}")
 
 
 def label(element: Any) -> str:
@@ -135,6 +136,36 @@ def read_colour(text: str | None, what: str) -> Colour:
     count = 3 if len((text or "").split()) == 3 else 4
     red, green, blue, *_ = numbers(text, what, count, (0.0, 1.0))
     return red, green, blue, 1.0
+
+
+def read_shape(what: str, geometry: Any, read: Callable[[Any, str, int], list[float]], known: str) -> Shape:
+    """Read the shape of a <geometry>, which may be missing.
+
+    Args:
+        what: Text for its parent in messages.
+        geometry: The element, or None.
+        read: Reads numbers of a shape, by their name and count.
+        known: Text for the supported shapes in messages.
+
+    Raises:
+        RequestRefused: The shape is missing or unsupported.
+    """
+    children = [] if geometry is None else list(geometry)
+    if len(children) != 1:
+        raise invalid(f"invalid {what}; expected a <geometry> with one shape")
+    [shape] = children
+    match shape.tag:
+        case "box":
+            x, y, z = read(shape, "size", 3)
+            return Box((x, y, z))
+        case "cylinder":
+            return Cylinder(read(shape, "radius", 1)[0], read(shape, "length", 1)[0])
+        case "sphere":
+            return Sphere(read(shape, "radius", 1)[0])
+        case "mesh":
+            raise no_meshes()
+        case other:
+            raise invalid(f"unsupported <{other}> in <geometry>; expected {known}")
 
 
 def compose_frames(outer: Frame, inner: Frame) -> Frame:

@@ -7,14 +7,13 @@ the newest one that is old enough.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from seoro.bridges.wire import CameraFault, DeadArea, DeadPixels
 from sim_nodes.noise import Noise
-from sim_nodes.sensors.sensor_pipeline import DelayLine, Mask, brightness_faults, dead_pixels, with_errors
+from sim_nodes.sensors.sensor_pipeline import DelayLine, Mask, Sample, brightness_faults, dead_pixels, with_errors
 from sim_nodes.views import Lens, Picture
 
 PERIOD = 5  # ticks between two images of a delayed or checked camera
@@ -26,14 +25,6 @@ class Missing(Enum):
     NO_POWER = "the camera has no power"
     LOST = "the image was lost"
     DELAYED = "the image is delayed"
-
-
-@dataclass(frozen=True)
-class Exposure:
-    """An image and its tick."""
-
-    tick: int
-    picture: Picture
 
 
 class CameraPipeline(DelayLine[CameraFault, bytes, bytes]):
@@ -73,7 +64,7 @@ class CameraPipeline(DelayLine[CameraFault, bytes, bytes]):
                 self._in_transit.popleft()
         if "freeze" in self.faults and self._frozen is None:
             seen = self.exposure(tick)
-            self._frozen = None if seen is None else self.distorted(seen).tobytes()
+            self._frozen = None if seen is None else self.distorted(seen).data.tobytes()
 
     def missing(self, tick: int) -> Missing | None:
         """Return why clients get no image in a tick; None if they get one."""
@@ -83,34 +74,34 @@ class CameraPipeline(DelayLine[CameraFault, bytes, bytes]):
             return Missing.DELAYED
         return Missing.LOST if self._is_lost(tick) else None
 
-    def exposure(self, tick: int) -> Exposure | None:
+    def exposure(self, tick: int) -> Sample[Picture] | None:
         """Return the delayed image of a tick without other faults; None if none has arrived."""
-        return self._delayed_exposure(tick) if self._delay_ticks else Exposure(tick, self.true_picture())
+        return self._delayed_exposure(tick) if self._delay_ticks else Sample(tick, self.true_picture())
 
-    def _delayed_exposure(self, tick: int) -> Exposure | None:
+    def _delayed_exposure(self, tick: int) -> Sample[Picture] | None:
         late_enough = (each for each in reversed(self._in_transit) if each[0] <= tick - self._delay_ticks)
         taken, pixels = next(late_enough, (tick, None))
-        return None if pixels is None else Exposure(taken, self._picture(pixels))
+        return None if pixels is None else Sample(taken, self._picture(pixels))
 
     def _picture(self, pixels: bytes) -> Picture:
         return np.frombuffer(pixels, dtype=np.uint8).reshape(self.lens.height, self.lens.width, 3)
 
-    def distorted(self, seen: Exposure) -> Picture:
+    def distorted(self, seen: Sample[Picture]) -> Sample[Picture]:
         """Return an image with pixel faults."""
-        picture, (deviation, offset) = seen.picture, brightness_faults(self.faults)
+        picture, (deviation, offset) = seen.data, brightness_faults(self.faults)
         if deviation or offset:
             picture = with_errors(picture, deviation, offset, self._noise.at(seen.tick))
         for fault in self.faults.values():
             if isinstance(fault, DeadPixels | DeadArea):
                 picture = picture.copy()
                 picture[self.dead(fault)] = 0
-        return picture
+        return Sample(seen.tick, picture)
 
     def dead(self, fault: DeadPixels | DeadArea) -> Mask:
         """Return the pixels that a fault makes black."""
         return dead_pixels(fault, self.lens.height, self.lens.width, self._noise_of_pixels.at(0))
 
-    def give(self, tick: int) -> Exposure | Missing:
+    def give(self, tick: int) -> Sample[Picture] | Missing:
         """Return what a client gets in a tick."""
         missing = self.missing(tick)
         if missing is not None:
@@ -118,7 +109,7 @@ class CameraPipeline(DelayLine[CameraFault, bytes, bytes]):
         seen = self.exposure(tick)
         return Missing.DELAYED if seen is None else self.given(seen)
 
-    def given(self, seen: Exposure) -> Exposure:
+    def given(self, seen: Sample[Picture]) -> Sample[Picture]:
         """Return an image as delivered."""
         frozen = self._frozen
-        return Exposure(seen.tick, self.distorted(seen) if frozen is None else self._picture(frozen))
+        return self.distorted(seen) if frozen is None else Sample(seen.tick, self._picture(frozen))

@@ -58,11 +58,10 @@ class Lidar(Sensor[Scan]):
         angles = np.linspace(-math.pi, math.pi, declaration.beams, endpoint=False)
         self._directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
         self._mount = Pose2(declaration.x, declaration.y, declaration.yaw)
-        self._angles = angles + declaration.yaw
-        self._cos, self._sin = np.cos(self._angles), np.sin(self._angles)
+        self.bearings = angles + declaration.yaw
+        self._cos, self._sin = np.cos(self.bearings), np.sin(self.bearings)
         self.period = max(1, round(1.0 / declaration.rate / TICK))
         self.limits = (declaration.min_range, declaration.max_range)
-        self.bearings = self._angles
 
     def read(self, tick: int) -> Scan:
         """Return a scan with the noise of a tick."""
@@ -92,4 +91,4 @@ class Lidar(Sensor[Scan]):
         finite = np.where(hit, ranges, 0.0)
         x = np.where(hit, self._mount.x + finite * self._cos, np.inf)
         y = np.where(hit, self._mount.y + finite * self._sin, np.inf)
-        return Scan(ranges, self._angles, self._mount, x, y)
+        return Scan(ranges, self.bearings, self._mount, x, y)

@@ -28,17 +28,6 @@ Beams = NDArray[np.intp]
 BeamFault = wire.BeamLoss | wire.DeadSector | wire.DeadBeams
 
 
-def blind_beams(fault: BeamFault, bearings: Array, random: np.random.Generator) -> Beams:
-    """Return the indices of the beams that a fault makes blind in a scan; `random` belongs to the scan."""
-    match fault:
-        case wire.BeamLoss(share=share):
-            return random.choice(len(bearings), lost_beams(share, len(bearings)), replace=False)
-        case wire.DeadSector() | wire.DeadBeams():
-            return dead_beams(fault, bearings)
-        case _:
-            assert_never(fault)
-
-
 def lost_beams(share: float, count: int) -> int:
     """Return the number of beams for a share; 0.29 of 100 are 29, despite the rounding of floats."""
     return int(share * count + 1e-9)
@@ -264,11 +253,14 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
         if not faults:
             return truth.data
         values = {quantity: array.copy() for quantity, array in self.sensor.values(truth.data).items()}
+        bearings = self.sensor.bearings
         for fault in faults:
             match fault:
-                case wire.BeamLoss() | wire.DeadSector() | wire.DeadBeams():
-                    random = self._noise_of_beams.at(truth.tick)
-                    values[wire.Quantity.LENGTH][blind_beams(fault, self.sensor.bearings, random)] = np.inf
+                case wire.BeamLoss(share=share):
+                    random, lost = self._noise_of_beams.at(truth.tick), lost_beams(share, len(bearings))
+                    values[Quantity.LENGTH][random.choice(len(bearings), lost, replace=False)] = np.inf
+                case wire.DeadSector() | wire.DeadBeams():
+                    values[Quantity.LENGTH][dead_beams(fault, bearings)] = np.inf
                 case wire.Bias(offset=offset):
                     for quantity, off in offset.items():
                         values[quantity] += off

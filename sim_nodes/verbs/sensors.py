@@ -120,10 +120,10 @@ def get_camera_image(simulator: Simulator, request: wire.EntityName) -> wire.Cam
     simulation = simulator.simulation
     given = simulation.entities.cameras.picture(request.name, simulation.tick)
     is_of_now = given.tick == simulation.tick
-    height, width, _ = given.picture.shape
+    height, width, _ = given.data.shape
     return wire.CameraImage(
         time=simulation.time if is_of_now else simulation.time_of_tick(given.tick),
         width=width,
         height=height,
-        data=png(given.picture),
+        data=png(given.data),
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
@@ -114,17 +113,15 @@ def load_world(world: str) -> World:
     Raises:
         WorldError: The world is unknown, or its file is invalid.
     """
-    if world in available_worlds():
-        text = resources.files(__package__).joinpath(f"{world}.yaml").read_text(encoding="utf-8")
-        return parse_world(text, f"{world}.yaml", FOLDER)
-    path = Path(world)
+    is_bundled = world in available_worlds()
+    path = FOLDER / f"{world}.yaml" if is_bundled else Path(world)
     if path.suffix not in SUFFIXES:
         raise _unknown_world(world, path)
     try:
         text = read_input_text(path, Kind.WORLD)
     except (OSError, UnicodeDecodeError) as error:
         raise WorldError(f"cannot read the world file {world}: {error}", missing=True) from error
-    return parse_world(text, world, path.parent)
+    return parse_world(text, path.name if is_bundled else world, path.parent)
 
 
 def _unknown_world(world: str, path: Path) -> WorldError:
@@ -192,17 +189,14 @@ def _world(file: WorldFile, folder: Path) -> World:
     assert extent is not None, "the schema requires one of the two"
     robots = _robots(file, folder)
     check_placement(robots, extent)
-    cameras = {camera.name: _camera(camera) for camera in file.cameras}
-    props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
-    poses = tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses))
     return World(
         file.name,
         extent,
         walls,
         robots,
-        cameras,
-        props,
-        poses,
+        {camera.name: _camera(camera) for camera in file.cameras},
+        tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props)),
+        tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses)),
         _entity_tags(file),
         file.description,
         file.tags,

@@ -25,7 +25,7 @@ def measured(client: Client) -> RobotMeasurements:
 
 
 def test_errors_are_means_over_time_and_while_moving() -> None:
-    measuring = RobotMetrics(Pose2(0.0, 0.0, 0.0), lambda pose: 2.0 - pose.x, 0.02)
+    measuring = RobotMetrics(Pose2(0.0, 0.0, 0.0), lambda pose: 2.0 - pose.x)
     measuring.update(Pose2(0.0, 0.0, 0.0), None, None, 0)  # not localised yet
     for i in range(1, 101):
         measuring.update(Pose2(0.01 * i, 0.0, 0.0), Pose2(0.01 * i, 0.1, 0.0), 0.05, i)
@@ -49,7 +49,7 @@ def test_errors_are_means_over_time_and_while_moving() -> None:
 
 
 def test_measurements_without_values_are_none() -> None:
-    result = RobotMetrics(Pose2(0.0, 0.0, 0.0), lambda pose: math.inf, 0.02).result(0)
+    result = RobotMetrics(Pose2(0.0, 0.0, 0.0), lambda pose: math.inf).result(0)
     assert result.localisation_error is None
     assert result.closest_approach is None
     assert result.path_length == 0.0

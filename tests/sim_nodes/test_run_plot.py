@@ -92,7 +92,7 @@ def test_a_body_that_falls_has_no_path(empty: Client) -> None:
 
 def test_a_body_spawned_again_has_a_new_path(empty: Client) -> None:
     def way() -> list[tuple[float, float]]:
-        return [(round(x, 3), round(y, 3)) for x, y, _ in empty.simulator.simulation.run_data.trails.paths["box"]]
+        return [(round(x, 3), round(y, 3)) for x, y, _ in empty.simulator.simulation.run_data.trails["box"]]
 
     empty.spawn("box", pose(-3.0, 3.0))
     empty.advance(0.1)
@@ -103,7 +103,7 @@ def test_a_body_spawned_again_has_a_new_path(empty: Client) -> None:
     assert way() == [(4.0, 4.0)]
     empty.ask(wire.DELETE_ENTITY, wire.EntityName(name="box"))
     empty.advance(0.3)
-    assert empty.simulator.simulation.run_data.trails.paths == {}
+    assert empty.simulator.simulation.run_data.trails == {}
 
 
 def test_the_path_of_a_prop_is_plotted(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ class DelayLine:
     def picture(self, tick: int) -> Picture:
         seen = self.pipeline.exposure(tick)
         assert seen is not None
-        return self.pipeline.given(seen).picture
+        return self.pipeline.given(seen).data
 
 
 def measured(fault: CameraFault, way: DelayLine, ticks: int = PATIENCE) -> tuple[int, Check[Any]]:
