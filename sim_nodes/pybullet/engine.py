@@ -10,8 +10,9 @@ another process is saved as the calls that led to it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import metadata
 from typing import Any
 
@@ -45,7 +46,7 @@ from sim_nodes.pybullet.joints import (
     PybulletDrive,
     is_touching,
 )
-from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
+from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, walls_body, wxyz, xyzw
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.views import WALL, Picture, View, colour_of
@@ -99,7 +100,7 @@ class PybulletEngine:
         """See `SavesState.restore`."""
         self._added = dict(saved["added"])
         self._load()
-        replay(saved, self, self._repeat)
+        replay(saved, self, partial(self._make_steps, self._stepper.repeat))
 
     def _load(self) -> None:
         self.journal = Journal()
@@ -180,12 +181,10 @@ class PybulletEngine:
     def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
         self._last = None
-        made = self._stepper.step(count, [arm for arm in self._arms.values() if arm.is_moving])
-        self.journal.step(made)
-        return made
+        return self._make_steps(self._stepper.step, count)
 
-    def _repeat(self, count: int) -> int:
-        made = self._stepper.repeat(count, [arm for arm in self._arms.values() if arm.is_moving])
+    def _make_steps(self, make: Callable[[int, Sequence[PybulletArm]], int], count: int) -> int:
+        made = make(count, [arm for arm in self._arms.values() if arm.is_moving])
         self.journal.step(made)
         return made
 
@@ -329,9 +328,8 @@ class PybulletEngine:
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
         drive, bullet = self._drives[robot], self._bullet
-        link = bullet.getLinkState(drive.body, drive.lidar, computeForwardKinematics=True)
-        origin, orientation = link[4:6]
-        ends = origin + limit * directions @ rotation_matrix(wxyz(orientation)).T
+        origin, orientation = link_frame(bullet, drive.body, drive.lidar)
+        ends = origin + limit * directions @ rotation_matrix(orientation).T
         hits = bullet.rayTestBatch(
             [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~drive.group
         )
@@ -375,12 +373,7 @@ class PybulletEngine:
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         """See `Engine.link_pose`."""
-        index = self._links[robot][link]
-        if index == BASE:
-            state = self.body_state(robot)
-            return state.position, state.orientation
-        found = self._bullet.getLinkState(self._bodies[robot].number, index, computeForwardKinematics=True)
-        return found[4], wxyz(found[5])
+        return link_frame(self._bullet, self._bodies[robot].number, self._links[robot][link])
 
     def render(self, view: View) -> Picture:
         """See `Engine.render`."""

@@ -172,7 +172,17 @@ class PybulletArm:
     def command_joints(self, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""
         self._targets, self._rates = positions, velocities
-        self._send_command()
+        count = len(self._joints)
+        self._bullet.setJointMotorControlArray(
+            self._body,
+            self._joints,
+            pybullet.POSITION_CONTROL,
+            targetPositions=positions.tolist(),
+            targetVelocities=velocities.tolist(),
+            forces=self._torques,
+            positionGains=[POSITION_GAIN] * count,
+            velocityGains=[VELOCITY_GAIN] * count,
+        )
 
     @property
     def command(self) -> ArmCommand:
@@ -191,21 +201,7 @@ class PybulletArm:
 
     def advance_targets(self, time: float) -> None:
         """Advance the joint targets by a duration [s]."""
-        self._targets = self._targets + time * self._rates
-        self._send_command()
-
-    def _send_command(self) -> None:
-        count = len(self._joints)
-        self._bullet.setJointMotorControlArray(
-            self._body,
-            self._joints,
-            pybullet.POSITION_CONTROL,
-            targetPositions=self._targets.tolist(),
-            targetVelocities=self._rates.tolist(),
-            forces=self._torques,
-            positionGains=[POSITION_GAIN] * count,
-            velocityGains=[VELOCITY_GAIN] * count,
-        )
+        self.command_joints(self._targets + time * self._rates, self._rates)
 
     def command_fingers(self, position: float, force: float) -> None:
         """See `Engine.command_fingers`."""

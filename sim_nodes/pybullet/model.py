@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any, assert_never
 from xml.etree.ElementTree import Element, SubElement, tostring
 
+import numpy as np
 from defusedxml.ElementTree import fromstring
 
 from sim_nodes.extents import inertia
-from sim_nodes.geometry import Quaternion, Vector, roll_pitch_yaw
+from sim_nodes.geometry import Quaternion, Vector, conjugate, multiply, roll_pitch_yaw, rotated, vector
 from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere, Wall
 from sim_nodes.pybullet import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
@@ -64,6 +65,17 @@ def wxyz(orientation: XYZW) -> Quaternion:
     """Convert a quaternion from Bullet's order."""
     x, y, z, w = orientation
     return w, x, y, z
+
+
+def link_frame(bullet: Any, body: int, link: int) -> tuple[Vector, Quaternion]:
+    """Return the position and orientation of a link's frame in `map`."""
+    if link != BASE:
+        found = bullet.getLinkState(body, link, computeForwardKinematics=True)
+        return found[4], wxyz(found[5])
+    place, turn = bullet.getBasePositionAndOrientation(body)
+    centre, axes = bullet.getDynamicsInfo(body, BASE)[3:5]
+    orientation = multiply(wxyz(turn), conjugate(wxyz(axes)))
+    return vector(np.subtract(place, rotated(orientation, centre))), orientation
 
 
 def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
