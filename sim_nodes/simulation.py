@@ -303,10 +303,6 @@ class Simulation(Stateful):
         self.strikes.on_command(robot)
         return arm
 
-    def hold_entity(self, robot: str, goal: str, entity: str, duration: float) -> None:
-        """Report whether a gripper holds an entity for a duration [s]; an empty name means the held entity."""
-        self.arm_for_goal(robot, goal).hold(goal, entity, duration, self._steps // self._tick_steps)
-
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""
         active = self._active()

@@ -19,6 +19,7 @@ from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.models.urdf import read_origin
 from sim_nodes.models.xml_reading import vector
 
+LIMITS = ("lower", "upper", "velocity")  # attributes of a URDF
 NEAR = 2  # movable joints between links that never collide, or overlap by design
 
 
@@ -208,23 +209,14 @@ def _axis(joint: Element) -> Array:
 
 
 def _limits(moving: list[Element]) -> Limits:
-    limits = list(_limit_elements(moving))
-
-    def values(key: str) -> Array:
-        return np.array([float(limit.get(key, "nan")) for limit in limits])
-
-    found = Limits(values("lower"), values("upper"), values("velocity"))
-    if not np.isfinite([found.lower, found.upper, found.speed]).all():
-        raise ValueError("missing limit `lower`, `upper` or `velocity` of a joint")
-    return found
-
-
-def _limit_elements(moving: list[Element]) -> Iterator[Element]:
     for joint in moving:
-        limit = joint.find("limit")
-        if limit is None:
+        if joint.find("limit") is None:
             raise ValueError(f"missing limits of joint {joint.get('name')}")
-        yield limit
+    found = [joint.findall("limit")[0] for joint in moving]
+    values = np.array([[float(limit.get(key, "nan")) for limit in found] for key in LIMITS])
+    if not np.isfinite(values).all():
+        raise ValueError("missing limit `lower`, `upper` or `velocity` of a joint")
+    return Limits(*values)
 
 
 def colliding_pairs(urdf: str) -> tuple[tuple[str, str], ...]:

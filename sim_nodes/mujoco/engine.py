@@ -147,10 +147,7 @@ class MujocoEngine:
     def restore(self, saved: Mapping[str, Any]) -> None:
         """See `SavesState.restore`."""
         self.build(self._scene)
-        for name, (model, state) in saved["added"].items():
-            add_body(self._spec, name, model, state)
-            self._added[name] = (model, state)
-        self._recompile()
+        self.add_bodies([(name, model, state) for name, (model, state) in saved["added"].items()])
         self._apply_commands(saved)
         if digest_of(self._model) != saved["model"]:
             raise UnsavableState("the saved state has other robots, walls or bodies than the present files")
