@@ -70,10 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _engine(name: str) -> Callable[[], Engine]:
     """Return the factory of an engine: built in, or an entry point `name = "module:Class"`."""
-    if name in ENGINES:
-        return ENGINES[name]
-    found: Callable[[], Engine] = next(iter(entry_points(group=INSTALLED, name=name))).load()
-    return found
+    return ENGINES.get(name) or next(iter(entry_points(group=INSTALLED, name=name))).load()
 
 
 def _make(engine: Callable[[], Engine], options: argparse.Namespace) -> Simulator:

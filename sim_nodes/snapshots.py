@@ -124,13 +124,10 @@ def restored(contents: Contents, before: Simulation, purpose: Purpose, seed: int
     """
     simulation = resumed(contents, before.engine, seed)
     with _refusing_mismatches():
-        match purpose:
-            case Purpose.CONTINUE:
-                pass
-            case Purpose.BEGIN:
-                simulation.start_run()
-            case Purpose.REWIND:
-                simulation.continue_from(before)
+        if purpose is Purpose.BEGIN:
+            simulation.start_run()
+        elif purpose is Purpose.REWIND:
+            simulation.continue_from(before)
     return simulation
 
 

@@ -236,15 +236,12 @@ class Arm(Stateful):
         if self.is_idle:
             return
         states = self.states()
-        yield from self._move(states)
-        yield from self.gripper.tick(states, tick)
-
-    def _move(self, states: JointStates) -> Iterator[GoalResult]:
         moment, ended = self._motion.tick(states)
         if moment is not None:
             self.servos.set_command(moment)
         if ended is not None:
             yield self._with_contacts(ended)
+        yield from self.gripper.tick(states, tick)
 
     def _with_contacts(self, ended: GoalResult) -> GoalResult:
         """Return a result whose message names the arm's contacts, a possible reason."""

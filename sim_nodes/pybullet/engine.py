@@ -40,13 +40,12 @@ from sim_nodes.pybullet.joints import (
     BODY_B,
     DISTANCE,
     LINK_A,
-    PlacedShape,
     PlacedShapes,
     PybulletArm,
     PybulletDrive,
     is_touching,
 )
-from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, walls_body, wxyz, xyzw
+from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, wxyz, xyzw
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.views import WALL, Picture, View, colour_of
@@ -65,7 +64,6 @@ class _Body:
     """Number of a body, and the frame of its centre of mass in its own frame."""
 
     number: int
-    static: bool
     centre: Vector
     axes: Quaternion
 
@@ -127,7 +125,7 @@ class PybulletEngine:
         self._static.add(floor)
         walls = self._scene.walls
         for name in dict.fromkeys(wall.name for wall in walls):
-            model = walls_body(wall for wall in walls if wall.name == name)
+            model = BodyModel(tuple(wall.part for wall in walls if wall.name == name), static=True)
             state = BodyState((0.0, 0.0, 0.0))
             number = load_body(bullet, model, state, WALL)
             self._register(name, number, static=True)
@@ -149,7 +147,7 @@ class PybulletEngine:
 
     def _register(self, name: str, number: int, *, static: bool) -> None:
         centre, axes = self._bullet.getDynamicsInfo(number, BASE)[3:5]
-        self._bodies[name] = _Body(number, static, centre, wxyz(axes))
+        self._bodies[name] = _Body(number, centre, wxyz(axes))
         self._owners[number] = name
         if static:
             self._static.add(number)
@@ -198,15 +196,12 @@ class PybulletEngine:
             mark,
             {name: drive.command for name, drive in self._drives.items()},
             {name: arm.command for name, arm in self._arms.items()},
-            self._last or self._seen_of_last_step(),
-        )
-
-    def _seen_of_last_step(self) -> LastStep:
-        return LastStep(
-            self.touching(),
-            {name: self.contact_points(name) for name in self._links},
-            {name: self.link_contacts(name) for name in self._arms},
-            {name: self.joint_states(name).efforts for name in self._arms},
+            LastStep(
+                self.touching(),
+                {name: self.contact_points(name) for name in self._links},
+                {name: self.link_contacts(name) for name in self._arms},
+                {name: self.joint_states(name).efforts for name in self._arms},
+            ),
         )
 
     def rewind(self, checkpoint: Checkpoint) -> None:
@@ -216,8 +211,8 @@ class PybulletEngine:
             # Bullet removes bodies without a pose from its world for good.
             self.restore(self.save())
             return
-        movable = [body.number for name, body in self._bodies.items() if name in self._arms or not body.static]
-        self._states.restore(checkpoint.saved, movable)
+        still = self._static - {self._bodies[name].number for name in self._arms}
+        self._states.restore(checkpoint.saved, [number for number in self._owners if number not in still])
         for name, speeds in checkpoint.drives.items():
             self._drives[name].apply_command(speeds)
         for name, command in checkpoint.arms.items():
@@ -290,7 +285,7 @@ class PybulletEngine:
         body = self._bodies[name]
         self._set_state(body, state)
         self._stepper.invalidate()
-        if body.static:
+        if body.number in self._static:
             self._broadphase.add_static(body.number, self._added[name][0].parts, state)
         if name in self._drives:
             self._drives[name].stop()
@@ -300,7 +295,7 @@ class PybulletEngine:
         arm = rotation_matrix(state.orientation) @ body.centre
         turn = multiply(state.orientation, body.axes)
         bullet.resetBasePositionAndOrientation(body.number, vector(np.add(state.position, arm)), xyzw(turn))
-        if not body.static:
+        if body.number not in self._static:
             linear = vector(np.add(state.linear, np.cross(state.angular, arm)))
             bullet.resetBaseVelocity(body.number, linear, state.angular)
 
@@ -362,14 +357,10 @@ class PybulletEngine:
         self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         """See `Engine.arm_overlaps`."""
-        parts: list[PlacedShape] = []
-        left_out = {robot}
-        if carried is not None:
-            model, _ = self._added[carried.name]
-            parts = self._placed_shapes.of(carried.name, model, carried.state)
-            left_out.add(carried.name)
-        others = {number: name for number, name in self._owners.items() if name not in left_out}
-        return tuple(self._arms[robot].overlaps(positions, others, own, parts))
+        load = "" if carried is None else carried.name
+        shapes = [] if carried is None else self._placed_shapes.of(self._added[load][0], carried.state)
+        others = {number: name for number, name in self._owners.items() if name not in (robot, load)}
+        return tuple(self._arms[robot].overlaps(positions, others, own, load, shapes))
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         """See `Engine.link_pose`."""

@@ -16,7 +16,7 @@ from defusedxml.ElementTree import fromstring
 
 from sim_nodes.extents import inertia
 from sim_nodes.geometry import Quaternion, Vector, conjugate, multiply, roll_pitch_yaw, rotated, vector
-from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere, Wall
+from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere
 from sim_nodes.pybullet import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 from sim_nodes.robots.urdf_check import link_parts
@@ -119,11 +119,6 @@ def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -
 def _undamp(bullet: Any, body: int) -> None:
     """Remove the damping of a body; in a call with friction, Bullet would apply that to the base only."""
     bullet.changeDynamics(body, BASE, linearDamping=0.0, angularDamping=0.0)
-
-
-def walls_body(walls: Iterable[Wall]) -> BodyModel:
-    """Return walls as one body at the origin."""
-    return BodyModel(tuple(wall.part for wall in walls), static=True)
 
 
 def _load(bullet: Any, urdf: Element, state: BodyState, *, static: bool = False) -> int:
