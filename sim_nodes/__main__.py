@@ -59,11 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         serve(settings, make, partial(_announce, settings, quiet=options.die_with_parent))
     except KeyboardInterrupt:
         return 0
-    except (SessionError, RequestRefused, ValueError) as error:
-        sys.stderr.write(f"error: {error}\n")
-        return INVALID
-    except UsageError as error:
-        sys.stderr.write(f"error: {error}\n" + (f"  = help: {error.help}\n" if error.help else ""))
+    except (SessionError, RequestRefused, UsageError, ValueError) as error:
+        hint = error.help if isinstance(error, UsageError) else ""
+        sys.stderr.write(f"error: {error}\n" + (f"  = help: {hint}\n" if hint else ""))
         return INVALID
     return 0
 

@@ -49,7 +49,6 @@ class Arm(Stateful):
         placed: Robot that has the arm.
         declaration: Declaration of the arm.
         engine: Engine that simulates it.
-        seed: Seed of the simulation.
         is_movable: Returns whether an entity can be carried.
     """
 
@@ -60,7 +59,6 @@ class Arm(Stateful):
         placed: PlacedRobot,
         declaration: ArmDeclaration,
         engine: Engine,
-        seed: int,
         is_movable: Callable[[str], bool],
     ) -> None:
         self._robot, self._engine = placed.name, engine

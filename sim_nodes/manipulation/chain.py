@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, takewhile
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -172,15 +172,11 @@ def _turns(axis: Array, angles: Array) -> Array:
 
 def _joints_between(robot: Element, base_link: str, tool_link: str) -> list[Element]:
     """Return the joints from base to tool, in order."""
-    way: list[Element] = []
-    link = tool_link
-    for joint in _joints_above(tool_link, _parent_joints(robot)):
-        if link == base_link:
-            break
-        way.append(joint)
-        link = _end(joint, "parent")
-    if link != base_link:
-        raise ValueError(f"no joints lead from {base_link} to {tool_link}: {link} has no parent joint")
+    above = _joints_above(tool_link, _parent_joints(robot))
+    way = list(takewhile(lambda joint: _end(joint, "child") != base_link, above))
+    top = _end(way[-1], "parent") if way else tool_link
+    if top != base_link:
+        raise ValueError(f"no joints lead from {base_link} to {tool_link}: {top} has no parent joint")
     return way[::-1]
 
 

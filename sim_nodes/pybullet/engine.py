@@ -125,11 +125,8 @@ class PybulletEngine:
         self._static.add(floor)
         walls = self._scene.walls
         for name in dict.fromkeys(wall.name for wall in walls):
-            model = BodyModel(tuple(wall.part for wall in walls if wall.name == name), static=True)
-            state = BodyState((0.0, 0.0, 0.0))
-            number = load_body(bullet, model, state, WALL)
-            self._register(name, number, static=True)
-            self._broadphase.add_static(number, model.parts, state)
+            parts = tuple(wall.part for wall in walls if wall.name == name)
+            self._load_body(name, BodyModel(parts, static=True, colour=WALL), BodyState((0.0, 0.0, 0.0)))
         self._drives: dict[str, PybulletDrive] = {}
         self._arms: dict[str, PybulletArm] = {}
         self._placed_shapes = PlacedShapes(bullet)

@@ -54,7 +54,7 @@ class Robot(Stateful):
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
         self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
-        self._arm = Arm(placed, arm, engine, seed, entities.is_movable) if arm is not None else None
+        self._arm = Arm(placed, arm, engine, entities.is_movable) if arm is not None else None
         self._drives = dict(self._make_actuators(seed))
         self.faults = FaultRegistry(self.name, self._devices(entities.cameras))
         self._moving = tuple(part for part in (self._mobile, self._arm) if part is not None)
