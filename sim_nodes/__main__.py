@@ -59,21 +59,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         serve(settings, make, partial(_announce, settings, quiet=options.die_with_parent))
     except KeyboardInterrupt:
         return 0
-    except (SessionError, RequestRefused, ValueError) as error:
-        sys.stderr.write(f"error: {error}\n")
-        return INVALID
-    except UsageError as error:
-        sys.stderr.write(f"error: {error}\n" + (f"  = help: {error.help}\n" if error.help else ""))
+    except (SessionError, RequestRefused, UsageError, ValueError) as error:
+        hint = error.help if isinstance(error, UsageError) else ""
+        sys.stderr.write(f"error: {error}\n" + (f"  = help: {hint}\n" if hint else ""))
         return INVALID
     return 0
 
 
 def _engine(name: str) -> Callable[[], Engine]:
     """Return the factory of an engine: built in, or an entry point `name = "module:Class"`."""
-    if name in ENGINES:
-        return ENGINES[name]
-    found: Callable[[], Engine] = next(iter(entry_points(group=INSTALLED, name=name))).load()
-    return found
+    return ENGINES.get(name) or next(iter(entry_points(group=INSTALLED, name=name))).load()
 
 
 def _make(engine: Callable[[], Engine], options: argparse.Namespace) -> Simulator:

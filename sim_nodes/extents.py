@@ -101,14 +101,15 @@ class BoundingBox:
 
 def bounding_box(parts: Iterable[Part]) -> BoundingBox | None:
     """Return the smallest box around all parts, in their frame; None without parts."""
-    boxes = [_box(part) for part in parts]
+    boxes = [box_around(part) for part in parts]
     if not boxes:
         return None
     lower = np.min([box.lower for box in boxes], axis=0)
     return BoundingBox(lower, np.max([box.upper for box in boxes], axis=0))
 
 
-def _box(part: Part) -> BoundingBox:
+def box_around(part: Part) -> BoundingBox:
+    """Return the smallest box around a part, in the frame of its body."""
     # The rows of the rotation are the axes of the body in the frame of the part.
     half = np.array([reach(part.shape, axis) for axis in rotation_matrix(part.orientation)])
     return BoundingBox(np.array(part.position) - half, np.array(part.position) + half)

@@ -30,65 +30,8 @@ Slot = int | tuple[Any]
 CallKind = tuple[str, tuple[Slot, ...]]
 
 
-class Calls:
-    """Calls, each with the number of preceding steps."""
-
-    def __init__(self) -> None:
-        self._kinds: list[CallKind] = []
-        self._known: dict[CallKind, int] = {}  # indices of kinds that later calls may share
-        self._steps = array("Q")
-        self._kind = array("Q")  # of each call
-        self._numbers = array("d")
-
-    @property
-    def is_full(self) -> bool:
-        """Whether there are more calls than can be saved."""
-        return len(self._steps) > MAX_CALLS or len(self._numbers) > MAX_NUMBERS
-
-    def add(self, steps: int, method: str, arguments: tuple[Any, ...]) -> None:
-        """Add a call."""
-        self._steps.append(steps)
-        self._kind.append(self._index((method, tuple(map(_slot, arguments)))))
-        for argument in arguments:
-            if isinstance(argument, float):
-                self._numbers.append(argument)
-            elif isinstance(argument, np.ndarray):
-                self._numbers.extend(argument)
-
-    def _index(self, kind: CallKind) -> int:
-        # Poses and models contain numbers, too; equal values may differ in their bits, as zeros do.
-        is_plain = all(isinstance(slot, int) or isinstance(slot[0], str | bool) for slot in kind[1])
-        index = self._known.get(kind) if is_plain else None
-        if index is None:
-            index = len(self._kinds)
-            self._kinds.append(kind)
-            if is_plain:
-                self._known[kind] = index
-        return index
-
-    @property
-    def mark(self) -> tuple[int, int, int]:
-        """Numbers of calls, kinds and numbers."""
-        return len(self._steps), len(self._kinds), len(self._numbers)
-
-    def cut(self, mark: tuple[int, int, int]) -> None:
-        """Remove the calls since a mark."""
-        calls, kinds, numbers = mark
-        del self._steps[calls:], self._kind[calls:], self._kinds[kinds:], self._numbers[numbers:]
-        self._known = {kind: index for kind, index in self._known.items() if index < kinds}
-
-    def save(self) -> Mapping[str, Any]:
-        """Return all calls as data; compressed, little remains but the numbers."""
-        return {
-            "kinds": list(self._kinds),
-            "steps_between": np.diff(np.array(self._steps), prepend=np.uint64(0)),
-            "kind": np.array(self._kind).astype(np.uint32),
-            "numbers": np.array(self._numbers),
-        }
-
-
 def calls_of(saved: Mapping[str, Any]) -> Iterator[tuple[int, str, tuple[Any, ...]]]:
-    """Yield the calls saved by `Calls.save`: the number of preceding steps, the method and its arguments."""
+    """Yield the calls saved by `Journal.save`: the number of preceding steps, the method and its arguments."""
     numbers, position = saved["numbers"], 0
     for steps, index in zip(np.cumsum(saved["steps_between"], dtype=np.uint64), saved["kind"], strict=True):
         method, slots = saved["kinds"][index]
@@ -113,55 +56,91 @@ def _slot(argument: Any) -> Slot:
 
 @dataclass(frozen=True)
 class Mark:
-    """A position in a journal: the number of steps, the calls, and their sizes."""
+    """A position in a journal: the number of steps, and the sizes of its rows."""
 
     steps: int
-    calls: Calls
-    size: tuple[int, int, int]
+    calls: int
+    kinds: int
+    numbers: int
 
 
 class Journal:
-    """The calls of one engine since its scene was built or reset.
+    """The calls of one engine since its scene was built or reset, each with the number of preceding steps.
 
     Arrays among the arguments are non-empty rows of numbers.
     """
 
     def __init__(self) -> None:
-        self._steps = 0
-        self._calls: Calls | None = Calls()  # None after too many calls
+        self._made = 0  # steps
+        self._kinds: list[CallKind] = []
+        self._known: dict[CallKind, int] = {}  # indices of kinds that later calls may share
+        self._steps = array("Q")
+        self._kind = array("Q")  # of each call
+        self._numbers = array("d")
+
+    @property
+    def _is_full(self) -> bool:
+        """Whether there are more calls than can be saved."""
+        return len(self._steps) > MAX_CALLS or len(self._numbers) > MAX_NUMBERS
 
     def step(self, count: int) -> None:
         """Record steps."""
-        self._steps += count
+        self._made += count
 
     def record(self, method: str, arguments: tuple[Any, ...]) -> None:
-        """Record a call; after too many calls, the journal is dropped."""
-        if self._calls is not None:
-            self._calls.add(self._steps, method, arguments)
-            if self._calls.is_full:
-                self._calls = None
+        """Record a call; after too many calls, no further ones."""
+        if self._is_full:
+            return
+        self._steps.append(self._made)
+        self._kind.append(self._index((method, tuple(map(_slot, arguments)))))
+        for argument in arguments:
+            if isinstance(argument, float):
+                self._numbers.append(argument)
+            elif isinstance(argument, np.ndarray):
+                self._numbers.extend(argument)
+
+    def _index(self, kind: CallKind) -> int:
+        # Poses and models contain numbers, too; equal values may differ in their bits, as zeros do.
+        is_plain = all(isinstance(slot, int) or isinstance(slot[0], str | bool) for slot in kind[1])
+        index = self._known.get(kind) if is_plain else None
+        if index is None:
+            index = len(self._kinds)
+            self._kinds.append(kind)
+            if is_plain:
+                self._known[kind] = index
+        return index
 
     def mark(self) -> Mark | None:
         """Return the present position; None after too many calls."""
-        return None if self._calls is None else Mark(self._steps, self._calls, self._calls.mark)
+        if self._is_full:
+            return None
+        return Mark(self._made, len(self._steps), len(self._kinds), len(self._numbers))
 
     def cut(self, mark: Mark) -> None:
         """Remove the calls since a mark."""
-        self._steps, self._calls = mark.steps, mark.calls
-        mark.calls.cut(mark.size)
+        self._made = mark.steps
+        del self._steps[mark.calls :], self._kind[mark.calls :]
+        del self._kinds[mark.kinds :], self._numbers[mark.numbers :]
+        self._known = {kind: index for kind, index in self._known.items() if index < mark.kinds}
 
     def save(self) -> Mapping[str, Any]:
-        """Return all calls.
+        """Return all calls as data; compressed, little remains but the numbers.
 
         Raises:
             UnsavableState: There were too many.
         """
-        if self._calls is None:
+        if self._is_full:
             raise UnsavableState(
                 "this engine saves its calls since the last reset, and there are more "
                 f"than the limit ({MAX_CALLS} calls, {MAX_NUMBERS} numbers): save earlier, or reset it"
             )
-        return {"steps": self._steps, **self._calls.save()}
+        return {
+            "steps": self._made,
+            "kinds": list(self._kinds),
+            "steps_between": np.diff(np.array(self._steps), prepend=np.uint64(0)),
+            "kind": np.array(self._kind).astype(np.uint32),
+            "numbers": np.array(self._numbers),
+        }
 
 
 class Journaling(Protocol):

@@ -48,7 +48,8 @@ def body_state(pose: wire.Pose3D, twist: wire.Twist | None = None) -> BodyState:
 
 def entity_state(state: BodyState) -> wire.EntityState:
     """Convert the state of a body to a message."""
-    return wire.EntityState(pose=pose_of(state), twist=twist_of(state))
+    twist = wire.Twist(linear=vector3(state.linear), angular=vector3(state.angular))
+    return wire.EntityState(pose=pose_of(state), twist=twist)
 
 
 def pose_of(state: BodyState) -> wire.Pose3D:
@@ -61,11 +62,6 @@ def vector3(values: Sequence[float]) -> wire.Vector3:
     """Convert a vector to a message."""
     x, y, z = values
     return wire.Vector3(x=x, y=y, z=z)
-
-
-def twist_of(state: BodyState) -> wire.Twist:
-    """Convert the twist of a body to a message."""
-    return wire.Twist(linear=vector3(state.linear), angular=vector3(state.angular))
 
 
 def bounds_of(*corners: Sequence[float]) -> wire.Bounds:

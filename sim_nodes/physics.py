@@ -10,7 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, quaternion, yaw_of
+import numpy as np
+
+from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, multiply, quaternion, rotated, vector, yaw_of
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.views import Colour, Picture, View
 
@@ -53,6 +55,11 @@ class Part:
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Quaternion = IDENTITY
     mass: float | None = None
+
+    def placed(self, position: Vector, orientation: Quaternion) -> Part:
+        """Return the part in the parent frame of its body, which has this pose there."""
+        centre = vector(np.add(position, rotated(orientation, self.position)))
+        return Part(self.shape, centre, multiply(orientation, self.orientation), self.mass)
 
 
 @dataclass(frozen=True)

@@ -34,10 +34,6 @@ log = logging.getLogger(__name__)
 ViewSource = Callable[[], View]
 
 
-class NoVideo(Exception):
-    """Videos cannot be encoded on this machine; the message names the missing software."""
-
-
 class _Collected:
     """Collects the output of a container, in place of a file for PyAV."""
 
@@ -67,14 +63,14 @@ class Encoder:
         rate: Images per second [Hz].
 
     Raises:
-        NoVideo: The encoder is missing.
+        RequestRefused: The encoder is missing.
     """
 
     def __init__(self, width: int, height: int, rate: int) -> None:
         try:
             import av  # noqa: PLC0415 - optional, and large
         except ImportError as error:
-            raise NoVideo("videos need PyAV: pip install 'seoro[video]'") from error
+            raise feature_unsupported("cannot record: videos need PyAV: pip install 'seoro[video]'") from error
         self._av: Any = av
         self._collected = _Collected()
         self._container = av.open(self._collected, "w", format="mp4", options={"movflags": FLAGS})
@@ -192,10 +188,7 @@ class Recording:
         if lens.width % 2 or lens.height % 2:
             raise operation_failed(f"odd video size {lens.width} by {lens.height}; expected even numbers")
         render(self._engine, first)  # refuse now rather than fail while time passes
-        try:
-            encoder = Encoder(lens.width, lens.height, request.rate)
-        except NoVideo as error:
-            raise feature_unsupported(f"cannot record: {error}") from error
+        encoder = Encoder(lens.width, lens.height, request.rate)
         self._recorder = Recorder(self._engine, view_source, encoder, request.rate)
         self._recorder.tick()
 

@@ -29,7 +29,7 @@ from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
 from sim_nodes.physics import BodyState, Engine
 from sim_nodes.recording import Recording
-from sim_nodes.robots.drive import Velocity
+from sim_nodes.robots.drive import COMMAND_TIMEOUT, Velocity, VelocityCommand
 from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline
@@ -281,16 +281,20 @@ class Simulation(Stateful):
         """Drive a robot with a velocity for a duration [s]; the result is reported."""
         self._check_unused(goal)
         end = self._steps + duration * self.engine.steps_per_second
-        self.robot(robot).mobile.drive(goal, velocity, math.ceil(round(end) / self._tick_steps))
+        last = math.ceil(round(end) / self._tick_steps)
+        self.robot(robot).mobile.drive(VelocityCommand(velocity, last, goal))
         self.strikes.on_command(robot)
 
     def command_velocity(self, robot: str, velocity: Velocity) -> None:
-        """Command a robot's velocity; an empty name means the first wheeled robot."""
+        """Command a robot's velocity until the next command, for `COMMAND_TIMEOUT` at most.
+
+        An empty name means the first wheeled robot.
+        """
         name = robot or next((other.name for other in self.robots.values() if other.drives), robot)
         base = self.robot(name).mobile
         if not any(base.wheels.applied):  # otherwise the command before continues
             self.strikes.on_command(name)
-        base.command(velocity, self.tick)
+        base.drive(VelocityCommand(velocity, self.tick + round(COMMAND_TIMEOUT / TICK), None))
 
     def arm_for_goal(self, robot: str, goal: str) -> Arm:
         """Return the arm of a robot for a goal with an unused id; the result is reported."""
@@ -298,10 +302,6 @@ class Simulation(Stateful):
         arm = self.robot(robot).arm
         self.strikes.on_command(robot)
         return arm
-
-    def hold_entity(self, robot: str, goal: str, entity: str, duration: float) -> None:
-        """Report whether a gripper holds an entity for a duration [s]; an empty name means the held entity."""
-        self.arm_for_goal(robot, goal).hold(goal, entity, duration, self._steps // self._tick_steps)
 
     def cancel_goal(self, goal_id: str) -> None:
         """Cancel an active goal by id."""

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
 from threading import Event
 
+from seoro import __version__
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.wire.refusal import RequestRefused, name_list
@@ -72,7 +72,7 @@ class Simulator:
         self.source = ""
         self._simulation: Simulation | None = None
         if isinstance(start, wire.Snapshot):
-            contents = snapshots.check(start, engine, _version())
+            contents = snapshots.check(start, engine)
             self._origin, self.state = contents.world, wire.SimulationState.PAUSED
             self._activate(snapshots.resumed(contents, engine, seed))
         else:
@@ -183,7 +183,7 @@ class Simulator:
 
     def save(self) -> wire.Snapshot:
         """Return a snapshot of everything; the simulation is unchanged."""
-        return snapshots.take(self.simulation, _version())
+        return snapshots.take(self.simulation)
 
     def restore(self, snapshot: wire.Snapshot, purpose: wire.Purpose, seed: int | None) -> None:
         """Restore a snapshot, of this simulator or another; after a refusal, everything is unchanged.
@@ -194,7 +194,7 @@ class Simulator:
             seed: Seed of later random numbers; None for that of the snapshot.
         """
         present = self.simulation
-        contents = snapshots.check(snapshot, self._engine, _version())
+        contents = snapshots.check(snapshot, self._engine)
         self._check_paused("restore_state")
         self._replace(lambda: snapshots.restored(contents, present, purpose, seed))
         self.source = ""
@@ -202,7 +202,7 @@ class Simulator:
     def _contents(self) -> snapshots.Contents | None:
         """Return the contents of a snapshot of the present; None if the physics has diverged."""
         try:
-            return snapshots.check(self.save(), self._engine, _version())
+            return snapshots.check(self.save(), self._engine)
         except RequestRefused:
             return None
 
@@ -211,7 +211,7 @@ class Simulator:
         return wire.SimulatorFeatures(
             engine=self._engine.name,
             engine_version=self._engine.version,
-            version=_version(),
+            version=__version__,
             features=tuple(
                 verb.name
                 for verb in wire.VERBS
@@ -370,10 +370,3 @@ def _read(world: str | World) -> World:
     except WorldError as error:
         code = wire.WorldResult.NO_RESOURCE if error.missing else wire.WorldResult.RESOURCE_PARSE_ERROR
         raise RequestRefused(code, str(error)) from error
-
-
-def _version() -> str:
-    try:
-        return version("seoro")
-    except PackageNotFoundError:  # run from a source tree without installation
-        return "0+unknown"

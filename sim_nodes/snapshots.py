@@ -15,6 +15,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
+from seoro import __version__
 from seoro.bridges.wire import BYTES, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from seoro.files.inputs import Kind, read_input
@@ -39,12 +40,8 @@ class Contents:
     simulation: State
 
 
-def take(simulation: Simulation, version: str) -> Snapshot:
-    """Take a snapshot of a simulation.
-
-    Args:
-        simulation: The simulation; it is unchanged.
-        version: Version of seoro.
+def take(simulation: Simulation) -> Snapshot:
+    """Take a snapshot of a simulation, which is unchanged.
 
     Raises:
         RequestRefused: The engine does not save states, or the state is too large.
@@ -59,7 +56,7 @@ def take(simulation: Simulation, version: str) -> Snapshot:
     state = zlib.compress(packed, COMPRESSION)
     return Snapshot(
         format=SNAPSHOT_FORMAT,
-        version=version,
+        version=__version__,
         engine=simulation.engine.name,
         engine_version=simulation.engine.version,
         world=simulation.world.name,
@@ -84,7 +81,7 @@ def read(path: Path) -> Snapshot:
         raise operation_failed(f"invalid snapshot: {path}") from error
 
 
-def check(snapshot: Snapshot, engine: Engine, version: str) -> Contents:
+def check(snapshot: Snapshot, engine: Engine) -> Contents:
     """Return the contents of a snapshot that matches an engine; changes nothing.
 
     Raises:
@@ -95,7 +92,7 @@ def check(snapshot: Snapshot, engine: Engine, version: str) -> Contents:
         ("format", snapshot.format, SNAPSHOT_FORMAT),
         ("engine", snapshot.engine, engine.name),
         (f"version of {engine.name}", snapshot.engine_version, engine.version),
-        ("version of seoro", snapshot.version, version),
+        ("version of seoro", snapshot.version, __version__),
     ):
         if needed != present:
             raise operation_failed(f"the snapshot requires the {item} {needed}; found {present}")
@@ -124,13 +121,10 @@ def restored(contents: Contents, before: Simulation, purpose: Purpose, seed: int
     """
     simulation = resumed(contents, before.engine, seed)
     with _refusing_mismatches():
-        match purpose:
-            case Purpose.CONTINUE:
-                pass
-            case Purpose.BEGIN:
-                simulation.start_run()
-            case Purpose.REWIND:
-                simulation.continue_from(before)
+        if purpose is Purpose.BEGIN:
+            simulation.start_run()
+        elif purpose is Purpose.REWIND:
+            simulation.continue_from(before)
     return simulation
 
 

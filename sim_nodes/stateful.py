@@ -13,6 +13,7 @@ objects of a running simulation and finds attributes that are missing.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -69,9 +70,9 @@ def _saved(value: Any) -> Any:
     match value:
         case Stateful():
             return value.save()
-        case dict() if _are_parts(value.values()):
+        case dict() if _contains(value, Stateful):
             return {key: part.save() for key, part in value.items()}
-        case tuple() | list() if _are_parts(value):
+        case tuple() | list() if _contains(value, Stateful):
             return [part.save() for part in value]
         case _:
             return value
@@ -79,38 +80,28 @@ def _saved(value: Any) -> Any:
 
 def _restored(present: Any, saved: Any, where: str) -> Any:
     """Return the restored form of an attribute: parts are restored in place, data are replaced."""
-    match present:
-        case Stateful():
-            present.restore(saved)
-        case dict() if _are_parts(present.values()):
-            if not isinstance(saved, dict) or saved.keys() != present.keys():
-                raise StateMismatch(f"the parts of {where} are not those of the snapshot")
-            for key, part in present.items():
-                part.restore(saved[key])
-        case tuple() | list() if _are_parts(present):
-            if not isinstance(saved, list) or len(saved) != len(present):
-                raise StateMismatch(f"the parts of {where} are not those of the snapshot")
-            for part, one in zip(present, saved, strict=True):
-                part.restore(one)
-        case _ if _has_states(saved):
-            raise StateMismatch(f"the snapshot has parts of {where} that are missing here")
-        case _:
-            return saved
+    if isinstance(present, Stateful):
+        present.restore(saved)
+    elif _contains(present, Stateful):
+        if _keys(saved) != _keys(present):
+            raise StateMismatch(f"the parts of {where} are not those of the snapshot")
+        for key in _keys(present):
+            present[key].restore(saved[key])
+    elif isinstance(saved, State) or _contains(saved, State):
+        raise StateMismatch(f"the snapshot has parts of {where} that are missing here")
+    else:
+        return saved
     return present
 
 
-def _are_parts(values: Any) -> bool:
-    return any(isinstance(value, Stateful) for value in values)
+def _contains(value: Any, kind: type) -> bool:
+    """Whether a value is a dictionary or sequence with an object of a class."""
+    values = value.values() if isinstance(value, dict) else value if isinstance(value, tuple | list) else ()
+    return any(isinstance(each, kind) for each in values)
 
 
-def _has_states(saved: Any) -> bool:
-    """Whether the values are states of parts rather than data."""
-    match saved:
-        case State():
-            return True
-        case dict():
-            return any(isinstance(value, State) for value in saved.values())
-        case list():
-            return any(isinstance(value, State) for value in saved)
-        case _:
-            return False
+def _keys(value: Any) -> Collection[Any]:
+    """Return the keys of a dictionary or the indices of a sequence; nothing for other values."""
+    if isinstance(value, dict):
+        return value.keys()
+    return range(len(value)) if isinstance(value, tuple | list) else ()

@@ -130,8 +130,9 @@ class Strikes(Stateful):
         """Attribute a contact that began in a step."""
         held = self._held(pair)
         points = {name: self._points(name, pair) for name in pair}
-        strikers, position = self._strikers_of(pair, points, step, held)
-        strikers = tuple(name for name in strikers if not self._is_pushed(name, pair, touching))
+        position = next((point.position for name in pair for point in points[name]), None)
+        found = self._strikers_of(pair, points, step, held)
+        strikers = tuple(name for name in found if not self._is_pushed(name, pair, touching))
         self._drop_ended(touching)
         self._strikers[pair], self._since[pair] = strikers, step // self._tick_steps
         return JudgedContact(strikers, position, held)
@@ -167,32 +168,22 @@ class Strikes(Stateful):
 
     def _strikers_of(
         self, pair: Pair, points: Mapping[str, Sequence[ContactPoint]], step: int, held: Mapping[str, str]
-    ) -> tuple[tuple[str, ...], Vector | None]:
-        where = [point.position for name in pair for point in points[name]]
-        position = where[0] if where else None
-        if held and (held.get(pair[0]) == pair[1] or held.get(pair[1]) == pair[0]):
-            return (), position
-        placed = tuple(name for name in pair if step - self._placed.get(name, -math.inf) <= self._tick_steps)
+    ) -> Iterable[str]:
+        if held.get(pair[0]) == pair[1] or held.get(pair[1]) == pair[0]:
+            return ()
+        placed = [name for name in pair if step - self._placed.get(name, -math.inf) <= self._tick_steps]
         if placed:
-            return tuple(name for name in placed if name not in self._robots), position
-        tick = step // self._tick_steps
-        moving = {name: self._recent(name, tick) for name in pair}
-        found = [name for name in pair if self._fastest(name, points, moving, approaching=True) > MOVING]
-        if not found:
-            found = [name for name in pair if self._fastest(name, points, moving, approaching=False) > MOVING]
-        return tuple(self._responsible(found, points, held)), position
-
-    def _fastest(
-        self,
-        name: str,
-        points: Mapping[str, Sequence[ContactPoint]],
-        moving: Mapping[str, Sample | None],
-        *,
-        approaching: bool,
-    ) -> float:
-        """Return the highest speed of an entity at the contact points, towards the other one or in total."""
-        judge = self._approach if approaching else self._speed
-        return max((judge(name, point, moving[name]) for point in points[name]), default=0.0)
+            return [name for name in placed if name not in self._robots]
+        moving = {name: self._recent(name, step // self._tick_steps) for name in pair if points[name]}
+        for speed in (self._approach, self._speed):
+            found = [
+                name
+                for name, motion in moving.items()
+                if any(speed(name, it, motion) > MOVING for it in points[name])
+            ]
+            if found:
+                return self._responsible(found, points, held)
+        return ()
 
     def _responsible(
         self, names: Sequence[str], points: Mapping[str, Sequence[ContactPoint]], held: Mapping[str, str]
@@ -232,12 +223,10 @@ class Strikes(Stateful):
         other = _other(pair, name)
         return [point for point in self._engine.contact_points(name) if point.entity == other]
 
-    def _recent(self, name: str, tick: int) -> Sample | None:
-        """Return the motion in the last tick, or now, if it was not sampled then; None for static entities."""
+    def _recent(self, name: str, tick: int) -> Sample:
+        """Return the motion of a robot or movable entity in the last tick, or now, if it was not sampled then."""
         found = self._samples.get(name)
-        if found is not None and tick - found.tick <= 1:
-            return found
-        return self._now(name, tick) if name in self._robots or self._entities.is_movable(name) else None
+        return found if found is not None and tick - found.tick <= 1 else self._now(name, tick)
 
     def _now(self, name: str, tick: int) -> Sample:
         robot = self._robots.get(name)
@@ -245,16 +234,12 @@ class Strikes(Stateful):
             return Sample(tick, self._engine.body_state(name))
         return robot.motion(tick)
 
-    def _approach(self, name: str, point: ContactPoint, moving: Sample | None) -> float:
+    def _approach(self, name: str, point: ContactPoint, moving: Sample) -> float:
         """Return the speed towards the other one at a point [m/s]."""
-        if moving is None:
-            return 0.0
         return float(self._velocity(name, point, moving) @ point.normal)
 
-    def _speed(self, name: str, point: ContactPoint, moving: Sample | None) -> float:
+    def _speed(self, name: str, point: ContactPoint, moving: Sample) -> float:
         """Return the speed at a point [m/s]."""
-        if moving is None:
-            return 0.0
         return math.hypot(*self._velocity(name, point, moving).tolist())
 
     def _velocity(self, name: str, point: ContactPoint, moving: Sample) -> Array:

@@ -49,7 +49,6 @@ class Arm(Stateful):
         placed: Robot that has the arm.
         declaration: Declaration of the arm.
         engine: Engine that simulates it.
-        seed: Seed of the simulation.
         is_movable: Returns whether an entity can be carried.
     """
 
@@ -60,7 +59,6 @@ class Arm(Stateful):
         placed: PlacedRobot,
         declaration: ArmDeclaration,
         engine: Engine,
-        seed: int,
         is_movable: Callable[[str], bool],
     ) -> None:
         self._robot, self._engine = placed.name, engine
@@ -236,15 +234,12 @@ class Arm(Stateful):
         if self.is_idle:
             return
         states = self.states()
-        yield from self._move(states)
-        yield from self.gripper.tick(states, tick)
-
-    def _move(self, states: JointStates) -> Iterator[GoalResult]:
         moment, ended = self._motion.tick(states)
         if moment is not None:
             self.servos.set_command(moment)
         if ended is not None:
             yield self._with_contacts(ended)
+        yield from self.gripper.tick(states, tick)
 
     def _with_contacts(self, ended: GoalResult) -> GoalResult:
         """Return a result whose message names the arm's contacts, a possible reason."""

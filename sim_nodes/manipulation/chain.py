@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, takewhile
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -19,6 +19,7 @@ from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.models.urdf import read_origin
 from sim_nodes.models.xml_reading import vector
 
+LIMITS = ("lower", "upper", "velocity")  # attributes of a URDF
 NEAR = 2  # movable joints between links that never collide, or overlap by design
 
 
@@ -171,15 +172,11 @@ def _turns(axis: Array, angles: Array) -> Array:
 
 def _joints_between(robot: Element, base_link: str, tool_link: str) -> list[Element]:
     """Return the joints from base to tool, in order."""
-    way: list[Element] = []
-    link = tool_link
-    for joint in _joints_above(tool_link, _parent_joints(robot)):
-        if link == base_link:
-            break
-        way.append(joint)
-        link = _end(joint, "parent")
-    if link != base_link:
-        raise ValueError(f"no joints lead from {base_link} to {tool_link}: {link} has no parent joint")
+    above = _joints_above(tool_link, _parent_joints(robot))
+    way = list(takewhile(lambda joint: _end(joint, "child") != base_link, above))
+    top = _end(way[-1], "parent") if way else tool_link
+    if top != base_link:
+        raise ValueError(f"no joints lead from {base_link} to {tool_link}: {top} has no parent joint")
     return way[::-1]
 
 
@@ -208,23 +205,14 @@ def _axis(joint: Element) -> Array:
 
 
 def _limits(moving: list[Element]) -> Limits:
-    limits = list(_limit_elements(moving))
-
-    def values(key: str) -> Array:
-        return np.array([float(limit.get(key, "nan")) for limit in limits])
-
-    found = Limits(values("lower"), values("upper"), values("velocity"))
-    if not np.isfinite([found.lower, found.upper, found.speed]).all():
-        raise ValueError("missing limit `lower`, `upper` or `velocity` of a joint")
-    return found
-
-
-def _limit_elements(moving: list[Element]) -> Iterator[Element]:
     for joint in moving:
-        limit = joint.find("limit")
-        if limit is None:
+        if joint.find("limit") is None:
             raise ValueError(f"missing limits of joint {joint.get('name')}")
-        yield limit
+    found = [joint.findall("limit")[0] for joint in moving]
+    values = np.array([[float(limit.get(key, "nan")) for limit in found] for key in LIMITS])
+    if not np.isfinite(values).all():
+        raise ValueError("missing limit `lower`, `upper` or `velocity` of a joint")
+    return Limits(*values)
 
 
 def colliding_pairs(urdf: str) -> tuple[tuple[str, str], ...]:

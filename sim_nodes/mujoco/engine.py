@@ -133,24 +133,18 @@ class MujocoEngine:
 
     def checkpoint(self) -> Mapping[str, Any]:
         """See `Rewinds.checkpoint`."""
+        links = {name: self.link_contacts(name) for name in self._arms}
         return {
             "state": state_of(self._model, self._data),
             "without_power": set(self._without_power),
             "arms": {name: (arm.command.rates.copy(), arm.command.force) for name, arm in self._arms.items()},
-            "last": self._last or self._seen_of_last_step(),
+            "last": LastStep(self.touching(), links, self._data.qfrc_actuator.copy()),
         }
-
-    def _seen_of_last_step(self) -> LastStep:
-        links = {name: self.link_contacts(name) for name in self._arms}
-        return LastStep(self.touching(), links, self._data.qfrc_actuator.copy())
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """See `SavesState.restore`."""
         self.build(self._scene)
-        for name, (model, state) in saved["added"].items():
-            add_body(self._spec, name, model, state)
-            self._added[name] = (model, state)
-        self._recompile()
+        self.add_bodies([(name, model, state) for name, (model, state) in saved["added"].items()])
         self._apply_commands(saved)
         if digest_of(self._model) != saved["model"]:
             raise UnsavableState("the saved state has other robots, walls or bodies than the present files")

@@ -30,7 +30,7 @@ from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
 BIN = (0.5, 0.5, math.radians(10.0))  # [m, m, rad]
-NEAR = (1.0, math.radians(45.0))  # [m], [rad] from the densest place: one hypothesis
+NEAR = (1.0, 1.0, math.radians(45.0))  # [m, m, rad] from the densest place: one hypothesis
 SIDE = 1 << 16  # exceeds the number of bins along an axis
 
 Indices = NDArray[np.int64]
@@ -115,8 +115,7 @@ def estimate(particles: Array) -> Estimate:
     here = _mean(particles[where == numbers[counts.argmax()]])
     offset = particles - np.array(here)
     offset[:, 2] = wrap(offset[:, 2])
-    near = (np.abs(offset[:, 0]) < NEAR[0]) & (np.abs(offset[:, 1]) < NEAR[0]) & (np.abs(offset[:, 2]) < NEAR[1])
-    cluster = particles[near]
+    cluster = particles[(np.abs(offset) < NEAR).all(axis=1)]
     pose = _mean(cluster)
     deviation = cluster - np.array(pose)
     deviation[:, 2] = wrap(deviation[:, 2])

@@ -204,11 +204,10 @@ class Navigator(Stateful):
     def _mark_progress(self, pose: Pose2) -> None:
         self._progress_pose, self._progress_cycles = pose, 0
 
-    def cancel(self) -> Goal | None:
-        """Drop and return the goal; the caller must stop the robot."""
-        goal, self.goal = self.goal, None
+    def cancel(self) -> None:
+        """Drop the goal; the caller must stop the robot."""
+        self.goal = None
         self._controller.stop()
-        return goal
 
     def control(self, now: ControlInput) -> tuple[Velocity, GoalResult | None]:
         """Return the velocity of a control cycle, and the result of the goal if it ends; requires a goal."""

@@ -10,8 +10,9 @@ another process is saved as the calls that led to it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import metadata
 from typing import Any
 
@@ -39,13 +40,12 @@ from sim_nodes.pybullet.joints import (
     BODY_B,
     DISTANCE,
     LINK_A,
-    PlacedShape,
     PlacedShapes,
     PybulletArm,
     PybulletDrive,
     is_touching,
 )
-from sim_nodes.pybullet.model import BASE, load_body, load_robot, walls_body, wxyz, xyzw
+from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, wxyz, xyzw
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.views import WALL, Picture, View, colour_of
@@ -64,7 +64,6 @@ class _Body:
     """Number of a body, and the frame of its centre of mass in its own frame."""
 
     number: int
-    static: bool
     centre: Vector
     axes: Quaternion
 
@@ -99,7 +98,7 @@ class PybulletEngine:
         """See `SavesState.restore`."""
         self._added = dict(saved["added"])
         self._load()
-        replay(saved, self, self._repeat)
+        replay(saved, self, partial(self._make_steps, self._stepper.repeat))
 
     def _load(self) -> None:
         self.journal = Journal()
@@ -126,11 +125,8 @@ class PybulletEngine:
         self._static.add(floor)
         walls = self._scene.walls
         for name in dict.fromkeys(wall.name for wall in walls):
-            model = walls_body(wall for wall in walls if wall.name == name)
-            state = BodyState((0.0, 0.0, 0.0))
-            number = load_body(bullet, model, state, WALL)
-            self._register(name, number, static=True)
-            self._broadphase.add_static(number, model.parts, state)
+            parts = tuple(wall.part for wall in walls if wall.name == name)
+            self._load_body(name, BodyModel(parts, static=True, colour=WALL), BodyState((0.0, 0.0, 0.0)))
         self._drives: dict[str, PybulletDrive] = {}
         self._arms: dict[str, PybulletArm] = {}
         self._placed_shapes = PlacedShapes(bullet)
@@ -148,7 +144,7 @@ class PybulletEngine:
 
     def _register(self, name: str, number: int, *, static: bool) -> None:
         centre, axes = self._bullet.getDynamicsInfo(number, BASE)[3:5]
-        self._bodies[name] = _Body(number, static, centre, wxyz(axes))
+        self._bodies[name] = _Body(number, centre, wxyz(axes))
         self._owners[number] = name
         if static:
             self._static.add(number)
@@ -180,12 +176,10 @@ class PybulletEngine:
     def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
         self._last = None
-        made = self._stepper.step(count, [arm for arm in self._arms.values() if arm.is_moving])
-        self.journal.step(made)
-        return made
+        return self._make_steps(self._stepper.step, count)
 
-    def _repeat(self, count: int) -> int:
-        made = self._stepper.repeat(count, [arm for arm in self._arms.values() if arm.is_moving])
+    def _make_steps(self, make: Callable[[int, Sequence[PybulletArm]], int], count: int) -> int:
+        made = make(count, [arm for arm in self._arms.values() if arm.is_moving])
         self.journal.step(made)
         return made
 
@@ -199,15 +193,12 @@ class PybulletEngine:
             mark,
             {name: drive.command for name, drive in self._drives.items()},
             {name: arm.command for name, arm in self._arms.items()},
-            self._last or self._seen_of_last_step(),
-        )
-
-    def _seen_of_last_step(self) -> LastStep:
-        return LastStep(
-            self.touching(),
-            {name: self.contact_points(name) for name in self._links},
-            {name: self.link_contacts(name) for name in self._arms},
-            {name: self.joint_states(name).efforts for name in self._arms},
+            LastStep(
+                self.touching(),
+                {name: self.contact_points(name) for name in self._links},
+                {name: self.link_contacts(name) for name in self._arms},
+                {name: self.joint_states(name).efforts for name in self._arms},
+            ),
         )
 
     def rewind(self, checkpoint: Checkpoint) -> None:
@@ -217,8 +208,8 @@ class PybulletEngine:
             # Bullet removes bodies without a pose from its world for good.
             self.restore(self.save())
             return
-        movable = [body.number for name, body in self._bodies.items() if name in self._arms or not body.static]
-        self._states.restore(checkpoint.saved, movable)
+        still = self._static - {self._bodies[name].number for name in self._arms}
+        self._states.restore(checkpoint.saved, [number for number in self._owners if number not in still])
         for name, speeds in checkpoint.drives.items():
             self._drives[name].apply_command(speeds)
         for name, command in checkpoint.arms.items():
@@ -291,7 +282,7 @@ class PybulletEngine:
         body = self._bodies[name]
         self._set_state(body, state)
         self._stepper.invalidate()
-        if body.static:
+        if body.number in self._static:
             self._broadphase.add_static(body.number, self._added[name][0].parts, state)
         if name in self._drives:
             self._drives[name].stop()
@@ -301,7 +292,7 @@ class PybulletEngine:
         arm = rotation_matrix(state.orientation) @ body.centre
         turn = multiply(state.orientation, body.axes)
         bullet.resetBasePositionAndOrientation(body.number, vector(np.add(state.position, arm)), xyzw(turn))
-        if not body.static:
+        if body.number not in self._static:
             linear = vector(np.add(state.linear, np.cross(state.angular, arm)))
             bullet.resetBaseVelocity(body.number, linear, state.angular)
 
@@ -329,9 +320,8 @@ class PybulletEngine:
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
         drive, bullet = self._drives[robot], self._bullet
-        link = bullet.getLinkState(drive.body, drive.lidar, computeForwardKinematics=True)
-        origin, orientation = link[4:6]
-        ends = origin + limit * directions @ rotation_matrix(wxyz(orientation)).T
+        origin, orientation = link_frame(bullet, drive.body, drive.lidar)
+        ends = origin + limit * directions @ rotation_matrix(orientation).T
         hits = bullet.rayTestBatch(
             [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~drive.group
         )
@@ -364,23 +354,14 @@ class PybulletEngine:
         self, robot: str, positions: Array, own: Sequence[tuple[str, str]], carried: CarriedBody | None
     ) -> tuple[Overlap, ...]:
         """See `Engine.arm_overlaps`."""
-        parts: list[PlacedShape] = []
-        left_out = {robot}
-        if carried is not None:
-            model, _ = self._added[carried.name]
-            parts = self._placed_shapes.of(carried.name, model, carried.state)
-            left_out.add(carried.name)
-        others = {number: name for number, name in self._owners.items() if name not in left_out}
-        return tuple(self._arms[robot].overlaps(positions, others, own, parts))
+        load = "" if carried is None else carried.name
+        shapes = [] if carried is None else self._placed_shapes.of(self._added[load][0], carried.state)
+        others = {number: name for number, name in self._owners.items() if name not in (robot, load)}
+        return tuple(self._arms[robot].overlaps(positions, others, own, load, shapes))
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         """See `Engine.link_pose`."""
-        index = self._links[robot][link]
-        if index == BASE:
-            state = self.body_state(robot)
-            return state.position, state.orientation
-        found = self._bullet.getLinkState(self._bodies[robot].number, index, computeForwardKinematics=True)
-        return found[4], wxyz(found[5])
+        return link_frame(self._bullet, self._bodies[robot].number, self._links[robot][link])
 
     def render(self, view: View) -> Picture:
         """See `Engine.render`."""

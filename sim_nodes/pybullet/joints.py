@@ -15,7 +15,7 @@ import pybullet
 
 from sim_nodes.geometry import Array, multiply, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, JointStates, Overlap, Shape, Sphere
-from sim_nodes.pybullet.model import BASE, XYZW, Links, wheels, xyzw
+from sim_nodes.pybullet.model import BASE, Links, wheels, xyzw
 from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
 
 BEARINGS = 0.002  # [N m] friction of wheels without power; frictionless wheels may creep forever
@@ -101,16 +101,6 @@ class ArmCommand:
     fingers: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class PlacedShape:
-    """A collision shape of a body at a hypothetical pose."""
-
-    name: str
-    shape: int
-    position: list[float]
-    orientation: XYZW
-
-
 class PybulletArm:
     """The joints and links of an arm.
 
@@ -172,7 +162,17 @@ class PybulletArm:
     def command_joints(self, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""
         self._targets, self._rates = positions, velocities
-        self._send_command()
+        count = len(self._joints)
+        self._bullet.setJointMotorControlArray(
+            self._body,
+            self._joints,
+            pybullet.POSITION_CONTROL,
+            targetPositions=positions.tolist(),
+            targetVelocities=velocities.tolist(),
+            forces=self._torques,
+            positionGains=[POSITION_GAIN] * count,
+            velocityGains=[VELOCITY_GAIN] * count,
+        )
 
     @property
     def command(self) -> ArmCommand:
@@ -191,21 +191,7 @@ class PybulletArm:
 
     def advance_targets(self, time: float) -> None:
         """Advance the joint targets by a duration [s]."""
-        self._targets = self._targets + time * self._rates
-        self._send_command()
-
-    def _send_command(self) -> None:
-        count = len(self._joints)
-        self._bullet.setJointMotorControlArray(
-            self._body,
-            self._joints,
-            pybullet.POSITION_CONTROL,
-            targetPositions=self._targets.tolist(),
-            targetVelocities=self._rates.tolist(),
-            forces=self._torques,
-            positionGains=[POSITION_GAIN] * count,
-            velocityGains=[VELOCITY_GAIN] * count,
-        )
+        self.command_joints(self._targets + time * self._rates, self._rates)
 
     def command_fingers(self, position: float, force: float) -> None:
         """See `Engine.command_fingers`."""
@@ -237,7 +223,8 @@ class PybulletArm:
         positions: Array,
         owners: Mapping[int, str],
         own: Sequence[tuple[str, str]],
-        carried: Sequence[PlacedShape],
+        load: str,
+        shapes: Sequence[Mapping[str, Any]],
     ) -> list[Overlap]:
         """Return the overlaps of the links at hypothetical joint positions.
 
@@ -245,13 +232,14 @@ class PybulletArm:
             positions: Positions of the arm's joints [rad].
             owners: Entities to check by body number.
             own: Pairs of links of the arm to check.
-            carried: Shapes of the carried body.
+            load: Name of the carried body.
+            shapes: Shapes of the carried body; see `PlacedShapes.of`.
         """
         states = self._bullet.getJointStates(self._body, self._joints)
         self.set_positions(positions)
         found = [overlap for number, name in owners.items() for overlap in self._in_body(number, name)]
         found += [overlap for pair in own for overlap in self._in_itself(*pair)]
-        found += [overlap for placed in carried for overlap in self._of_placed(placed, owners)]
+        found += [overlap for shape in shapes for overlap in self._of_load(load, shape, owners)]
         # Saving and restoring the whole state would be as exact, but several times slower.
         for joint, (position, velocity, *_) in zip(self._joints, states, strict=True):
             self._bullet.resetJointState(self._body, joint, position, velocity)
@@ -275,21 +263,13 @@ class PybulletArm:
         )
         return [Overlap(first, second, -point[DISTANCE]) for point in points if point[DISTANCE] < 0.0]
 
-    def _of_placed(self, placed: PlacedShape, owners: Mapping[int, str]) -> list[Overlap]:
+    def _of_load(self, load: str, shape: Mapping[str, Any], owners: Mapping[int, str]) -> list[Overlap]:
         found = []
         for number in (*owners, self._body):
-            points = self._bullet.getClosestPoints(
-                bodyA=-1,
-                bodyB=number,
-                distance=0.0,
-                collisionShapeA=placed.shape,
-                collisionShapePositionA=placed.position,
-                collisionShapeOrientationA=placed.orientation,
-            )
-            for point in points:
+            for point in self._bullet.getClosestPoints(bodyA=-1, bodyB=number, distance=0.0, **shape):
                 if point[DISTANCE] < 0.0:
                     other = owners[number] if number in owners else self._links[point[LINK_B]]
-                    found.append(Overlap(placed.name, other, -point[DISTANCE]))
+                    found.append(Overlap(load, other, -point[DISTANCE]))
         return found
 
 
@@ -303,16 +283,15 @@ class PlacedShapes:
         self._bullet = bullet
         self._shapes: dict[Shape, int] = {}
 
-    def of(self, name: str, model: BodyModel, state: BodyState) -> list[PlacedShape]:
-        """Place the shapes of a body in a state."""
+    def of(self, model: BodyModel, state: BodyState) -> list[dict[str, Any]]:
+        """Return arguments of `getClosestPoints` for the shapes of a body in a state."""
         turn = rotation_matrix(state.orientation)
         return [
-            PlacedShape(
-                name,
-                self._shape(part.shape),
-                (np.array(state.position) + turn @ part.position).tolist(),
-                xyzw(multiply(state.orientation, part.orientation)),
-            )
+            {
+                "collisionShapeA": self._shape(part.shape),
+                "collisionShapePositionA": (np.array(state.position) + turn @ part.position).tolist(),
+                "collisionShapeOrientationA": xyzw(multiply(state.orientation, part.orientation)),
+            }
             for part in model.parts
         ]
 

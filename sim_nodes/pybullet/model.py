@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, assert_never
 from xml.etree.ElementTree import Element, SubElement, tostring
 
+import numpy as np
 from defusedxml.ElementTree import fromstring
 
 from sim_nodes.extents import inertia
-from sim_nodes.geometry import Quaternion, Vector, roll_pitch_yaw
-from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere, Wall
+from sim_nodes.geometry import Quaternion, Vector, conjugate, multiply, roll_pitch_yaw, rotated, vector
+from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere
 from sim_nodes.pybullet import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 from sim_nodes.robots.urdf_check import link_parts
@@ -66,6 +67,17 @@ def wxyz(orientation: XYZW) -> Quaternion:
     return w, x, y, z
 
 
+def link_frame(bullet: Any, body: int, link: int) -> tuple[Vector, Quaternion]:
+    """Return the position and orientation of a link's frame in `map`."""
+    if link != BASE:
+        found = bullet.getLinkState(body, link, computeForwardKinematics=True)
+        return found[4], wxyz(found[5])
+    place, turn = bullet.getBasePositionAndOrientation(body)
+    centre, axes = bullet.getDynamicsInfo(body, BASE)[3:5]
+    orientation = multiply(wxyz(turn), conjugate(wxyz(axes)))
+    return vector(np.subtract(place, rotated(orientation, centre))), orientation
+
+
 def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     """Load a robot; returns its body number and the indices of its links."""
     declaration = robot.declaration
@@ -107,11 +119,6 @@ def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -
 def _undamp(bullet: Any, body: int) -> None:
     """Remove the damping of a body; in a call with friction, Bullet would apply that to the base only."""
     bullet.changeDynamics(body, BASE, linearDamping=0.0, angularDamping=0.0)
-
-
-def walls_body(walls: Iterable[Wall]) -> BodyModel:
-    """Return walls as one body at the origin."""
-    return BodyModel(tuple(wall.part for wall in walls), static=True)
 
 
 def _load(bullet: Any, urdf: Element, state: BodyState, *, static: bool = False) -> int:

@@ -26,12 +26,12 @@ from typing import Any
 import numpy as np
 import pybullet
 
-from sim_nodes.extents import bounding_box
-from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, vector
+from sim_nodes.extents import box_around
+from sim_nodes.geometry import Array, Quaternion, Vector
 from sim_nodes.journal import Mark
 from sim_nodes.physics import BodyState, ContactPoint, Part
 from sim_nodes.pybullet.joints import ArmCommand, DriveCommand
-from sim_nodes.pybullet.model import BASE, wxyz
+from sim_nodes.pybullet.model import BASE, link_frame
 
 NEAR = 0.05  # [m] between bounding boxes; covers a relative speed of 10 m/s in one step
 FLOOR_BOX = np.array([[[-np.inf, -np.inf, -np.inf], [np.inf, np.inf, 0.0]]])
@@ -100,21 +100,10 @@ class BroadPhase:
         for body, (compound, fixed) in self._moving.items():
             for link in range(BASE, self._bullet.getNumJoints(body)):
                 if link in compound:
-                    boxes = _boxes(compound[link], *_frame(self._bullet, body, link))
+                    boxes = _boxes(compound[link], *link_frame(self._bullet, body, link))
                 else:
                     boxes = np.array([self._bullet.getAABB(body, link)])
                 yield Collider(body, link != BASE or not fixed, boxes)
-
-
-def _frame(bullet: Any, body: int, link: int) -> tuple[Vector, Quaternion]:
-    """Return the pose of a link's frame."""
-    if link != BASE:
-        found = bullet.getLinkState(body, link, computeForwardKinematics=True)
-        return found[4], wxyz(found[5])
-    place, turn = bullet.getBasePositionAndOrientation(body)
-    centre, axes = bullet.getDynamicsInfo(body, BASE)[3:5]
-    orientation = multiply(wxyz(turn), conjugate(wxyz(axes)))
-    return vector(np.subtract(place, rotated(orientation, centre))), orientation
 
 
 def _may_touch(first: Collider, second: Collider) -> bool:
@@ -122,13 +111,8 @@ def _may_touch(first: Collider, second: Collider) -> bool:
 
 
 def _boxes(parts: Iterable[Part], position: Vector, orientation: Quaternion) -> Array:
-    boxes = []
-    for part in parts:
-        centre = vector(np.add(position, rotated(orientation, part.position)))
-        box = bounding_box([Part(part.shape, centre, multiply(orientation, part.orientation))])
-        assert box is not None
-        boxes.append((box.lower, box.upper))
-    return np.array(boxes)
+    boxes = [box_around(part.placed(position, orientation)) for part in parts]
+    return np.array([(box.lower, box.upper) for box in boxes])
 
 
 APART = 1000.0  # [m] between bodies without contacts

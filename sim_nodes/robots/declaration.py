@@ -115,11 +115,8 @@ class LocalisationDeclaration(Declared):
     recovery_alpha_slow: NonNegativeFloat = 0.0  # rate of the slow average of the fit; the fast one follows
     recovery_alpha_fast: NonNegativeFloat = 0.0
     beam_weight: PositiveFloat = 0.1  # weight of a beam relative to an independent measurement
-    initial_deviation: tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat] = (
-        0.1,
-        0.1,
-        0.05,
-    )  # [m, m, rad]
+    # [m, m, rad]
+    initial_deviation: tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat] = (0.1, 0.1, 0.05)
     global_particles: PositiveInt = 20_000  # maximum during a global search
     global_beam_weight: PositiveFloat = 0.03
 

@@ -175,6 +175,9 @@ class Steering(Stateful):
 
     Args:
         drive: Declaration with the limits.
+
+    Attributes:
+        command: The command, which starts from the present velocity.
     """
 
     STATE = ("_velocity", "command")
@@ -197,10 +200,6 @@ class Steering(Stateful):
                 f"invalid velocity for {robot}; expected up to {linear:g} m/s and {angular:g} rad/s, "
                 f"found {velocity.linear:g} m/s and {velocity.angular:g} rad/s"
             )
-
-    def follow(self, command: VelocityCommand) -> None:
-        """Start a command, from the present velocity."""
-        self.command = command
 
     def clear(self) -> None:
         """Drop the command; the caller must stop the wheels."""

@@ -7,11 +7,12 @@ of its lidar; control every `CONTROL_TICKS`. An idle base is updated less often.
 from __future__ import annotations
 
 import math
-from collections.abc import Container
+from collections.abc import Container, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from seoro.bridges.wire import Outcome
 from sim_nodes.faults.motor_checks import Motion
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.localisation import Localisation
@@ -24,7 +25,6 @@ from sim_nodes.physics import Engine
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.drive import (
     AT_REST,
-    COMMAND_TIMEOUT,
     Battery,
     Steering,
     Velocity,
@@ -120,6 +120,11 @@ class MobileBase(Stateful):
         return self._navigator.goal.id if self._navigator.goal is not None else self._steering.goal
 
     @property
+    def goals(self) -> tuple[str, ...]:
+        """Ids of active goals that a client waits for: at most one."""
+        return (self.goal,) if self.goal else ()
+
+    @property
     def charge(self) -> float | None:
         """Charge of its battery, from 0 to 1; None without one."""
         return None if self.battery is None else self.battery.charge
@@ -179,23 +184,27 @@ class MobileBase(Stateful):
             raise incorrect_state(f"{self.name} has no active goal")
         return self._navigator.feedback(pose)
 
-    def tick(self, tick: int) -> GoalResult | None:
-        """Update with a tick; returns the result of a goal that ended."""
+    def tick(self, tick: int) -> Iterator[GoalResult]:
+        """Update with a tick; yields the result of a goal that ended."""
         if self.battery is not None:
             self.battery.update(tick, drives=any(self.wheels.applied))
         self.wheels.update(tick)
         self._lidar.in_use |= self.localisation.running
         for pipeline in self.sensors.values():
             pipeline.update(tick)
-        ended = self._steer(tick) if self._steering.command is not None else None
+        ended: GoalResult | None = None
+        if self._steering.command is not None:
+            velocity, ended = self._steering.control(tick)
+            self._command(velocity)
         if self.localisation.running and self._lidar.arrived is not None:
             self._process_scan(self._lidar.arrived.data, tick)
         pose = self.localised_pose()
-        if self._navigator.goal is None or self._scan is None or pose is None or tick % CONTROL_TICKS:
-            return ended
-        velocity, ended = self._navigator.control(ControlInput(pose, self.odometry.velocity, self._scan))
-        self._command(velocity)
-        return ended
+        is_due = self._navigator.goal is not None and tick % CONTROL_TICKS == 0
+        if is_due and self._scan is not None and pose is not None:
+            velocity, ended = self._navigator.control(ControlInput(pose, self.odometry.velocity, self._scan))
+            self._command(velocity)
+        if ended is not None:
+            yield ended
 
     def _process_scan(self, scan: Scan, tick: int) -> None:
         """Update localisation and obstacles with a scan."""
@@ -247,32 +256,16 @@ class MobileBase(Stateful):
         if self.goal not in (None, NO_CLIENT):
             raise incorrect_state(f"{self.name} is busy with goal {self.goal!r}; cancel it or wait for its end")
 
-    def drive(self, goal: str, velocity: Velocity, last: int) -> None:
-        """Drive with a velocity until a tick, as a goal.
+    def drive(self, command: VelocityCommand) -> None:
+        """Start a command, from the present velocity.
 
         Raises:
             RequestRefused: The robot is busy, or the velocity exceeds its limits.
         """
         self._check_free()
-        self._steering.check(self.name, velocity)
+        self._steering.check(self.name, command.velocity)
         self._navigator.cancel()
-        self._steering.follow(VelocityCommand(velocity, last, goal))
-
-    def command(self, velocity: Velocity, tick: int) -> None:
-        """Drive with a velocity until the next command, for `COMMAND_TIMEOUT` at most.
-
-        Raises:
-            RequestRefused: The robot is busy, or the velocity exceeds its limits.
-        """
-        self._check_free()
-        self._steering.check(self.name, velocity)
-        self._navigator.cancel()
-        self._steering.follow(VelocityCommand(velocity, tick + round(COMMAND_TIMEOUT / TICK), None))
-
-    def _steer(self, tick: int) -> GoalResult | None:
-        velocity, ended = self._steering.control(tick)
-        self._command(velocity)
-        return ended
+        self._steering.command = command
 
     def detach_goals(self, goals: Container[str]) -> None:
         """See `Robot.detach_goals`."""
@@ -281,15 +274,21 @@ class MobileBase(Stateful):
             self._navigator.goal = replace(goal, id=NO_CLIENT)
         command = self._steering.command
         if command is not None and command.goal is not None and command.goal in goals:
-            self._steering.follow(replace(command, goal=NO_CLIENT))
+            self._steering.command = replace(command, goal=NO_CLIENT)
 
-    def stop(self) -> str | None:
-        """Drop the goal and stop the wheels; returns the id of the goal, if any."""
+    def cancel(self, goal: str) -> Iterator[GoalResult]:
+        """Cancel a goal by id; yields its result."""
+        if goal in self.goals:
+            yield from self.stop()
+
+    def stop(self) -> Iterator[GoalResult]:
+        """Drop the goal and stop the wheels; yields the result of the goal, if any."""
         goal = self.goal
         self._command(AT_REST)
         self._steering.clear()
         self._navigator.cancel()
-        return goal
+        if goal is not None:
+            yield GoalResult(goal, Outcome.CANCELED)
 
     def _command(self, velocity: Velocity) -> None:
         self.wheels.set_speeds(*wheel_angular_speeds(self.declaration.drive, velocity))

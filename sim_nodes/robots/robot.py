@@ -7,7 +7,6 @@ from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from seoro.bridges.wire import Outcome
 from sim_nodes.cameras import Cameras
 from sim_nodes.entities import Entities
 from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuator, ArmActuator, WheelMotors
@@ -16,7 +15,7 @@ from sim_nodes.faults.registry import FaultRegistry, RobotPower
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
-from sim_nodes.outcomes import NO_CLIENT, GoalResult, feature_unsupported
+from sim_nodes.outcomes import GoalResult, feature_unsupported
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.robots.mobile import MobileBase
 from sim_nodes.sensors.base import Bumper
@@ -55,9 +54,11 @@ class Robot(Stateful):
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
         self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
-        self._arm = Arm(placed, arm, engine, seed, entities.is_movable) if arm is not None else None
+        self._arm = Arm(placed, arm, engine, entities.is_movable) if arm is not None else None
         self._drives = dict(self._make_actuators(seed))
         self.faults = FaultRegistry(self.name, self._devices(entities.cameras))
+        self._moving = tuple(part for part in (self._mobile, self._arm) if part is not None)
+        self._parts: tuple[MobileBase | Arm | FaultRegistry, ...] = (*self._moving, self.faults)
 
     def _devices(self, cameras: Cameras) -> dict[str, Device]:
         """Return the devices that can have faults, by name."""
@@ -112,10 +113,9 @@ class Robot(Stateful):
     @property
     def is_idle(self) -> bool:
         """Whether no part needs every tick."""
-        base, arm = self._mobile, self._arm
-        if any(drive.is_busy for drive in self._drives.values()):
+        if self.faults.goals or any(drive.is_busy for drive in self._drives.values()):
             return False
-        return not self.faults.goals and (base is None or base.is_idle) and (arm is None or arm.is_idle)
+        return all(part.is_idle for part in self._moving)
 
     @property
     def sensors(self) -> Mapping[str, SensorPipeline[Any]]:
@@ -158,45 +158,27 @@ class Robot(Stateful):
     @property
     def goals(self) -> tuple[str, ...]:
         """Ids of active goals that a client waits for."""
-        goal = self._mobile.goal if self._mobile is not None else None
-        driving = () if goal in (None, NO_CLIENT) else (goal,)
-        moving = () if self._arm is None else self._arm.goals
-        return (*driving, *moving, *self.faults.goals)
+        return tuple(goal for part in self._parts for goal in part.goals)
 
     def tick(self, tick: int) -> Iterator[GoalResult]:
         """Update with a tick; yields the results of goals that ended."""
-        if self._mobile is not None:
-            ended = self._mobile.tick(tick)
-            if ended is not None:
-                yield ended
-        if self._arm is not None:
-            yield from self._arm.tick(tick)
+        for part in self._moving:
+            yield from part.tick(tick)
         for drive in self._drives.values():
             drive.update(tick)
         yield from self.faults.tick(tick)
 
     def cancel(self, goal: str) -> Iterator[GoalResult]:
         """Cancel a goal by id; yields the results."""
-        if goal in self.faults.goals:
-            yield from self.faults.cancel(goal)
-        elif self._arm is not None and goal in self._arm.goals:
-            yield from self._arm.cancel(goal)
-        elif goal in self.goals:
-            yield from self._stop_base()
+        for part in self._parts:
+            yield from part.cancel(goal)
 
     def detach_goals(self, goals: Container[str]) -> None:
         """Continue some goals without their client: results are not reported, and any command replaces them."""
-        for part in (self._mobile, self._arm, self.faults):
-            if part is not None:
-                part.detach_goals(goals)
+        for part in self._parts:
+            part.detach_goals(goals)
 
     def stop(self) -> Iterator[GoalResult]:
         """Stop every part; yields the results of cancelled goals."""
-        yield from self._stop_base()
-        if self._arm is not None:
-            yield from self._arm.stop()
-
-    def _stop_base(self) -> Iterator[GoalResult]:
-        goal = self._mobile.stop() if self._mobile is not None else None
-        if goal is not None:
-            yield GoalResult(goal, Outcome.CANCELED)
+        for part in self._moving:
+            yield from part.stop()

@@ -228,11 +228,6 @@ def parts_of_robot(engine: Engine, robot: PlacedRobot, base: BodyState) -> Itera
     """Yield the collision shapes of a robot in its present posture, in the frame of its base."""
     back = conjugate(base.orientation)
     for link, parts in link_parts(robot.declaration).items():
-        if not parts:
-            continue
         position, orientation = engine.link_pose(robot.name, link)
-        x, y, z = rotated(back, vector(np.subtract(position, base.position)))
-        turn = multiply(back, orientation)
-        for part in parts:
-            dx, dy, dz = rotated(turn, part.position)
-            yield Part(part.shape, (x + dx, y + dy, z + dz), multiply(turn, part.orientation))
+        place = rotated(back, vector(np.subtract(position, base.position)))
+        yield from (part.placed(place, multiply(back, orientation)) for part in parts)

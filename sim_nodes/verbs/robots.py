@@ -147,7 +147,8 @@ def gripper_command(simulator: Simulator, request: wire.GripperCommand) -> None:
 def hold_entity(simulator: Simulator, request: wire.HoldEntity) -> None:
     if not 0.0 <= request.duration <= LONGEST:
         raise operation_failed(f"invalid duration {request.duration} s; expected 0 to {LONGEST:g} s")
-    simulator.simulation.hold_entity(request.robot, request.id, request.entity, request.duration)
+    arm = simulator.simulation.arm_for_goal(request.robot, request.id)
+    arm.hold(request.id, request.entity, request.duration, simulator.simulation.tick)
 
 
 def get_joint_states(simulator: Simulator, request: wire.RobotName) -> wire.JointStates:

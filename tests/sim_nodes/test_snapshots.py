@@ -263,7 +263,7 @@ def test_a_mismatched_snapshot_changes_nothing(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_forged_snapshot_is_refused_and_changes_nothing(empty: Client) -> None:
     snapshot = save(empty)
-    contents = snapshots.check(snapshot, empty.simulator.simulation.engine, snapshot.version)
+    contents = snapshots.check(snapshot, empty.simulator.simulation.engine)
     walls = (replace(wall, height=-1.0) for wall in load_world("maze").walls)
     made_up = replace(contents, world=replace(contents.world, walls=tuple(walls)))
     state = zlib.compress(pack(made_up))
