@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from seoro.actions.reports import DONE
 from seoro.actions.ros_messages import member_of, read_message
@@ -19,9 +19,8 @@ from seoro.lang.plan import PrimitiveType
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.pending import Pending
 from seoro.runtime.contracts.ros2 import Members, Ros2System, RosMessage, RosSubscription
-from seoro.runtime.values.values import INTEGER_LIMITS, Struct, Variable
-
-Target: TypeAlias = Variable[object] | str  # a variable, or the declared default for none
+from seoro.runtime.functions.fitting import scalar
+from seoro.runtime.values.values import Struct, Variable
 
 
 def system_of(ctx: ActionContext) -> Ros2System:
@@ -113,7 +112,7 @@ def to_members(value: object, what: str) -> Members:
     Raises:
         ActionFailed: The text is invalid.
     """
-    found = of_struct(value) if isinstance(value, Struct) else _read(str(value), what)
+    found = of_struct(value) if isinstance(value, Struct) else read(str(value), what)
     if found is None or found == "":
         return {}
     if not isinstance(found, Mapping):
@@ -121,50 +120,44 @@ def to_members(value: object, what: str) -> Members:
     return found
 
 
-def _read(text: str, what: str) -> Any:
+def read(text: str, what: str) -> Any:
+    """Read a message in YAML or JSON.
+
+    Args:
+        text: The text.
+        what: Name of the message for errors.
+
+    Raises:
+        ActionFailed: The text is invalid.
+    """
     try:
         return read_message(text)
     except UsageError as error:
         raise ActionFailed(f"{what}: {error}") from error
 
 
-def store(ctx: ActionContext, target: Target, found: object, what: str) -> None:
-    """Store a received value in a variable.
+def store(ctx: ActionContext, target: Variable[object], found: object, what: str) -> None:
+    """Store a received value in a variable: in a `string` as text, in a `float` also integers.
 
     Args:
         ctx: Context of the action.
-        target: The variable; nothing is stored without one.
+        target: The variable.
         found: The value.
         what: Name of the value for errors.
 
     Raises:
         ActionFailed: The type of the variable does not fit.
     """
-    if isinstance(target, Variable):
-        value = fitted(found, target, what)
-        ctx.update(target, lambda before: value)
-
-
-def fitted(found: object, variable: Variable[object], what: str) -> object:
-    """Convert a value for a variable: for `string`, other types become JSON; for `float`, integers convert."""
-    match variable.type:
-        case PrimitiveType("string"):
-            return as_text(found)
-        case PrimitiveType("bool") if isinstance(found, bool):
-            return found
-        case PrimitiveType("float") if isinstance(found, int | float) and not isinstance(found, bool):
-            return float(found)
-        case PrimitiveType("int" | "uint" as name) if isinstance(found, int) and not isinstance(found, bool):
-            low, high = INTEGER_LIMITS[name]
-            if low <= found <= high:
-                return found
-        case _:
-            pass
-    type_name = getattr(variable.type, "name", "list")
-    raise ActionFailed(
-        f"cannot store {what}, `{shown(found)}`, in `{variable.path}` of the type {type_name}; choose a member "
-        "that fits, or a variable of the type `string`"
-    )
+    type_, value = target.type, None
+    if isinstance(type_, PrimitiveType):
+        value = as_text(found) if type_.name == "string" else scalar(found, type_)
+    if value is None:
+        type_name = getattr(type_, "name", "list")
+        raise ActionFailed(
+            f"cannot store {what}, `{shown(found)}`, in `{target.path}` of the type {type_name}; choose a member "
+            "that fits, or a variable of the type `string`"
+        )
+    ctx.update(target, lambda before: value)
 
 
 def as_text(found: object) -> str:
