@@ -41,16 +41,9 @@ class Mutation:
 
 
 def _late_subscriptions(patch: pytest.MonkeyPatch) -> None:
-    """Delay the events of subscriptions."""
-
-    def connect(
-        self: Subscriptions, subscription: Any, specification: Any, environment: Any, context: Any
-    ) -> None:
-        deliver = _late(self._scheduler, subscription.deliver)
-        subscription.on_close(self.listen(specification, environment, context, deliver))
-
+    """Delay the events of subscriptions, and of reactions."""
     patch.setattr(Subscriptions, "connect_own", lambda self, *arguments: False)
-    patch.setattr(Subscriptions, "connect", connect)
+    _late_reactions(patch)
 
 
 def _late_reactions(patch: pytest.MonkeyPatch) -> None:
