@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from seoro.files.inputs import Kind, read_input_text
+from seoro.bridges.model_files import InvalidModel, ModelFiles, gather
 from seoro.files.path_mapping import Locate, unchanged_path
 
 OWN_MODELS = Path(__file__).resolve().parent.parent / "models"
@@ -36,8 +36,8 @@ class ModelPath:
     folders: Sequence[Path] = ()
     locate: Locate = unchanged_path
 
-    def read(self, uri: str) -> str:
-        """Return the text of a model.
+    def read(self, uri: str) -> ModelFiles:
+        """Return a model with the files that it names; these are in the folders of models, or beside the model.
 
         Args:
             uri: `name://path` or `file:///path`.
@@ -51,14 +51,15 @@ class ModelPath:
             raise ModelNotFound(f"invalid model '{uri}': expected `name://path`, or `file:///path` for a file")
         relative = unquote(rest)
         if name == "file":
-            return _read(self.locate(Path(relative)), uri)
+            path = self.locate(Path(relative))
+            return _read(path, uri, None if self.locate is unchanged_path else (path.parent,))
         searched = []
         for root in self._roots(name):
             path = (root / relative).resolve()
             if not path.is_relative_to(root.resolve()):
                 raise ModelNotFound(f"'{uri}' leads out of the folder of its models")
             if path.is_file():
-                return _read(path, uri)
+                return _read(path, uri, (*self.folders, root))
             searched.append(str(path))
         raise ModelNotFound(f"unknown model '{uri}' (searched: {', '.join(searched)})")
 
@@ -100,8 +101,8 @@ def files_in(folder: Path, suffixes: Container[str]) -> Iterator[Path]:
             yield path
 
 
-def _read(path: Path, uri: str) -> str:
+def _read(path: Path, uri: str, within: Sequence[Path] | None) -> ModelFiles:
     try:
-        return read_input_text(path, Kind.MODEL)
-    except (OSError, UnicodeDecodeError) as error:
+        return gather(path, within)
+    except InvalidModel as error:
         raise ModelNotFound(f"cannot read the model '{uri}': {error}") from error

@@ -24,6 +24,7 @@ class Kind(Enum):
     SETTINGS = ("YAML files", MIB)
     DEFINITION = ("definitions of interfaces", 4 * MIB)
     MODEL = ("models", 4 * MIB)
+    MESH = ("meshes and textures", 64 * MIB)
     WORLD = ("world files", 4 * MIB)
     FLOOR_PLAN = ("floor plans", 64 * MIB)
     SNAPSHOT = ("snapshots", 64 * MIB)

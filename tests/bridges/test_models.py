@@ -8,19 +8,19 @@ from seoro.bridges.models import ModelNotFound, ModelPath
 
 
 def test_the_box_of_the_published_example_is_bundled() -> None:
-    assert "<sdf" in ModelPath().read("example_simulation://models/box.sdf")
+    assert "<sdf" in ModelPath().read("example_simulation://models/box.sdf").text
 
 
 def test_models_of_the_user_precede_bundled_ones(tmp_path: Path) -> None:
     model = tmp_path / "example_simulation" / "models" / "box.sdf"
     model.parent.mkdir(parents=True)
     model.write_text("mine")
-    assert ModelPath([tmp_path / "empty", tmp_path]).read("example_simulation://models/box.sdf") == "mine"
+    assert ModelPath([tmp_path / "empty", tmp_path]).read("example_simulation://models/box.sdf").text == "mine"
 
 
 def test_a_model_can_be_a_file_uri(tmp_path: Path) -> None:
     (tmp_path / "my box.sdf").write_text("boxed")
-    assert ModelPath().read(f"file://{tmp_path}/my%20box.sdf") == "boxed"
+    assert ModelPath().read(f"file://{tmp_path}/my%20box.sdf").text == "boxed"
 
 
 def test_an_unknown_model_is_reported_with_the_searched_folders(tmp_path: Path) -> None:

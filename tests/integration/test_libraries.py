@@ -132,4 +132,4 @@ def test_an_unknown_library_lists_similar_names(installed: Path, capsys: pytest.
 
 def test_installed_models_are_found(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (installed / "site" / "my_garden" / "rose.sdf").write_text("red")
-    assert ModelPath().read("garden://rose.sdf") == "red"
+    assert ModelPath().read("garden://rose.sdf").text == "red"
