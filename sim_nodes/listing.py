@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from seoro.bridges import wire
+from seoro.bridges.model_files import InvalidModel, gather
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
-from seoro.files.inputs import Kind, read_input_text
 from seoro.files.yaml_lines import FileError, read_text
 from sim_nodes.extents import bounding_box
 from sim_nodes.files import FILE, list_files
@@ -52,10 +52,10 @@ def model_of(uri: str, models: ModelPath, world: World) -> BodyModel:
             )
         return props[name]
     try:
-        text = models.read(uri)
+        found = models.read(uri)
     except ModelNotFound as error:
         raise RequestRefused(SpawnResult.NO_RESOURCE, str(error)) from error
-    return parse_model(text)
+    return parse_model(found.text, found.files)
 
 
 def find_spawnables(models: ModelPath, world: World, sources: Sequence[str]) -> tuple[list[wire.Spawnable], str]:
@@ -65,8 +65,9 @@ def find_spawnables(models: ModelPath, world: World, sources: Sequence[str]) -> 
         _spawnable(f"{PROP}{prop.name}", f"prop {prop.name} of the world", prop.model) for prop in world.props
     ]
     for uri, path in files:
-        with suppress(RequestRefused, OSError, UnicodeDecodeError):  # it cannot be spawned
-            found.append(_spawnable(uri, path.name, parse_model(read_input_text(path, Kind.MODEL))))
+        with suppress(RequestRefused, InvalidModel):  # it cannot be spawned
+            model = gather(path)
+            found.append(_spawnable(uri, path.name, parse_model(model.text, model.files)))
     return found, problems
 
 

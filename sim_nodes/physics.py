@@ -44,7 +44,27 @@ class Sphere:
     radius: float
 
 
-Shape = Box | Cylinder | Sphere
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder along its z axis with half a sphere at each end; `length` is that of the cylinder [m]."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Hull:
+    """The convex hull of points, given as little-endian doubles: x, y, z of one point after the other [m]."""
+
+    data: bytes
+
+    @property
+    def points(self) -> Array:
+        """The points, shape (n, 3) [m]."""
+        return np.frombuffer(self.data, "<f8").reshape(-1, 3)
+
+
+Shape = Box | Cylinder | Sphere | Capsule | Hull
 
 
 @dataclass(frozen=True)
@@ -63,10 +83,39 @@ class Part:
 
 
 @dataclass(frozen=True)
-class BodyModel:
-    """A rigid body: parts, mass [kg], and coefficient of sliding friction of its surface.
+class Urdf:
+    """A model file for the loaders of engines, in the form that all of them read alike (`models/canonical.py`).
 
-    All parts have a `mass`, or none has. Each engine combines the friction of two surfaces in its own way.
+    Attributes:
+        text: Its text.
+        meshes: Meshes in STL by file name.
+        root: Name of the root link.
+        joints: Names of movable joints, in the order of the file.
+        friction: Coefficients of sliding friction by link; others have that of the body.
+    """
+
+    text: str
+    meshes: Mapping[str, bytes]
+    root: str
+    joints: tuple[str, ...]
+    friction: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Mjcf:
+    """A model file for MuJoCo: its text, and its assets by file name."""
+
+    text: str
+    assets: Mapping[str, bytes]
+
+
+@dataclass(frozen=True)
+class BodyModel:
+    """A body: parts, mass [kg], and coefficient of sliding friction of its surface.
+
+    All parts have a `mass`, or none has. Each engine combines the friction of two surfaces in its own way. A body
+    from a file has it in `urdf`, and perhaps in MuJoCo's format in `mjcf`; engines load the file. It may have
+    joints, and `parts` are its solid shapes with all joints at zero. `notes` list parts without effect.
     """
 
     parts: tuple[Part, ...]
@@ -74,6 +123,9 @@ class BodyModel:
     friction: float = 1.0
     static: bool = False  # not moved by forces; `set_body_state` still moves it
     colour: Colour | None = None  # in rendered pictures; None to derive it from the name
+    urdf: Urdf | None = None
+    mjcf: Mjcf | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from sim_nodes.frames import Frames
 from sim_nodes.geometry import Array, Pose2, Vector, rotation_matrix, wrap
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.outcomes import GoalResult
-from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, Sphere, Wall
+from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Engine, Hull, Part, Sphere, Wall
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
@@ -58,8 +58,25 @@ def _distance_to_part(part: Part, body: Array, position: Array, x: float, y: flo
             return math.hypot(across, max(0.0, abs(float(local[2])) - length / 2))
         case Sphere(radius=radius):
             return max(0.0, float(np.hypot.reduce(local)) - radius)
+        case Capsule(radius=radius, length=length):
+            along = max(0.0, abs(float(local[2])) - length / 2)
+            return max(0.0, math.hypot(local[0], local[1], along) - radius)
+        case Hull():
+            return _distance_to_hull(part.shape, local)
         case _:
             assert_never(part.shape)
+
+
+def _distance_to_hull(hull: Hull, point: Array) -> float:
+    """Return the distance of a point to a convex hull [m], by minimizing over weights of its corners."""
+    from scipy.optimize import nnls  # noqa: PLC0415 - for meshes only
+
+    # Weights of the corners are not negative and sum to one, which a large factor enforces.
+    corners = hull.points.T
+    scale = 1e3 * max(1.0, float(np.abs(corners - point[:, None]).max()))
+    matrix = np.vstack([corners - point[:, None], np.full(corners.shape[1], scale)])
+    weights, _ = nnls(matrix, np.array([0.0, 0.0, 0.0, scale]))
+    return float(np.linalg.norm((corners - point[:, None]) @ weights))
 
 
 STEP = 0.01  # [m] between two points of a path, or two computations of the clearance

@@ -22,7 +22,7 @@ from sim_nodes.physics import (
     Scene,
     Sphere,
 )
-from sim_nodes.robots.declaration import load_robot
+from sim_nodes.robots.reading import load_robot
 from sim_nodes.ticks import TICK
 
 UR10E = load_robot("ur10e")

@@ -21,7 +21,7 @@ from sim_nodes.physics import (
     Sphere,
     Wall,
 )
-from sim_nodes.robots.declaration import load_robot
+from sim_nodes.robots.reading import load_robot
 
 Make = Callable[[], Engine]
 

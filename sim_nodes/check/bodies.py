@@ -25,8 +25,8 @@ from sim_nodes.check.bench import (
     expect_state,
     run,
 )
-from sim_nodes.extents import inertia
 from sim_nodes.geometry import Pose2, quaternion, rotation_matrix
+from sim_nodes.inertia import inertia
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, Sphere, Wall
 
 ROUNDING = 1e-9

@@ -1,130 +1,331 @@
-"""Models in SDF (http://sdformat.org): one link made of boxes, cylinders and spheres.
+"""Translates models of SDF (http://sdformat.org) to URDF, which all engines read.
 
-Unsupported parts are refused by name: joints, nested models, plugins, sensors, meshes, friction that differs by
-direction or shape. Images show the collision shapes, opaque, in the diffuse colour of the first visual that has
-one. Accepted without effect are other parts of visuals, the inertia matrix, which follows from mass and shapes
-here, and switches that do not affect a single link.
+SDF gives poses of links in the frame of their model, and those of joints in the frame of their child link. URDF
+gives the pose of a joint in the frame of its parent link, and the child link has the frame of its joint.
 """
 
 from __future__ import annotations
 
 import math
+import posixpath
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
+from xml.etree.ElementTree import Element, SubElement
 
-from sim_nodes.geometry import quaternion
+from seoro.bridges.model_files import virtual_path
+from seoro.bridges.wire.refusal import name_list
+from sim_nodes.geometry import conjugate, quaternion, roll_pitch_yaw, rotated
 from sim_nodes.models import xml_reading as xml
-from sim_nodes.physics import BodyModel, Part
-from sim_nodes.views import Colour
 
-MODEL_ELEMENTS = frozenset({"static", "link", "pose", "self_collide", "allow_auto_disable"})
-LINK_ELEMENTS = frozenset({"pose", "inertial", "collision", "visual", "self_collide"})
-INERTIAL_ELEMENTS = frozenset({"mass", "inertia"})
-COLLISION_ELEMENTS = frozenset({"pose", "geometry", "surface"})
-SURFACE_ELEMENTS = {"surface": frozenset({"friction"}), "friction": frozenset({"ode"}), "ode": frozenset({"mu"})}
+JOINTS = {
+    "revolute": "revolute",
+    "continuous": "continuous",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "ball": "spherical",
+}
+INERTIA = dict.fromkeys(xml.INERTIA, "0") | {"ixx": "1", "iyy": "1", "izz": "1"}  # defaults of the specification
+UNLIMITED = 1e15  # [rad], [m]; SDF's default limit is 1e16
+WORLD = "__world__"  # link of the world in the URDF
+MODEL = "__model__"  # frame of a model
+MAX_INCLUDES = 20  # nested
+LENGTHS = {
+    "box": ("size",),
+    "cylinder": ("radius", "length"),
+    "sphere": ("radius",),
+    "capsule": ("radius", "length"),
+}
 
 
-def read_sdf(root: Any, *, static: bool) -> BodyModel:
-    """Read the body of an SDF file.
+@dataclass(frozen=True)
+class _Link:
+    """A link with its pose in the outermost model; `folder` is that of its files."""
+
+    element: Any
+    pose: xml.Frame
+    folder: str
+
+
+@dataclass(frozen=True)
+class _Joint:
+    element: Any
+    parent: str  # `WORLD` for the world
+    child: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the joint fixes its child to the world."""
+        return self.parent == WORLD and self.element.get("type") == "fixed"
+
+
+class _Tree:
+    """Links and joints of a model and the models in it, by names with the names of their models before `::`."""
+
+    def __init__(self, files: Mapping[str, bytes]) -> None:
+        self._files = files
+        self._links: dict[str, tuple[Any, str]] = {}
+        self.joints: dict[str, _Joint] = {}
+        self._frames: dict[str, tuple[xml.Frame, str]] = {}  # poses in other frames; those of no name are final
+
+    def add(self, model: Any, scope: str, folder: str, depth: int = MAX_INCLUDES) -> None:
+        """Add a model whose frame is known; names in it begin with `scope`."""
+        if not depth:
+            raise xml.invalid(f"models include each other more than {MAX_INCLUDES} times")
+        own = f"{scope}{MODEL}"
+        for link in model.findall("link"):
+            self._add_frame(scope, _name(link), link, own)
+            self._links[scope + _name(link)] = (link, folder)
+        for frame in model.findall("frame"):
+            attached = frame.get("attached_to")
+            self._add_frame(scope, _name(frame), frame, scope + attached if attached else own)
+        for joint in model.findall("joint"):
+            parent, child = (_end(joint, key) for key in ("parent", "child"))
+            self.joints[scope + _name(joint)] = _Joint(
+                joint, WORLD if parent == "world" else scope + parent, scope + child
+            )
+            self._add_frame(scope, _name(joint), joint, scope + child)
+        for inner in model.findall("model"):
+            self._add_model(scope, _name(inner), inner, inner, folder, depth)
+        for include in model.findall("include"):
+            inner, inside = included(include, self._files, folder)
+            name = (include.findtext("name") or "").strip() or _name(inner)
+            posed = inner if include.find("pose") is None else include
+            self._add_model(scope, name, inner, posed, inside, depth)
+
+    def place(self, pose: xml.Frame) -> None:
+        """Set the pose of the outermost model."""
+        self._frames[MODEL] = (pose, "")
+
+    def _add_model(self, scope: str, name: str, model: Any, posed: Any, folder: str, depth: int) -> None:
+        self._add_frame(scope, f"{name}::{MODEL}", posed, f"{scope}{MODEL}")
+        self._frames[scope + name] = (xml.ORIGIN, f"{scope}{name}::{MODEL}")
+        self.add(model, f"{scope}{name}::", folder, depth - 1)
+
+    def _add_frame(self, scope: str, name: str, element: Any, usual: str) -> None:
+        """Add the frame of an element, with its pose in the frame `usual`, or in that of `relative_to`."""
+        if scope + name in self._frames:
+            raise xml.invalid(f"duplicate name {scope + name!r} in the model")
+        pose = element.find("pose")
+        relative = None if pose is None else pose.get("relative_to") or pose.get("frame")
+        self._frames[scope + name] = (_pose_of(element), scope + relative if relative else usual)
+
+    def pose(self, name: str) -> xml.Frame:
+        """Return the pose of a frame in that of the file."""
+        found, chain = xml.ORIGIN, 0
+        while name:
+            if name not in self._frames or chain > len(self._frames):
+                raise xml.invalid(f"unknown frame {name!r} of a <pose>, or frames are relative to each other")
+            own, name = self._frames[name]
+            found, chain = xml.compose_frames(own, found), chain + 1
+        return found
+
+    def links(self) -> dict[str, _Link]:
+        """Return all links, with their poses in the frame of the file."""
+        return {name: _Link(link, self.pose(name), folder) for name, (link, folder) in self._links.items()}
+
+
+def translate_sdf(root: Any, files: Mapping[str, bytes]) -> Element:
+    """Translate an SDF file with one model; returns the root element of a URDF.
 
     Args:
         root: Root element.
-        static: Whether the body is static regardless of the file.
+        files: Files of the model by virtual path.
 
     Raises:
-        RequestRefused: The model is invalid or has unsupported parts.
+        RequestRefused: The model is invalid, or has parts that URDF cannot express.
     """
-    if root.find("world") is not None:
-        raise xml.invalid("unsupported <world> in the SDF file; expected one <model> directly under <sdf>")
-    models = root.findall("model")
+    models = [*root.findall("model"), *root.findall("world/model")]
     if len(models) != 1:
-        raise xml.invalid(f"found {len(models)} models directly under <sdf>; expected one")
-    return _model(models[0], static=static)
+        raise xml.invalid(f"found {len(models)} models in the SDF file; expected one")
+    return translate_model(models[0], files, "")
 
 
-def _model(model: Any, *, static: bool) -> BodyModel:
-    xml.check_children(model, MODEL_ELEMENTS)
-    links = model.findall("link")
-    if len(links) != 1:
-        raise xml.invalid(f"found {len(links)} links in <model>; expected one")
-    link = links[0]
-    xml.check_children(link, LINK_ELEMENTS)
-    frame = xml.compose_frames(_pose(model), _pose(link))
-    collisions = link.findall("collision")
-    if not 1 <= len(collisions) <= xml.MAX_PARTS:
-        raise xml.invalid(f"found {len(collisions)} <collision> elements in <link>; expected 1 to {xml.MAX_PARTS}")
-    parts = tuple(_part(collision, frame) for collision in collisions)
-    for inertial in link.findall("inertial"):
-        xml.check_children(inertial, INERTIAL_ELEMENTS)
-        for inertia in inertial.findall("inertia"):
-            _check_inertia(inertia)
-    frictions = {_friction(collision) for collision in collisions}
-    if len(frictions) > 1:
-        raise xml.invalid("unsupported: collisions of <link> with different friction; expected one value")
-    return BodyModel(
-        parts,
-        mass=_number(link.find("inertial/mass"), xml.MASSES),
-        friction=frictions.pop(),
-        static=static or _boolean(model.find("static")),
-        colour=_colour(link.find("visual/material/diffuse")),
+def translate_model(model: Any, files: Mapping[str, bytes], folder: str) -> Element:
+    """Translate a model; returns the root element of a URDF. `folder` is the virtual folder of its file."""
+    tree = _Tree(files)
+    tree.place(_pose_of(model))
+    tree.add(model, "", folder)
+    links = tree.links()
+    for name, joint in tree.joints.items():
+        _check_ends(name, joint, links)
+    moving = {name: joint for name, joint in tree.joints.items() if not joint.holds}
+    is_fixed = is_true(model.find("static")) or len(moving) < len(tree.joints)
+    # The frame of a URDF link is that of its joint, and that of the root is the frame of the file.
+    frames = {name: link.pose for name, link in links.items()}
+    frames |= {joint.child: tree.pose(name) for name, joint in moving.items()}
+    roots = [name for name in links if name not in {joint.child for joint in moving.values()}]
+    if len(roots) > 1 and not is_fixed:
+        raise xml.invalid(f"found {len(roots)} links without a joint: {name_list(roots)}; expected one")
+    out = Element("robot", name=_name(model))
+    has_base = len(roots) != 1  # of links that stand still together, or hang on the world by joints that move
+    if has_base:
+        SubElement(SubElement(SubElement(out, "link", name=WORLD), "inertial"), "mass", value="0")
+        for name in roots:
+            _add_joint(out, f"{name}::fixed", "fixed", WORLD, name, frames[name])
+    else:
+        frames[roots[0]] = xml.ORIGIN
+    for name, link in links.items():
+        offset = xml.compose_frames(_inverse(frames[name]), link.pose)
+        _link(out, name, link, offset, is_held=is_fixed and not has_base and name == roots[0])
+    for name, joint in moving.items():
+        parent = frames.get(joint.parent, xml.ORIGIN)
+        _joint(out, name, joint, xml.compose_frames(_inverse(parent), frames[joint.child]))
+    return out
+
+
+def _check_ends(name: str, joint: _Joint, links: Mapping[str, _Link]) -> None:
+    for end, link in (("child", joint.child), ("parent", joint.parent)):
+        if link not in links and (end, link) != ("parent", WORLD):
+            raise xml.invalid(f"<joint name={name!r}>: unknown {end} link {link!r}")
+
+
+def included(include: Any, files: Mapping[str, bytes], folder: str) -> tuple[Any, str]:
+    """Return the model that an <include> names, and the virtual folder of its file."""
+    uri = (include.findtext("uri") or "").strip()
+    inside = virtual_path(uri, folder)
+    for path in (inside, f"{inside}/{_config(files, inside)}", f"{inside}/model.sdf"):
+        if path in files:
+            models = xml.parse_xml(files[path].decode("utf-8", "replace")).findall("model")
+            if len(models) != 1:
+                raise xml.invalid(f"found {len(models)} models in the included {uri!r}; expected one")
+            return models[0], posixpath.dirname(path)
+    raise xml.invalid(f"missing model {uri!r} of <include>; expected it among the files of the model")
+
+
+def _config(files: Mapping[str, bytes], folder: str) -> str:
+    """Return the name of the model file that a `model.config` names last: that of the newest version."""
+    config = files.get(f"{folder}/model.config")
+    found = [] if config is None else xml.parse_xml(config.decode("utf-8", "replace")).findall("sdf")
+    return (found[-1].text or "").strip() if found else ""
+
+
+def _add_joint(out: Element, name: str, kind: str, parent: str, child: str, frame: xml.Frame) -> Element:
+    joint = SubElement(out, "joint", name=name, type=kind)
+    _origin(joint, frame)
+    SubElement(joint, "parent", link=parent)
+    SubElement(joint, "child", link=child)
+    return joint
+
+
+def _link(out: Element, name: str, link: _Link, offset: xml.Frame, *, is_held: bool) -> None:
+    """Write a link, whose frame is at `offset` in its frame in the URDF; a held one does not move."""
+    written = SubElement(out, "link", name=name)
+    inertial, own = link.element.find("inertial"), SubElement(written, "inertial")
+    _origin(own, offset if inertial is None else xml.compose_frames(offset, _pose_of(inertial)))
+    mass = "1" if inertial is None else inertial.findtext("mass", "1")
+    SubElement(own, "mass", value="0" if is_held else mass)
+    for inertia in link.element.findall("inertial/inertia"):
+        SubElement(own, "inertia", {key: inertia.findtext(key, usual) for key, usual in INERTIA.items()})
+    friction = link.element.findtext("collision/surface/friction/ode/mu")
+    if friction is not None:
+        SubElement(SubElement(written, "contact"), "lateral_friction", value=friction)
+    for purpose in ("collision", "visual"):
+        for element in link.element.findall(purpose):
+            shape = next(iter(element.find("geometry") if element.find("geometry") is not None else ()), None)
+            if shape is None or shape.tag == "empty":
+                continue
+            own = SubElement(written, purpose)
+            _origin(own, xml.compose_frames(offset, _pose_of(element)))
+            _shape(SubElement(own, "geometry"), shape, link.folder)
+            diffuse = element.findtext("material/diffuse")
+            if diffuse is not None:
+                count = 3 if len(diffuse.split()) == 3 else 4
+                colour = [*xml.numbers(diffuse, "<diffuse>", count, (0.0, 1.0)), 1.0][:4]
+                SubElement(SubElement(own, "material", name=""), "color", rgba=" ".join(map(repr, colour)))
+
+
+def _shape(out: Element, shape: Any, folder: str) -> None:
+    if shape.tag == "mesh":
+        values = {"filename": virtual_path(shape.findtext("uri", ""), folder)}
+        SubElement(out, "mesh", values | {"scale": shape.findtext("scale", "1 1 1")})
+    elif shape.tag in LENGTHS:
+        SubElement(out, shape.tag, {key: shape.findtext(key, "") for key in LENGTHS[shape.tag]})
+    else:
+        SubElement(out, shape.tag)
+
+
+def _joint(out: Element, name: str, joint: _Joint, frame: xml.Frame) -> None:
+    element = joint.element
+    kind = element.get("type")
+    if kind not in JOINTS:
+        raise xml.invalid(f"<joint name={name!r}> has the unsupported type {kind!r}; expected {name_list(JOINTS)}")
+    axis = element.find("axis")
+    limit = {key: _limit(axis, key) for key in ("lower", "upper", "effort", "velocity")}
+    turns_freely = (
+        kind == "revolute" and max(abs(limit["lower"] or math.inf), abs(limit["upper"] or math.inf)) > UNLIMITED
     )
+    kind = "continuous" if turns_freely else JOINTS[kind]
+    written = _add_joint(out, name, kind, joint.parent, joint.child, frame)
+    if axis is None:
+        return
+    SubElement(written, "axis", xyz=axis.findtext("xyz", "0 0 1"))
+    known = {key: repr(value) for key, value in limit.items() if value is not None and abs(value) < UNLIMITED}
+    if known:
+        SubElement(written, "limit", known)
+    dynamics = axis.find("dynamics")
+    if dynamics is not None:
+        SubElement(written, "dynamics", {key: dynamics.findtext(key, "0") for key in ("damping", "friction")})
 
 
-def _friction(collision: Any) -> float:
-    """Return the coefficient of sliding friction, `surface/friction/ode/mu`."""
-    xml.check_children(collision, COLLISION_ELEMENTS)
-    element = collision.find("surface")
-    while element is not None and element.tag != "mu":
-        xml.check_children(element, SURFACE_ELEMENTS[element.tag])
-        element = next(iter(element), None)
-    return _number(element, xml.FRICTIONS)
+def _limit(axis: Any, key: str) -> float | None:
+    text = None if axis is None else axis.findtext(f"limit/{key}")
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise xml.invalid(f"invalid <{key}>: {text!r}; expected a number") from None
 
 
-def _colour(diffuse: Any) -> Colour | None:
-    return None if diffuse is None else xml.read_colour(diffuse.text, "<diffuse>")
+def _end(joint: Any, key: str) -> str:
+    element = joint.find(key)
+    text = "" if element is None else (element.text or "").strip() or (element.findtext("link_name") or "").strip()
+    if not text:
+        raise xml.invalid(f"{xml.label(joint)} has no <{key}>")
+    return text.removeprefix("__model__::")
 
 
-def _check_inertia(inertia: Any) -> None:
-    """Check the inertia, although it is computed from mass and shapes here."""
-    usual = {"ixx": "1", "iyy": "1", "izz": "1"}  # defaults of the SDF specification
-    values = [inertia.findtext(name, usual.get(name, "0")) for name in xml.INERTIA]
-    xml.check_inertia("<link>", xml.numbers(" ".join(values), "<inertia>", 6, xml.INERTIAS))
+def _name(element: Any) -> str:
+    name = element.get("name")
+    if not name:
+        raise xml.invalid(f"missing name of a <{element.tag}>")
+    return str(name)
 
 
-def _part(collision: Any, frame: xml.Frame) -> Part:
-    position, orientation = xml.compose_frames(frame, _pose(collision))
-    geometry, known = collision.find("geometry"), "<box>, <cylinder> or <sphere>"
-    return Part(xml.read_shape("<collision>", geometry, _sizes, known), position, orientation)
-
-
-def _sizes(shape: Any, name: str, count: int) -> list[float]:
-    return _numbers(shape.find(name), name, count, xml.SIZES)
-
-
-def _pose(element: Any) -> xml.Frame:
+def _pose_of(element: Any) -> xml.Frame:
     pose = element.find("pose")
-    if pose is None or not (pose.text or "").strip():
-        return xml.ORIGIN
-    if pose.get("relative_to"):
-        raise xml.invalid(f"<pose relative_to={pose.get('relative_to')!r}> is unsupported; remove relative_to")
-    if pose.get("rotation_format", "euler_rpy") != "euler_rpy":
-        raise xml.invalid("unsupported format of <pose>; expected x y z roll pitch yaw")
-    x, y, z, *angles = _numbers(pose, "pose", 6, xml.PLACES)
+    return xml.ORIGIN if pose is None else read_pose(pose)
+
+
+def read_pose(pose: Any) -> xml.Frame:
+    """Read a <pose>: x, y, z [m], and roll, pitch and yaw, or a quaternion x, y, z, w."""
+    text = (pose.text or "").strip() or "0 0 0 0 0 0"
+    if pose.get("rotation_format", "euler_rpy") == "quat_xyzw":
+        x, y, z, i, j, k, w = xml.numbers(text, "<pose>", 7, xml.PLACES)
+        norm = math.hypot(w, i, j, k)
+        if not norm:
+            raise xml.invalid("zero length: quaternion of <pose>")
+        return (x, y, z), (w / norm, i / norm, j / norm, k / norm)
+    x, y, z, *angles = xml.numbers(text, "<pose>", 6, xml.PLACES)
     scale = math.pi / 180.0 if pose.get("degrees") in ("true", "1") else 1.0
     roll, pitch, yaw = (angle * scale for angle in angles)
     return (x, y, z), quaternion(roll, pitch, yaw)
 
 
-def _number(element: Any, bounds: tuple[float, float]) -> float:
-    """Return the number in an element; 1 without one."""
-    return 1.0 if element is None else _numbers(element, element.tag, 1, bounds)[0]
-
-
-def _numbers(element: Any, name: str, count: int, bounds: tuple[float, float]) -> list[float]:
-    return xml.numbers(None if element is None else element.text, f"<{name}>", count, bounds)
-
-
-def _boolean(element: Any) -> bool:
+def is_true(element: Any) -> bool:
+    """Whether a Boolean element is set; a missing one is not."""
     text = "false" if element is None else (element.text or "").strip()
     if text not in ("true", "false", "1", "0"):
         raise xml.invalid(f"invalid <{element.tag}>: {text!r}; expected true or false")
     return text in ("true", "1")
+
+
+def _origin(out: Element, frame: xml.Frame) -> None:
+    SubElement(out, "origin", xyz=" ".join(map(repr, frame[0])), rpy=" ".join(map(repr, roll_pitch_yaw(frame[1]))))
+
+
+def _inverse(frame: xml.Frame) -> xml.Frame:
+    turn = conjugate(frame[1])
+    x, y, z = rotated(turn, frame[0])
+    return (-x, -y, -z), turn

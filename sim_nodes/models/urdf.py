@@ -1,60 +1,19 @@
-"""Models in URDF (http://wiki.ros.org/urdf/XML): rigid bodies of one link, or of links with fixed joints.
-
-Parts that some engine cannot simulate are refused by name: movable joints, meshes, extensions. Images
-show the collision shapes, opaque, in the colour of the first visual that has one. Accepted without effect are
-other parts of visuals, and inertia matrices, which follow from mass and shapes here.
-"""
+"""Elements of URDF (http://wiki.ros.org/urdf/XML): frames, and the links of joints."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Mapping
 from typing import Any
+from xml.etree.ElementTree import SubElement
 
-from sim_nodes.geometry import quaternion
+from sim_nodes.geometry import Vector, quaternion
 from sim_nodes.models import xml_reading as xml
-from sim_nodes.physics import BodyModel, Part, Shape
+from sim_nodes.physics import Box, Capsule, Cylinder, Shape, Sphere
 from sim_nodes.views import Colour
 
-ROBOT_ELEMENTS = frozenset({"link", "joint", "material"})
-LINK_ELEMENTS = frozenset({"inertial", "visual", "collision"})
-
-
-def read_urdf(root: Any, *, static: bool) -> BodyModel:
-    """Read the body of a URDF file.
-
-    Args:
-        root: Root element.
-        static: Whether the body is static; then it needs no masses.
-
-    Raises:
-        RequestRefused: The model is invalid or has unsupported parts.
-    """
-    xml.check_children(root, ROBOT_ELEMENTS)
-    links = {link.get("name"): link for link in root.findall("link")}
-    if len(links) != len(root.findall("link")) or None in links:
-        raise xml.invalid("missing or duplicate name of a <link>")
-    parts: list[Part] = []
-    for name, frame in _frames(root, links):
-        parts += _parts(links[name], frame, static=static)
-    return xml.body_of(tuple(parts), static=static, colour=_colour(root))
-
-
-def _frames(root: Any, links: dict[str, Any]) -> Iterator[tuple[str, xml.Frame]]:
-    """Yield each link with its frame in that of the root link."""
-    hung: dict[str, tuple[str, xml.Frame]] = {}
-    for joint in root.findall("joint"):
-        kind = joint.get("type")
-        if kind != "fixed":
-            raise xml.invalid(f"{xml.label(joint)} has the unsupported type {kind!r}; expected 'fixed'")
-        parent, child = (link_of(joint, tag, links) for tag in ("parent", "child"))
-        if child in hung:
-            raise xml.invalid(f"link {child!r} is the child of two joints")
-        hung[child] = (parent, read_origin(joint))
-    roots = [name for name in links if name not in hung]
-    if len(roots) != 1:
-        raise xml.invalid(f"found {len(roots)} root links in the model; expected one")
-    for name in links:
-        yield name, frame_of(name, hung)
+SIZES = (0.0, 10_000.0)  # [m]
+OPTION = re.compile(r"\$\(optenv\s+\w+\s*([^)]*)\)")  # an environment variable, with its default
 
 
 def frame_of(link: str, hung: Mapping[str, tuple[str, xml.Frame]]) -> xml.Frame:
@@ -82,68 +41,72 @@ def link_of(joint: Any, tag: str, links: Mapping[str, Any]) -> str:
     return str(name)
 
 
-def _colour(root: Any) -> Colour | None:
-    """Return the colour of the first visual that has one, directly or by the name of a material."""
-    known = {material.get("name"): material for material in root.findall("material")}
-    for material in root.findall("link/visual/material"):
-        colour = material.find("color")
-        if colour is None and material.get("name") in known:
-            colour = known[material.get("name")].find("color")
-        if colour is not None:
-            return xml.read_colour(colour.get("rgba"), "rgba of <color>")
-    return None
-
-
 def read_origin(element: Any) -> xml.Frame:
     """Return the frame of an element's <origin>, or the identity."""
+    place, angles = read_pose(element)
+    return place, quaternion(*angles)
+
+
+def read_pose(element: Any) -> tuple[Vector, Vector]:
+    """Return position [m] and roll, pitch, yaw [rad] of an element's <origin>; zeros without one."""
     origin = element.find("origin")
     if origin is None:
-        return xml.ORIGIN
-    roll, pitch, yaw = xml.vector(origin.get("rpy", "0 0 0"), f"rpy of {xml.label(element)}")
-    return xml.vector(origin.get("xyz", "0 0 0"), f"xyz of {xml.label(element)}"), quaternion(roll, pitch, yaw)
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    x, y, z = read_numbers(origin.get("xyz", "0 0 0"), f"xyz of {xml.label(element)}", 3, xml.PLACES)
+    roll, pitch, yaw = read_numbers(origin.get("rpy", "0 0 0"), f"rpy of {xml.label(element)}", 3, xml.PLACES)
+    return (x, y, z), (roll, pitch, yaw)
 
 
-def _parts(link: Any, frame: xml.Frame, *, static: bool) -> tuple[Part, ...]:
-    xml.check_children(link, LINK_ELEMENTS)
-    own = [_part(collision) for collision in link.findall("collision")]
-    inertial = link.find("inertial")
-    _check_inertia(link)
-    if own and not static:
-        if inertial is None:
-            raise xml.invalid(f"{xml.label(link)} has a <collision>, but no <inertial> with a <mass>")
-        own = list(xml.with_masses(own, _mass(link, inertial)))
-        xml.check_centre(xml.label(link), read_origin(inertial)[0], own)
-    elif inertial is not None and not own:
-        raise xml.invalid(f"{xml.label(link)} has a mass, but no <collision>")
-    return tuple(xml.moved(part, frame) for part in own)
+def paint(robot: Any, colour: Colour) -> None:
+    """Give the visuals of a URDF without a colour one."""
+    for visual in robot.iter("visual"):
+        if visual.find("material") is None:
+            material = SubElement(visual, "material", name="own")
+            SubElement(material, "color", rgba=" ".join(map(repr, colour)))
 
 
-def _check_inertia(link: Any) -> None:
-    """Check the inertia, although it is computed from mass and shapes here."""
-    for inertia in link.findall("inertial/inertia"):
-        values = [inertia.get(name, "0") for name in xml.INERTIA]
-        found = xml.numbers(" ".join(values), f"inertia of {xml.label(link)}", 6, xml.INERTIAS)
-        xml.check_inertia(xml.label(link), found)
+def read_shape(shape: Any, what: str) -> Shape:
+    """Read a shape except a mesh.
 
-
-def _mass(link: Any, inertial: Any) -> float:
-    mass = inertial.find("mass")
-    return xml.numbers(None if mass is None else mass.get("value"), f"mass of {xml.label(link)}", 1, xml.MASSES)[0]
-
-
-def _part(collision: Any) -> Part:
-    position, orientation = read_origin(collision)
-    return Part(read_shape(collision), position, orientation)
-
-
-def read_shape(element: Any, sizes: tuple[float, float] = xml.SIZES) -> Shape:
-    """Read the shape of a <collision> or <visual>; edges, radii and lengths are within `sizes` [m].
+    Args:
+        shape: Element in <geometry>.
+        what: Text for the element around it in messages.
 
     Raises:
-        RequestRefused: The shape is missing or unsupported.
+        RequestRefused: The shape is invalid or unsupported.
     """
 
-    def read(shape: Any, name: str, count: int) -> list[float]:
-        return xml.numbers(shape.get(name), f"{name} of <{shape.tag}>", count, sizes)
+    def length(key: str) -> float:
+        return read_numbers(shape.get(key), f"{key} of <{shape.tag}> in {what}", 1, SIZES)[0]
 
-    return xml.read_shape(xml.label(element), element.find("geometry"), read, xml.SHAPES)
+    match shape.tag:
+        case "box":
+            x, y, z = read_numbers(shape.get("size"), f"size of <box> in {what}", 3, SIZES)
+            return Box((x, y, z))
+        case "cylinder":
+            return Cylinder(length("radius"), length("length"))
+        case "capsule":
+            return Capsule(length("radius"), length("length"))
+        case "sphere":
+            return Sphere(length("radius"))
+        case other:
+            raise xml.invalid(
+                f"unsupported <{other}> in <geometry>; "
+                "expected <box>, <cylinder>, <sphere>, <capsule>, <plane> or <mesh>"
+            )
+
+
+def read_numbers(text: str | None, what: str, count: int | None, bounds: tuple[float, float]) -> list[float]:
+    """Parse numbers between spaces or commas, or with defaults of environment variables as in ROS.
+
+    Args:
+        text: The text.
+        what: Name of the numbers for errors.
+        count: Number of numbers; None for any.
+        bounds: Smallest and largest number.
+
+    Raises:
+        RequestRefused: The text is invalid.
+    """
+    clean = OPTION.sub(r"\1", text or "").replace(",", " ")
+    return xml.numbers(clean, what, len(clean.split()) if count is None else count, bounds)

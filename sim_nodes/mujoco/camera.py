@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim_nodes.mujoco.model import DRAWN_GROUPS
+from sim_nodes.mujoco.groups import DRAWN_GROUPS
 from sim_nodes.views import FAR, NEAR, NoRendering, Picture, View
 
 MAX_SHAPES = 10_000

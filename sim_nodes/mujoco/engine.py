@@ -6,7 +6,6 @@ are new then, so `_bind` looks up everything that refers to them.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -16,7 +15,9 @@ import numpy as np
 from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix, vector
 from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
-from sim_nodes.mujoco.model import SEEN_BY_RAYS, TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.mujoco.files import detach_file
+from sim_nodes.mujoco.groups import SEEN_BY_RAYS
+from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
     FLOOR,
@@ -32,8 +33,6 @@ from sim_nodes.physics import (
 )
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.views import Picture, View
-
-log = logging.getLogger(__name__)
 
 
 class _DriveAddresses:
@@ -64,8 +63,6 @@ class MujocoEngine:
     steps_per_second = round(1.0 / TIMESTEP)
 
     def __init__(self) -> None:
-        # Otherwise MuJoCo writes warnings to a file in the working directory.
-        mujoco.set_mju_user_warning(log.warning)
         self._ray_groups = np.zeros(6, dtype=np.uint8)
         self._ray_groups[list(SEEN_BY_RAYS)] = 1
         self._renderer: Renderer | None = None
@@ -232,6 +229,7 @@ class MujocoEngine:
         """See `ManyBodies.remove_bodies`."""
         for name in names:
             self._spec.delete(self._spec.body(name))
+            detach_file(self._spec, name)
             del self._added[name]
         self._recompile()
 

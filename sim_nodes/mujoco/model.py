@@ -11,18 +11,29 @@ from typing import Any, assert_never
 import mujoco
 from defusedxml import ElementTree
 
-from sim_nodes.extents import part_masses
 from sim_nodes.geometry import quaternion
+from sim_nodes.inertia import part_masses
 from sim_nodes.mujoco.arm import add_arm, configure_grip_contacts
+from sim_nodes.mujoco.files import attach_file, with_compiler
+from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP
 from sim_nodes.mujoco.stepping import add_counters
-from sim_nodes.physics import FLOOR, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Scene, Shape, Sphere, Wall
+from sim_nodes.physics import (
+    FLOOR,
+    BodyModel,
+    BodyState,
+    Box,
+    Capsule,
+    Cylinder,
+    Hull,
+    PlacedRobot,
+    Scene,
+    Shape,
+    Sphere,
+    Wall,
+)
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 from sim_nodes.views import FLOOR_TILES, LIGHT_DIRECTION, SKY, TILE, WALL, colour_of
 
-# Groups of geoms. URDF collision shapes are visible only if a link has no visuals.
-SOLID_GROUP, VISUAL_GROUP, HIDDEN_GROUP = 0, 1, 3
-SEEN_BY_RAYS = (SOLID_GROUP, HIDDEN_GROUP)
-DRAWN_GROUPS = (SOLID_GROUP, VISUAL_GROUP)
 FLOOR_MATERIAL = "floor"
 SUN_DISTANCE = 20.0  # [m]; shadows are sharp about the point where its rays meet the floor
 SHADOW_REACH = 0.6  # share of the diagonal of the floor
@@ -128,7 +139,9 @@ def _add_robot(spec: Any, robot: PlacedRobot) -> None:
 
 def robot_spec(declaration: RobotDeclaration) -> Any:
     """Return the specification of a robot: its URDF with a free joint and motors."""
-    spec = mujoco.MjSpec.from_string(_with_compiler(declaration.urdf))
+    spec = mujoco.MjSpec.from_string(
+        with_compiler(ElementTree.fromstring(declaration.urdf)), assets=dict(declaration.meshes)
+    )
     base = spec.body(declaration.base_link)
     if not declaration.fixed:
         base.add_freejoint()
@@ -159,16 +172,6 @@ def _add_drive(spec: Any, drive: DriveDeclaration) -> None:
         motor.forcerange = [-drive.motor_torque, drive.motor_torque]
 
 
-def _with_compiler(urdf: str) -> str:
-    """Add MuJoCo's settings to a URDF; by default, visuals and links at fixed joints are dropped."""
-    root = ElementTree.fromstring(urdf)
-    extension = root.makeelement("mujoco", {})
-    extension.append(root.makeelement("compiler", {"discardvisual": "false", "fusestatic": "false"}))
-    root.insert(0, extension)
-    text: str = ElementTree.tostring(root, encoding="unicode")
-    return text
-
-
 def _solids(body: Any) -> list[Any]:
     return [geom for geom in body.geoms if geom.contype]
 
@@ -178,6 +181,9 @@ def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
     body = spec.worldbody.add_body(name=name, pos=state.position, quat=state.orientation, mocap=model.static)
     if not model.static:
         body.add_freejoint()
+    if model.urdf is not None:
+        attach_file(spec, body, name, model)
+        return
     for part, mass in zip(model.parts, part_masses(model), strict=True):
         kind, size = _geom(part.shape)
         body.add_geom(
@@ -200,5 +206,9 @@ def _geom(shape: Shape) -> tuple[Any, list[float]]:
             return mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, length / 2, 0.0]
         case Sphere(radius=radius):
             return mujoco.mjtGeom.mjGEOM_SPHERE, [radius, 0.0, 0.0]
+        case Capsule(radius=radius, length=length):
+            return mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, length / 2, 0.0]
+        case Hull():
+            raise AssertionError("hulls are parts of files, which are attached")
         case _:
             assert_never(shape)

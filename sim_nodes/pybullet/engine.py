@@ -45,7 +45,7 @@ from sim_nodes.pybullet.joints import (
     PybulletDrive,
     is_touching,
 )
-from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, wxyz, xyzw
+from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, movable_joints, wxyz, xyzw
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.views import WALL, Picture, View, colour_of
@@ -115,6 +115,7 @@ class PybulletEngine:
         self._bodies: dict[str, _Body] = {}
         self._owners: dict[int, str] = {}
         self._static: set[int] = set()  # numbers of the bodies with a static base
+        self._jointed: dict[int, tuple[int, ...]] = {}  # joints of arms, and of bodies that have some
         self._broadphase = BroadPhase(bullet)
         plane = bullet.createCollisionShape(pybullet.GEOM_PLANE)
         tiles, others = floor_shapes(bullet, self._scene.extent)
@@ -136,11 +137,12 @@ class PybulletEngine:
         for name, (model, state) in self._added.items():
             self._load_body(name, model, state)
         jointed = {self._bodies[name].number: arm.all_joints for name, arm in self._arms.items()}
+        self._jointed |= jointed
         driven = {drive.body: drive.wheels[0] for drive in self._drives.values()}
         join_islands(bullet, driven | {body: joints[0] for body, joints in jointed.items()})
         self._states = StateStore(bullet)
         self._last: LastStep | None = None  # after a rewind
-        self._stepper = Stepper(self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, jointed)
+        self._stepper = Stepper(self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, self._jointed)
 
     def _register(self, name: str, number: int, *, static: bool) -> None:
         centre, axes = self._bullet.getDynamicsInfo(number, BASE)[3:5]
@@ -167,10 +169,12 @@ class PybulletEngine:
     def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
         number = load_body(self._bullet, model, state, colour_of(name, model.colour))
         self._register(name, number, static=model.static)
-        if model.static:
+        if joints := movable_joints(self._bullet, number):
+            self._jointed[number] = joints
+        if model.static and not joints:
             self._broadphase.add_static(number, model.parts, state)
         else:
-            self._broadphase.add_moving(number, {})
+            self._broadphase.add_moving(number, {}, fixed=model.static)
         self._set_state(self._bodies[name], state)
 
     def step(self, count: int = 1) -> int:
@@ -186,7 +190,9 @@ class PybulletEngine:
     def checkpoint(self) -> Checkpoint | None:
         """See `Rewinds.checkpoint`."""
         mark = self.journal.mark()
-        if mark is None or self._broadphase.has_ambiguous_pair():
+        # Joints of bodies have motors for their friction, whose order depends on the past.
+        has_joints = len(self._jointed) > len(self._arms)
+        if mark is None or has_joints or self._broadphase.has_ambiguous_pair():
             return None
         return Checkpoint(
             self._states.save(),
@@ -260,6 +266,7 @@ class PybulletEngine:
         self._bullet.removeBody(number)
         del self._owners[number], self._added[name]
         self._static.discard(number)
+        self._jointed.pop(number, None)
         self._broadphase.remove(number)
         self._last = None
         self._stepper.invalidate()
@@ -282,7 +289,7 @@ class PybulletEngine:
         body = self._bodies[name]
         self._set_state(body, state)
         self._stepper.invalidate()
-        if body.number in self._static:
+        if body.number in self._static and body.number not in self._jointed:
             self._broadphase.add_static(body.number, self._added[name][0].parts, state)
         if name in self._drives:
             self._drives[name].stop()

@@ -14,7 +14,18 @@ import numpy as np
 import pybullet
 
 from sim_nodes.geometry import Array, multiply, rotation_matrix
-from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, JointStates, Overlap, Shape, Sphere
+from sim_nodes.physics import (
+    BodyModel,
+    BodyState,
+    Box,
+    Capsule,
+    Cylinder,
+    Hull,
+    JointStates,
+    Overlap,
+    Shape,
+    Sphere,
+)
 from sim_nodes.pybullet.model import BASE, Links, wheels, xyzw
 from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
 
@@ -309,5 +320,9 @@ def _arguments(shape: Shape) -> dict[str, Any]:
             return {"shapeType": pybullet.GEOM_CYLINDER, "radius": radius, "height": length}
         case Sphere(radius=radius):
             return {"shapeType": pybullet.GEOM_SPHERE, "radius": radius}
+        case Capsule(radius=radius, length=length):
+            return {"shapeType": pybullet.GEOM_CAPSULE, "radius": radius, "height": length}
+        case Hull():
+            return {"shapeType": pybullet.GEOM_MESH, "vertices": shape.points.tolist()}
         case _:
             assert_never(shape)

@@ -7,16 +7,30 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, assert_never
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 from defusedxml.ElementTree import fromstring
 
-from sim_nodes.extents import inertia
 from sim_nodes.geometry import Quaternion, Vector, conjugate, multiply, roll_pitch_yaw, rotated, vector
-from sim_nodes.physics import IDENTITY, BodyModel, BodyState, Box, Cylinder, PlacedRobot, Shape, Sphere
+from sim_nodes.inertia import inertia
+from sim_nodes.models.urdf import paint
+from sim_nodes.physics import (
+    IDENTITY,
+    BodyModel,
+    BodyState,
+    Box,
+    Capsule,
+    Cylinder,
+    Hull,
+    PlacedRobot,
+    Shape,
+    Sphere,
+)
 from sim_nodes.pybullet import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
 from sim_nodes.robots.urdf_check import link_parts
@@ -24,6 +38,8 @@ from sim_nodes.views import Colour
 
 FASTEST = 1e5  # [m/s], [rad/s]; Bullet's default velocity limit is 100, also for bodies without joints
 BASE = -1  # Bullet's index of the base link
+JOINT_NAME, JOINT_TYPE, LINK_NAME = 1, 2, 12  # fields of `getJointInfo`
+NO_MESHES: Mapping[str, bytes] = MappingProxyType({})
 XYZW = tuple[float, float, float, float]  # Bullet's order of quaternions
 
 
@@ -45,14 +61,25 @@ class Links:
 
     def __init__(self, bullet: Any, body: int, robot: RobotDeclaration, added: Mapping[str, str]) -> None:
         infos = [bullet.getJointInfo(body, index) for index in range(bullet.getNumJoints(body))]
-        names: dict[int, str] = {info[0]: info[12].decode() for info in infos}
-        names[BASE] = bullet.getBodyInfo(body)[0].decode()
-        self.joints: dict[str, int] = {info[1].decode(): info[0] for info in infos}
+        names = _link_names(bullet, body)
+        self.joints: dict[str, int] = {info[JOINT_NAME].decode(): info[0] for info in infos}
         self.links = {name: index for index, name in names.items() if name not in added}
         self.shapes = {index: added.get(name, name) for index, name in names.items()}
         split = added.values()
         parts = link_parts(robot)
         self.compound = {name: parts[name] for name in self.links if len(parts[name]) > 1 and name not in split}
+
+
+def movable_joints(bullet: Any, body: int) -> tuple[int, ...]:
+    """Return the indices of the movable joints of a body."""
+    infos = (bullet.getJointInfo(body, index) for index in range(bullet.getNumJoints(body)))
+    return tuple(info[0] for info in infos if info[JOINT_TYPE] != bullet.JOINT_FIXED)
+
+
+def _link_names(bullet: Any, body: int) -> dict[int, str]:
+    """Return the names of the links of a body by index; the base is the last."""
+    infos = (bullet.getJointInfo(body, index) for index in range(bullet.getNumJoints(body)))
+    return {info[0]: info[LINK_NAME].decode() for info in infos} | {BASE: bullet.getBodyInfo(body)[0].decode()}
 
 
 def xyzw(orientation: Quaternion) -> XYZW:
@@ -84,7 +111,7 @@ def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     root = fromstring(declaration.urdf)
     # Arms have links of many shapes, which rarely touch anything; and every link takes time.
     added = split_links(root) if declaration.arm is None and not declaration.fixed else {}
-    body = _load(bullet, root, robot.state, static=declaration.fixed)
+    body = _load(bullet, root, robot.state, static=declaration.fixed, meshes=dict(declaration.meshes))
     links = Links(bullet, body, declaration, added)
     friction = dict.fromkeys(links.links, declaration.body_friction)
     friction |= dict.fromkeys(declaration.low_friction_links, 0.0)
@@ -105,15 +132,56 @@ def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
 
 def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:
     """Load a body; returns its number."""
-    root = _urdf(model, colour)
-    if not model.static:  # static bodies stay one link, because every link takes time
-        split_links(root)
-    body = _load(bullet, root, state, static=model.static)
-    for index in range(BASE, bullet.getNumJoints(body)):
-        bullet.changeDynamics(body, index, lateralFriction=model.friction)
+    if model.urdf is None:
+        root = _urdf(model, colour)
+    else:
+        root = fromstring(model.urdf.text)
+        _show_solids(root)
+        paint(root, colour)
+    has_joints = model.urdf is not None and bool(model.urdf.joints)
+    # Static bodies stay one link, because every link takes time.
+    added = split_links(root) if has_joints or not model.static else {}
+    body = _load(bullet, root, state, static=model.static, meshes={} if model.urdf is None else model.urdf.meshes)
+    own = {} if model.urdf is None else model.urdf.friction
+    for index, name in _link_names(bullet, body).items():
+        bullet.changeDynamics(body, index, lateralFriction=own.get(added.get(name, name), model.friction))
     bullet.changeDynamics(body, BASE, maxJointVelocity=FASTEST)
+    if has_joints:
+        _release(bullet, body, root)
     _undamp(bullet, body)
     return body
+
+
+def _show_solids(urdf: Element) -> None:
+    """Add visuals to links without some; Bullet would draw their solid shapes in white."""
+    for link in urdf.findall("link"):
+        if link.find("visual") is None:
+            for collision in link.findall("collision"):
+                SubElement(link, "visual").extend(deepcopy(list(collision)))
+
+
+def _release(bullet: Any, body: int, urdf: Element) -> None:
+    """Let the joints of a body move freely, except for their friction: Bullet brakes them by motors."""
+    frictions = {
+        joint.get("name"): float(dynamics.get("friction", "0"))
+        for joint in urdf.findall("joint")
+        for dynamics in joint.findall("dynamics")
+    }
+    for index in range(bullet.getNumJoints(body)):
+        info = bullet.getJointInfo(body, index)
+        force = frictions.get(info[JOINT_NAME].decode(), 0.0)
+        if info[JOINT_TYPE] in (bullet.JOINT_REVOLUTE, bullet.JOINT_PRISMATIC):
+            bullet.setJointMotorControl2(body, index, bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=force)
+        elif info[JOINT_TYPE] == bullet.JOINT_SPHERICAL:
+            bullet.setJointMotorControlMultiDof(
+                body,
+                index,
+                bullet.POSITION_CONTROL,
+                targetPosition=[0, 0, 0, 1],
+                positionGain=0,
+                velocityGain=0,
+                force=[force] * 3,
+            )
 
 
 def _undamp(bullet: Any, body: int) -> None:
@@ -121,7 +189,9 @@ def _undamp(bullet: Any, body: int) -> None:
     bullet.changeDynamics(body, BASE, linearDamping=0.0, angularDamping=0.0)
 
 
-def _load(bullet: Any, urdf: Element, state: BodyState, *, static: bool = False) -> int:
+def _load(
+    bullet: Any, urdf: Element, state: BodyState, *, static: bool = False, meshes: Mapping[str, bytes] = NO_MESHES
+) -> int:
     # Convex hulls instead of cylinders would make wheels polygons, and robots 3 % too fast.
     flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_IMPLICIT_CYLINDER
     with tempfile.TemporaryDirectory(prefix="seoro-") as folder, captured_output():
@@ -129,6 +199,8 @@ def _load(bullet: Any, urdf: Element, state: BodyState, *, static: bool = False)
         # Bullet breaks lines after 8 KiB, even within a word.
         text = tostring(urdf, encoding="unicode")
         path.write_text(text.replace("><", ">\n<"), encoding="utf-8")
+        for name, data in meshes.items():
+            (path.parent / name).write_bytes(data)
         body: int = bullet.loadURDF(
             str(path), state.position, xyzw(state.orientation), useFixedBase=static, flags=flags
         )
@@ -168,6 +240,10 @@ def _geometry(parent: Element, shape: Shape) -> None:
             SubElement(parent, "cylinder", radius=repr(radius), length=repr(length))
         case Sphere(radius=radius):
             SubElement(parent, "sphere", radius=repr(radius))
+        case Capsule(radius=radius, length=length):
+            SubElement(parent, "capsule", radius=repr(radius), length=repr(length))
+        case Hull():
+            raise AssertionError("hulls are parts of files, which Bullet loads itself")
         case _:
             assert_never(shape)
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cache
-from pathlib import Path
 from typing import Self
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
-from sim_nodes.files import NAME, Declared, bundled_names, validate
+from sim_nodes.files import NAME, Declared
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
 
@@ -209,15 +206,24 @@ class ArmDeclaration(Declared):
 class RobotDeclaration(Declared):
     """A kind of robot.
 
-    `urdf` is the text of its URDF. `kinds` are the actor types that it can represent, most specific first;
-    `low_friction_links` slide, such as casters.
+    Args:
+        source: Text of its URDF, as clients get it.
+        urdf: Canonical form of its URDF, for engines.
+        meshes: Meshes in STL that the canonical form names, by file name.
+        notes: Parts of its file without effect.
+        kinds: Actor types that it can represent, most specific first.
+        fixed: Whether it is fixed to the world.
+        low_friction_links: Links that slide, such as casters.
     """
 
     model: str
+    source: str
     urdf: str
+    meshes: tuple[tuple[str, bytes], ...] = ()
+    notes: tuple[str, ...] = ()
     kinds: tuple[str, ...]
     base_link: str
-    fixed: bool = False  # whether it is fixed to the world
+    fixed: bool = False
     body_friction: PositiveFloat
     low_friction_links: tuple[str, ...] = ()
     mobile: MobileDeclaration | None = None
@@ -231,28 +237,3 @@ class RobotDeclaration(Declared):
             if name in OTHER_DEVICES or names.count(name) > 1:
                 raise ValueError(f"duplicate name {name!r} of a camera; names of a robot's devices are unique")
         return self
-
-
-def available_robots() -> tuple[str, ...]:
-    """Return the names of the robot kinds that come with the node."""
-    return bundled_names(__package__)
-
-
-@cache
-def load_robot(model: str) -> RobotDeclaration:
-    """Load the declaration of one of `available_robots()`."""
-    return read_robot(Path(__file__).parent / f"{model}.yaml")
-
-
-def read_robot(path: Path) -> RobotDeclaration:
-    """Read a robot declaration and the URDF that it names, relative to its folder.
-
-    Raises:
-        FileError: A file is unreadable, or the declaration is invalid.
-    """
-    text = read_text(path)
-    content = read_yaml(text, str(path))
-    if not isinstance(content, dict) or not isinstance(content.get("urdf"), str):
-        raise FileError(f"{path}: missing `urdf`; expected a file relative to its folder")
-    content = {**content, "urdf": read_text(path.parent / content["urdf"])}
-    return validate(RobotDeclaration, content, Lines(text, str(path)))

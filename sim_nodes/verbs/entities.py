@@ -82,9 +82,9 @@ def check_tags_filter(wanted: wire.TagsFilter) -> None:
 MAX_SPEED = 100.0  # [m/s], [rad/s]
 
 
-def spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.EntityName:
-    simulation = simulator.simulation
-    return wire.EntityName(name=simulation.entities.spawn(_spawn_request(simulator, request), simulation.time))
+def spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.Spawned:
+    simulation, wish = simulator.simulation, _spawn_request(simulator, request)
+    return wire.Spawned(name=simulation.entities.spawn(wish, simulation.time), warnings=wish.model.notes)
 
 
 def spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.SpawnOutcomes:
@@ -94,19 +94,17 @@ def spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.Sp
             wishes.append(_spawn_request(simulator, each))
         except RequestRefused as refused:
             wishes.append(refused)
-    possible = [spawn_request for spawn_request in wishes if isinstance(spawn_request, SpawnRequest)]
+    possible = [wish for wish in wishes if isinstance(wish, SpawnRequest)]
     spawned = iter(simulator.simulation.entities.spawn_all(possible, simulator.simulation.time))
-    results = [
-        next(spawned) if isinstance(spawn_request, SpawnRequest) else spawn_request for spawn_request in wishes
-    ]
-    return wire.SpawnOutcomes(
-        results=tuple(
-            wire.SpawnOutcome(name=result)
-            if isinstance(result, str)
-            else wire.SpawnOutcome(name=each.name, code=result.code, message=result.message)
-            for each, result in zip(request.entities, results, strict=True)
-        )
-    )
+    outcomes = []
+    for wish, each in zip(wishes, request.entities, strict=True):
+        result = next(spawned) if isinstance(wish, SpawnRequest) else wish
+        if isinstance(wish, SpawnRequest) and isinstance(result, str):
+            outcomes.append(wire.SpawnOutcome(name=result, warnings=wish.model.notes))
+        else:
+            assert isinstance(result, RequestRefused)
+            outcomes.append(wire.SpawnOutcome(name=each.name, code=result.code, message=result.message))
+    return wire.SpawnOutcomes(results=tuple(outcomes))
 
 
 def _spawn_request(simulator: Simulator, request: wire.SpawnEntity) -> SpawnRequest:
@@ -132,7 +130,7 @@ def _model(simulator: Simulator, request: wire.SpawnEntity) -> BodyModel:
     if request.resource_string:
         if not request.resource_string.strip():
             raise RequestRefused(wire.SpawnResult.NO_RESOURCE, "the model is empty")
-        return parse_model(request.resource_string)
+        return parse_model(request.resource_string, {file.path: file.data for file in request.files})
     return model_of(request.uri, simulator.models, simulator.simulation.world)
 
 

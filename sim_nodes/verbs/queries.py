@@ -114,7 +114,7 @@ def get_robot_description(simulator: Simulator, request: wire.RobotName) -> wire
     declaration = robot.declaration
     mobile, arm = declaration.mobile, declaration.arm
     return wire.RobotDescription(
-        urdf=declaration.urdf,
+        urdf=declaration.source,
         base_link=declaration.base_link,
         sensors=tuple(robot.sensors),
         lidar=None if mobile is None else _lidar(mobile),

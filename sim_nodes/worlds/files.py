@@ -13,6 +13,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from seoro.bridges.model_files import gather
 from seoro.files.yaml_lines import read_text, read_yaml
 from sim_nodes.worlds.loader import WorldError, load_world, read_world_file
 
@@ -36,10 +37,16 @@ def files_of_world(path: Path) -> Iterator[Path]:
         if robot.robot.endswith(".yaml"):
             declaration = _relative_file(path, robot.robot)
             yield declaration
-            yield _relative_file(declaration, _named(declaration, "urdf"))
+            yield from _model_files(_relative_file(declaration, _named(declaration, "urdf")))
     for prop in file.props:
         if prop.model is not None:
-            yield _relative_file(path, prop.model)
+            yield from _model_files(_relative_file(path, prop.model))
+
+
+def _model_files(path: Path) -> Iterator[Path]:
+    """Yield a model file, and the files that it names."""
+    yield path
+    yield from gather(path).paths
 
 
 def _relative_file(path: Path, name: str) -> Path:

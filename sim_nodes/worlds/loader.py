@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
-from seoro.bridges.wire.refusal import RequestRefused
 from seoro.files.inputs import Kind, read_input_text
 from seoro.files.yaml_lines import FileError, Lines, read_yaml
 from sim_nodes.extents import lowest_of, outline
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.geometry import Array, Pose2, Vector, quaternion
 from sim_nodes.physics import BodyState, PlacedRobot, Scene, Wall
-from sim_nodes.robots.declaration import RobotDeclaration, available_robots, load_robot, read_robot
-from sim_nodes.robots.urdf_check import check_urdf, line_of
+from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.reading import available_robots, load_robot, read_robot
 from sim_nodes.views import Lens, View, looking_at
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
 from sim_nodes.worlds.schema import CameraFile, NamedPoseFile, PropFile, RobotFile, WallFile, WorldFile
@@ -189,19 +188,33 @@ def _world(file: WorldFile, folder: Path) -> World:
     assert extent is not None, "the schema requires one of the two"
     robots = _robots(file, folder)
     check_placement(robots, extent)
+    props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
     return World(
         file.name,
         extent,
         walls,
         robots,
         {camera.name: _camera(camera) for camera in file.cameras},
-        tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props)),
+        props,
         tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses)),
         _entity_tags(file),
         file.description,
         file.tags,
-        warnings,
+        (*warnings, *_notes(robots, props)),
     )
+
+
+def _notes(robots: Sequence[PlacedRobot], props: Sequence[Prop]) -> Iterator[str]:
+    """Yield the notes on the models of a world, those of each model once."""
+    seen: set[tuple[str, ...]] = set()
+    models = (
+        *((f"robots.{index}", robot.declaration.notes) for index, robot in enumerate(robots)),
+        *((f"props.{index}", prop.model.notes) for index, prop in enumerate(props)),
+    )
+    for place, notes in models:
+        if notes not in seen:
+            yield from (f"{place}: {note}" for note in notes)
+        seen.add(notes)
 
 
 def _entity_tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
@@ -245,15 +258,9 @@ def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
 
 def _own_robot(path: Path, place: str) -> RobotDeclaration:
     try:
-        declaration = read_robot(path)
+        return read_robot(path)
     except FileError as error:
         raise FileError(f"{place}: {error}") from error
-    try:
-        check_urdf(declaration)
-    except RequestRefused as error:
-        where = f" (line {line})" if (line := line_of(declaration.urdf, error.message)) is not None else ""
-        raise FileError(f"{place}: the URDF of {path}{where}: {error.message}") from error
-    return declaration
 
 
 def _camera(camera: CameraFile) -> View:

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from seoro.bridges.model_files import InvalidModel, gather
 from seoro.bridges.wire import WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
-from seoro.files.yaml_lines import FileError, read_text
+from seoro.files.yaml_lines import FileError
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
@@ -43,7 +44,9 @@ def read_prop(prop: PropFile, index: int, folder: Path) -> Prop:
     pose = prop.pose
     state = BodyState((pose.x, pose.y, 0.0), quaternion(pose.roll, pose.pitch, pose.yaw))
     needed = -lowest_point(model, state)
-    z = needed if pose.z is None else pose.z
+    # Shapes stand on the floor; models are at their own height, if they are not below the floor.
+    usual = needed if model.urdf is None else max(needed, 0.0)
+    z = usual if pose.z is None else pose.z
     if z < needed - FLOOR_TOLERANCE:
         raise FileError(
             f"props.{index}.pose.z: {prop.name!r} would be {needed - z:.3f} m below the floor; "
@@ -59,12 +62,12 @@ def _model(prop: PropFile, index: int, folder: Path) -> BodyModel:
         static = prop.mass is None
         return BodyModel(parts, prop.mass or 1.0, prop.friction, static=static, colour=colour)
     try:
-        model = parse_model(read_text(folder / prop.model), static=prop.static)
-    except FileError as error:
+        found = gather(folder / prop.model)
+        return parse_model(found.text, found.files, static=prop.static, colour=colour)
+    except InvalidModel as error:
         raise FileError(f"props.{index}.model: {error}") from error
     except RequestRefused as error:
         raise FileError(f"props.{index}.model: {prop.model}: {error.message}") from error
-    return model if colour is None else replace(model, colour=colour)
 
 
 def _shape(prop: PropFile) -> Shape:

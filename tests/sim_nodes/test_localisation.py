@@ -12,7 +12,8 @@ from sim_nodes.navigation.localisation import ASTRAY_SHARE, Localisation
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
-from sim_nodes.robots.declaration import MobileDeclaration, load_robot
+from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.robots.reading import load_robot
 from sim_nodes.sensors.lidar import Scan
 from tests.sim_nodes.client import ROBOT, TRUTH, Client, pose
 

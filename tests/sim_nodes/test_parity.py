@@ -11,8 +11,8 @@ import pytest
 from sim_nodes.check.bench import ORIGIN, ROBOT, TURTLEBOT, built, drive, run
 from sim_nodes.check.bodies import LOPSIDED
 from sim_nodes.check.sensing import DIRECTIONS, LIMIT
-from sim_nodes.extents import inertia
 from sim_nodes.geometry import Array, Pose2, quaternion, rotation_matrix
+from sim_nodes.inertia import inertia
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.worlds.loader import load_world
 from tests.sim_nodes.engines import make_engine

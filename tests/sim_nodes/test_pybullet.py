@@ -210,7 +210,7 @@ def test_a_base_of_several_shapes_rests_without_contacts() -> None:
     from sim_nodes.pybullet.engine import PybulletEngine
 
     second = '<collision><origin xyz="0.1 0 0.04"/><geometry><box size="0.1 0.1 0.08"/></geometry></collision>'
-    urdf = UR10E.urdf.replace("</collision>\n  </link>", f"</collision>{second}</link>", 1)
+    urdf = UR10E.urdf.replace("</collision>", f"</collision>{second}", 1)
     assert urdf != UR10E.urdf
     arm = replace(PLACED, declaration=UR10E.model_copy(update={"urdf": urdf}))
     engine = PybulletEngine()

@@ -6,14 +6,15 @@ import pytest
 
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import yaw_of
-from sim_nodes.robots.declaration import available_robots, load_robot
 from sim_nodes.robots.drive import Velocity, base_motion, wheel_angular_speeds
+from sim_nodes.robots.reading import available_robots, load_robot
 
 pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
 
 import mujoco
 
-from sim_nodes.mujoco.model import SEEN_BY_RAYS, robot_spec
+from sim_nodes.mujoco.groups import SEEN_BY_RAYS
+from sim_nodes.mujoco.model import robot_spec
 
 
 @pytest.fixture(scope="module")

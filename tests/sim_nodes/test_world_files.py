@@ -8,6 +8,7 @@ import pytest
 
 from sim_nodes.worlds.files import files_of_world, main
 from sim_nodes.worlds.loader import WorldError
+from tests.sim_nodes.models.test_mjcf import WEDGE
 
 WORKSHOP = Path(__file__).parents[2] / "examples/workshop"
 
@@ -28,6 +29,16 @@ def test_files_of_a_world_include_the_image_of_an_inline_plan(workshop: Path) ->
     plan = "{image: plan.png, resolution: 0.05, origin: [-4.0, -3.0, 0.0]}"
     workshop.write_text(f"name: bare\nfloor_plan: {plan}\n")
     assert {path.name for path in files_of_world(workshop)} == {"workshop.yaml", "plan.png"}
+
+
+def test_files_of_a_world_include_the_meshes_of_models(workshop: Path) -> None:
+    meshes = workshop.parent / "meshes"
+    meshes.mkdir()
+    (meshes / "wedge.stl").write_bytes(WEDGE)
+    shelf = workshop.parent / "shelf.urdf"
+    mesh = '<visual><geometry><mesh filename="meshes/wedge.stl"/></geometry></visual></link>'
+    shelf.write_text(shelf.read_text().replace("</link>", mesh, 1))
+    assert meshes / "wedge.stl" in files_of_world(workshop)
 
 
 def test_missing_files_are_reported(workshop: Path, capsys: pytest.CaptureFixture[str]) -> None:

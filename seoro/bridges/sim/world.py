@@ -6,15 +6,19 @@ import re
 from collections.abc import Sequence
 
 from seoro.bridges import wire
+from seoro.bridges.model_files import ModelFiles
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.sim.requests import NodeAddress, Requests, twist_message
 from seoro.bridges.sim.rules import check_pose
+from seoro.bridges.wire.limits import MAX_REQUEST
 from seoro.errors import BackendRefused
 from seoro.robotics.geometry import Pose3D, Position3D, Velocity6D
+from seoro.runtime.contracts.backends import WARNING
 from seoro.runtime.contracts.sensors import Image
 
 PROP = "prop://"  # scheme of copies of props of the world, which only the node knows
 SPAWN_TIMEOUT = 60.0  # [s]
+MAX_MODEL = MAX_REQUEST - (1 << 16)  # [bytes]; a request has some more
 PICTURE_TIMEOUT = 30.0  # [s] of the machine's clock; the first picture loads the renderer
 SNAPSHOT_TIMEOUT = 120.0  # [s] of the machine's clock
 MAX_REPLAY = 86_400.0  # [s] added for engines that replay the simulation
@@ -41,7 +45,9 @@ class WorldRequests(Requests):
 
     async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
         """See `Simulation`."""
-        return (await self.ask(wire.SPAWN_ENTITY, self._entity(name, model, pose, allow_renaming))).name
+        spawned = await self.ask(wire.SPAWN_ENTITY, self._entity(name, model, pose, allow_renaming))
+        self._report_warnings(spawned)
+        return spawned.name
 
     async def spawn_entities(self, entities: Sequence[tuple[str, str, Pose3D]]) -> None:
         """See `Simulation`."""
@@ -53,21 +59,38 @@ class WorldRequests(Requests):
             raise BackendRefused(
                 f"'{refused[0].name}' was not spawned: {refused[0].message}{more}", refused[0].code
             )
+        for result in {result.warnings: result for result in answer.results}.values():  # those of each model once
+            self._report_warnings(result)
+
+    def _report_warnings(self, spawned: wire.Spawned | wire.SpawnOutcome) -> None:
+        for warning in spawned.warnings:
+            self._on_event(WARNING, {"message": f"{spawned.name}: {warning}"})
 
     def _entity(self, name: str, model: str, pose: Pose3D, allow_renaming: bool) -> wire.SpawnEntity:
-        text = "" if model.startswith(PROP) else self._text(model)
+        found = ModelFiles("") if model.startswith(PROP) else self._read(model)
         return wire.SpawnEntity(
-            name=name, uri=model, resource_string=text, initial_pose=pose, allow_renaming=allow_renaming
+            name=name,
+            uri=model,
+            resource_string=found.text,
+            files=tuple(wire.NamedFile(path=path, data=data) for path, data in found.files.items()),
+            initial_pose=pose,
+            allow_renaming=allow_renaming,
         )
 
-    def _text(self, model: str) -> str:
+    def _read(self, model: str) -> ModelFiles:
         try:
-            text = self._models.read(model)
+            found = self._models.read(model)
         except ModelNotFound as error:
             raise BackendRefused(str(error), wire.SpawnResult.NO_RESOURCE) from error
-        if not text:
+        if not found.text:
             raise BackendRefused(f"the model '{model}' is empty", wire.SpawnResult.NO_RESOURCE)
-        return text
+        if found.size > MAX_MODEL:
+            raise BackendRefused(
+                f"the model '{model}' has {found.size} bytes with its meshes; expected at most {MAX_MODEL}: "
+                "simplify its meshes, or make it a prop of the world",
+                wire.SpawnResult.NO_RESOURCE,
+            )
+        return found
 
     async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
         """See `Simulation`."""

@@ -5,22 +5,31 @@ from __future__ import annotations
 from enum import IntEnum
 
 from seoro.bridges.wire.geometry import EntityState, Twist
-from seoro.bridges.wire.limits import ANSWER, MEBIBYTE, Limits
+from seoro.bridges.wire.limits import MAX_REQUEST, Limits
 from seoro.bridges.wire.message import Empty, Message, Query, Verb
 from seoro.bridges.wire.results import Result
 from seoro.robotics.geometry import Pose3D, Position3D
+
+
+class NamedFile(Message):
+    """A file by its virtual path."""
+
+    path: str
+    data: bytes
 
 
 class SpawnEntity(Message):
     """Spawn an entity from the text of its model, or from a model by `uri`.
 
     Without a text, the node searches `uri` among those of `get_spawnables`, then along its model path. With a
-    text, `uri` is its name for people. `tags` select the entity in filters.
+    text, `uri` is its name for people, and `files` has the files named in the text. Their virtual paths are
+    relative to the model, or begin with `package/NAME/` or `model/NAME/`. `tags` select the entity in filters.
     """
 
     name: str
     uri: str
     resource_string: str = ""
+    files: tuple[NamedFile, ...] = ()
     initial_pose: Pose3D
     allow_renaming: bool = False
     tags: tuple[str, ...] = ()
@@ -32,12 +41,20 @@ class SpawnEntities(Message):
     entities: tuple[SpawnEntity, ...]
 
 
+class Spawned(Message):
+    """A spawned entity: its name, and warnings about parts of its model."""
+
+    name: str
+    warnings: tuple[str, ...] = ()
+
+
 class SpawnOutcome(Message):
-    """Result of spawning one of several entities: its name, or a result code and a reason."""
+    """Result of spawning one of several entities: its name and warnings, or a result code and a reason."""
 
     name: str
     code: int = Result.OK
     message: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 class SpawnOutcomes(Message):
@@ -113,10 +130,10 @@ class EntityFilter(Message):
     tags: TagsFilter = TagsFilter()
 
 
-MODEL = Limits(5 * MEBIBYTE)  # the text of a model; nodes read a million characters
-MODELS = Limits(ANSWER.size, 100_000)  # several hundred entities
+MODEL = Limits(MAX_REQUEST)  # the text of a model, with meshes
+MODELS = Limits(MAX_REQUEST, 100_000)  # several hundred entities
 
-SPAWN_ENTITY = Verb("spawn_entity", SpawnEntity, EntityName, MODEL)
+SPAWN_ENTITY = Verb("spawn_entity", SpawnEntity, Spawned, MODEL)
 SPAWN_ENTITIES = Verb("spawn_entities", SpawnEntities, SpawnOutcomes, MODELS)
 DELETE_ENTITY = Verb("delete_entity", EntityName, Empty)
 GET_ENTITIES = Query("get_entities", EntityFilter, Entities)

@@ -61,5 +61,5 @@ def test_a_joint_that_cannot_move_is_refused(tmp_path: Path) -> None:
     path = world_with(tmp_path)
     urdf = (tmp_path / "ur10e.urdf").read_text()
     (tmp_path / "ur10e.urdf").write_text(re.sub(r'velocity="[^"]*"', 'velocity="0"', urdf, count=1))
-    with pytest.raises(WorldError, match="limit 0 rad/s of shoulder_pan_joint; expected more than 0"):
+    with pytest.raises(WorldError, match=r"missing limit .*`velocity` of a joint"):
         load_world(path)

@@ -1,25 +1,28 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from defusedxml import ElementTree
 
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
-from sim_nodes.extents import inertia
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
-from sim_nodes.physics import Box, Cylinder, Sphere
+from sim_nodes.physics import BodyModel, Box, Cylinder, Sphere
 from tests.sim_nodes.client import Client, pose
 
 MASS = '<inertial><mass value="2"/></inertial>'
+MESH = '<collision><geometry><mesh filename="a.stl"/></geometry></collision>'
 BALL = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
 # A stand of 1 kg with a rod of 3 kg across on top, which is turned and hangs on a frame without mass.
 STAND = """
 <robot name="stand">
   <link name="foot">
     <inertial><origin xyz="0 0 0.2"/><mass value="1"/><inertia ixx="9" iyy="9" izz="9"/></inertial>
-    <visual><geometry><mesh filename="pretty.dae"/></geometry><material name="red"/></visual>
+    <visual><geometry><box size="0.2 0.3 0.4"/></geometry><material name="red"/></visual>
     <collision><origin xyz="0 0 0.2"/><geometry><box size="0.2 0.3 0.4"/></geometry></collision>
   </link>
   <material name="red"><color rgba="0.8 0.1 0.1 0.5"/></material>
@@ -44,6 +47,11 @@ def link(content: str, name: str = "l") -> str:
     return f'<link name="{name}">{content}</link>'
 
 
+def read_urdf(model: BodyModel) -> Any:
+    assert model.urdf is not None
+    return ElementTree.fromstring(model.urdf.text)
+
+
 def joint(parent: str, child: str, kind: str = "fixed") -> str:
     return f'<joint name="j" type="{kind}"><parent link="{parent}"/><child link="{child}"/></joint>'
 
@@ -54,21 +62,60 @@ def test_links_at_fixed_joints_are_one_body() -> None:
     assert (foot.shape, rod.shape) == (Box((0.2, 0.3, 0.4)), Cylinder(0.05, 0.6))
     assert rod.position == pytest.approx((0.1, 0.2, 0.45))
     assert rod.orientation == pytest.approx(quaternion(0.0, np.pi / 2, 0.0))
-    assert (model.mass, foot.mass, rod.mass, model.static) == (4.0, 1.0, 3.0, False)
+    assert model.mass == pytest.approx(4.001)  # with a gram for the frame
+    assert not model.static
 
 
 def test_the_first_visual_defines_the_colour() -> None:
-    assert parse_model(STAND).colour == (0.8, 0.1, 0.1, 1.0)
+    assert parse_model(STAND).colour == (0.8, 0.1, 0.1, 0.5)
 
 
-def test_masses_are_read_by_link() -> None:
-    assert inertia(parse_model(STAND)).centre == pytest.approx((0.075, 0.15, (0.2 + 3 * 0.45) / 4))
+def test_impossible_inertia_is_computed_from_the_shapes_with_a_note() -> None:
+    text = urdf(link('<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="9"/></inertial>' + BALL))
+    model = parse_model(text)
+    assert "no body can have the inertia of link 'l'" in "; ".join(model.notes)
+    moments = [float(read_urdf(model).find("link/inertial/inertia").get(key)) for key in ("ixx", "iyy", "izz")]
+    assert moments == pytest.approx(3 * [0.4 * 2.0 * 0.01])
+
+
+def test_links_without_a_mass_have_one_by_volume_with_a_note() -> None:
+    model = parse_model(urdf(link(BALL)))
+    assert model.mass == pytest.approx(1000.0 * 4 / 3 * np.pi * 0.001)
+    assert "by its volume" in "; ".join(model.notes)
+
+
+def test_elements_without_effect_are_one_note() -> None:
+    contact = '<contact><lateral_friction value="0.3"/><stiffness value="1"/></contact>'
+    model = parse_model(urdf(link(MASS + BALL + contact), "<gazebo/>", "<transmission/>"))
+    assert model.notes == ("without effect: <gazebo>, <stiffness>, <transmission>",)
+    assert model.urdf is not None
+    assert model.urdf.friction == {"l": 0.3}
+
+
+def test_a_root_link_without_mass_value_is_static() -> None:
+    assert parse_model(urdf(link('<inertial><mass value="0"/></inertial>' + BALL))).static
+    world = urdf(link("", "world"), link(MASS + BALL), joint("world", "l"))
+    assert parse_model(world).static
+    assert not parse_model(world.replace("world", "base")).static
+
+
+def test_joints_keep_their_kinds_and_limits() -> None:
+    text = urdf(
+        link(MASS + BALL),
+        link(MASS + BALL, "k"),
+        joint("l", "k", "revolute").replace("/></joint>", '/><limit lower="-1" upper="2" effort="5"/></joint>'),
+    )
+    model = parse_model(text)
+    assert model.urdf is not None
+    assert model.urdf.joints == ("j",)
+    limit = read_urdf(model).find("joint/limit")
+    assert [limit.get(key) for key in ("lower", "upper", "effort")] == ["-1.0", "2.0", "5.0"]
 
 
 def test_shape_poses_match_those_of_mujoco() -> None:
     mujoco = pytest.importorskip("mujoco")
     text = STAND.replace(
-        '<visual><geometry><mesh filename="pretty.dae"/></geometry><material name="red"/></visual>', ""
+        '<visual><geometry><box size="0.2 0.3 0.4"/></geometry><material name="red"/></visual>', ""
     )
     text = text.replace('<inertia ixx="9" iyy="9" izz="9"/>', "")
     text = text.replace("<inertial>", '<inertial><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>')
@@ -108,35 +155,30 @@ def test_a_body_with_its_mass_beside_its_foot_tips_over(engine: str) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (urdf(link(MASS + BALL), "<gazebo/>"), "<gazebo>"),
-        (urdf(link(MASS + BALL), "<transmission/>"), "<transmission>"),
-        (urdf(link(MASS + BALL), link(MASS + BALL, "k"), joint("l", "k", "revolute")), "'revolute'"),
-        (urdf(link(MASS + BALL), link(MASS + BALL, "k")), "found 2 root links"),
+        (urdf(link(MASS + BALL), link(MASS + BALL, "k"), joint("l", "k", "screw")), "unknown type 'screw'"),
+        (urdf(link(MASS + BALL), link(MASS + BALL, "k")), "found 2 root links in the model: k, l"),
         (urdf(link(MASS + BALL), link(MASS + BALL)), "missing or duplicate name"),
         (urdf(link(MASS + BALL), joint("l", "m")), "unknown child link 'm'"),
         (urdf(link(BALL), link(BALL, "k"), joint("l", "k"), joint("k", "l")), "found 0 root links"),
         (urdf(link(""), link("", "k"), link("", "m"), joint("k", "m"), joint("m", "k")), "is its own ancestor"),
-        (urdf(link(BALL)), "no <inertial>"),
-        (urdf(link(MASS)), "no <collision>"),
-        (urdf(link("")), "found 0 collision shapes"),
-        (urdf(link("<inertial/>" + BALL)), "invalid mass of <link name='l'>: ''"),
-        (urdf(link('<inertial><mass value="nan"/></inertial>' + BALL)), "0.001 to 10000"),
-        (urdf(link('<inertial><origin xyz="1 0 0"/><mass value="1"/></inertial>' + BALL)), "centre of mass"),
-        (urdf(link(MASS + BALL.replace("sphere", "capsule"))), "<capsule>"),
-        (urdf(link(MASS + BALL.replace('radius="0.1"', 'radius="0"'))), "0.01 to 20"),
-        (urdf(link(MASS + '<collision><origin xyz="1 2"/></collision>')), "3 numbers"),
-        (urdf(link(MASS + "<collision/>")), "with one shape"),
-        (urdf(link(MASS + BALL * 65)), "found 65 collision shapes"),
+        (urdf(link(MASS)), "no collision shapes"),
+        (urdf(link('<inertial><mass value=""/></inertial>' + BALL)), "invalid mass of <link name='l'>: ''"),
+        (urdf(link('<inertial><mass value="nan"/></inertial>' + BALL)), "0 to 100000"),
+        (urdf(link(MASS + BALL.replace("sphere", "cone"))), "unsupported <cone>"),
+        (urdf(link(MASS + BALL.replace('radius="0.1"', 'radius="-1"'))), "0 to 10000"),
+        (urdf(link(MASS + BALL.replace("<collision>", '<collision><origin xyz="1 2"/>'))), "3 numbers"),
+        (urdf(link(MASS + BALL * 1001)), "more than 1000 shapes"),
+        (urdf(link(MASS + MESH)), "missing mesh 'a.stl'"),
+        (urdf(link(MASS + MESH.replace("stl", "step"))), "unsupported format of the mesh 'a.step'"),
     ],
 )
-def test_unsupported_elements_are_refused_by_name(text: str, words: str) -> None:
+def test_invalid_models_are_refused_with_the_place(text: str, words: str) -> None:
     with pytest.raises(RequestRefused, match=words) as refused:
         parse_model(text)
     assert refused.value.code == SpawnResult.RESOURCE_PARSE_ERROR
 
 
-def test_collision_meshes_are_refused() -> None:
-    mesh = '<collision><geometry><mesh filename="a.stl"/></geometry></collision>'
-    with pytest.raises(RequestRefused, match="mesh") as refused:
-        parse_model(urdf(link(MASS + mesh)))
-    assert refused.value.code == SpawnResult.UNSUPPORTED_ASSETS
+@pytest.mark.parametrize("data", [b"", b"solid\nendsolid", bytes(84), b"\x00\xff" * 100])
+def test_damaged_meshes_are_refused(data: bytes) -> None:
+    with pytest.raises(RequestRefused, match=r"the mesh 'a\.stl' (is damaged|has no triangles)"):
+        parse_model(urdf(link(MASS + MESH)), {"a.stl": data})

@@ -6,7 +6,7 @@ import pytest
 
 from sim_nodes.geometry import quaternion
 from sim_nodes.physics import BodyState, ContactPoint
-from sim_nodes.robots.declaration import load_robot
+from sim_nodes.robots.reading import load_robot
 from sim_nodes.sensors.base import RELEASE_TICKS, Bump, Bumper
 
 PLACE = BodyState((2.0, 1.0, 0.0), quaternion(0.0, 0.0, math.pi / 2))  # it looks along the map's y axis

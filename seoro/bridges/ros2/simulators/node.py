@@ -121,8 +121,8 @@ class RosSimulator:
 
     # ------------------------------------------------------------ entities
 
-    async def spawn_entity(self, request: wire.SpawnEntity) -> wire.EntityName:
-        return wire.EntityName(name=await self._simulator.spawn(request))
+    async def spawn_entity(self, request: wire.SpawnEntity) -> wire.Spawned:
+        return wire.Spawned(name=await self._simulator.spawn(request))
 
     async def spawn_entities(self, request: wire.SpawnEntities) -> wire.SpawnOutcomes:
         return wire.SpawnOutcomes(results=tuple([await self._try_spawn(each) for each in request.entities]))

@@ -1,0 +1,401 @@
+"""Canonical URDF: model files in a form that all engines read alike.
+
+Each engine reads a URDF in its own way: one skips unknown elements and invalid numbers, another gives massless
+links a kilogram, a third refuses the file. So models are brought into one form first: known elements only, valid
+numbers, complete inertia, meshes as STL without folders, solid meshes as convex pieces. Notes list the changes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, assert_never
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+
+from seoro.bridges.model_files import virtual_path
+from seoro.bridges.wire.refusal import name_list
+from sim_nodes.geometry import Array, Vector, quaternion, rotated, vector
+from sim_nodes.inertia import inertia_tensor, masses_by_volume, volume
+from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.urdf import frame_of, link_of, read_numbers, read_origin, read_pose, read_shape
+from sim_nodes.physics import BodyModel, Box, Capsule, Cylinder, Hull, Part, Shape, Sphere, Urdf
+from sim_nodes.views import Colour
+
+if TYPE_CHECKING:
+    from sim_nodes.models.meshes import Mesh
+
+JOINTS = ("continuous", "fixed", "floating", "planar", "prismatic", "revolute", "spherical")
+JOINT_ELEMENTS = {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}
+REPEATED = frozenset({"visual", "collision", "contact"})
+DENSITY = 1000.0  # [kg/m^3] of links without a mass
+SMALLEST = 1e-6  # smallest ratio of principal moments
+FRAME_MASS, FRAME_INERTIA = 1e-3, 1e-6  # [kg], [kg m^2] of links without shapes and mass
+CENTRE: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+POINT_RADIUS = 0.05  # [m] of the sphere that stands for a link with a mass, without shapes
+PLANE = (100.0, 100.0, 1.0)  # [m] of the box that stands for a plane, its top
+MASSES = (0.0, 1e5)  # [kg]
+LIMITS = (-1e12, 1e12)  # of joints, in their units
+SCALES = (-1e6, 1e6)
+MAX_SHAPES = 1000
+
+
+def canonical_model(
+    robot: Any, files: Mapping[str, bytes], *, static: bool = False, colour: Colour | None = None
+) -> BodyModel:
+    """Bring a URDF into canonical form.
+
+    Args:
+        robot: Root element.
+        files: Files of the model by virtual path.
+        static: Whether the body is static even if the file has masses.
+        colour: Colour of all visuals; None for those of the file.
+
+    Raises:
+        RequestRefused: The model is invalid.
+    """
+    return _Writer(robot, files, colour).write(static=static)
+
+
+class _Writer:
+    """Writes the canonical form of a URDF."""
+
+    def __init__(self, robot: Any, files: Mapping[str, bytes], colour: Colour | None) -> None:
+        self._robot, self._files, self._colour = robot, files, colour
+        self._out = Element("robot", name=robot.get("name") or "model")
+        self._ignored: set[str] = set()
+        self._notes: dict[str, None] = {}
+        self._assets: dict[str, bytes] = {}
+        self._meshes: dict[tuple[str, Vector, bool], list[tuple[str, Mesh]]] = {}
+        self._materials = {
+            each.get("name"): each for each in robot.iter("material") if each.find("color") is not None
+        }
+        self._friction: dict[str, float] = {}
+        self._first_colour: Colour | None = None
+        self._shapes = 0
+
+    def write(self, *, static: bool) -> BodyModel:
+        robot = self._robot
+        links = {link.get("name"): link for link in robot.findall("link")}
+        if None in links or len(links) != len(robot.findall("link")):
+            raise xml.invalid("missing or duplicate name of a <link>")
+        self._ignore(robot, {"link", "joint", "material"})
+        self._note_repeated(robot)
+        joints = [(joint, *_ends(joint, links), read_origin(joint)) for joint in robot.findall("joint")]
+        root = _root(links, [child for _, _, child, _ in joints])
+        hung = {child: (parent, frame) for _, parent, child, frame in joints}
+        is_static = static or _given_mass(links[root]) == 0.0 or _is_world(links[root])
+        parts: list[Part] = []
+        mass = 0.0
+        for name, link in links.items():
+            frame = frame_of(name, hung)
+            own, weight = self._link(name, link, is_held=is_static and name == root)
+            parts += [xml.moved(part, frame) for part in own]
+            mass += weight
+        for joint, parent, child, _ in joints:
+            self._joint(joint, parent, child)
+        if not parts:
+            raise xml.invalid("found no collision shapes in the model; expected one or more")
+        if not is_static and mass > MASSES[1]:
+            raise xml.invalid(f"the model has a mass of {mass:g} kg; expected at most {MASSES[1]:g} kg")
+        movable = tuple(joint.get("name") for joint, *_ in joints if joint.get("type") != "fixed")
+        text = tostring(self._out, encoding="unicode").replace("><", ">\n<")
+        return BodyModel(
+            tuple(parts),
+            mass=mass,
+            static=is_static,
+            colour=self._colour or self._first_colour,
+            urdf=Urdf(text, self._assets, root, movable, self._friction),
+            notes=self._all_notes(),
+        )
+
+    def _all_notes(self) -> tuple[str, ...]:
+        if not self._ignored:
+            return tuple(self._notes)
+        return (f"without effect: {name_list(f'<{name}>' for name in sorted(self._ignored))}", *self._notes)
+
+    def _note(self, text: str) -> None:
+        self._notes[text] = None
+
+    def _note_repeated(self, robot: Any) -> None:
+        """Note elements of which only the first counts."""
+        for tag, inside in (("link", ("inertial", "visual", "collision")), ("joint", ())):
+            for outer in robot.findall(tag):
+                for element in (outer, *(each for name in inside for each in outer.findall(name))):
+                    tags = Counter(str(child.tag) for child in element)
+                    for name in (name for name, count in tags.items() if count > 1 and name not in REPEATED):
+                        self._note(f"without effect: a second <{name}> of {xml.label(outer)}")
+
+    def _ignore(self, element: Any, known: set[str]) -> None:
+        self._ignored |= {str(child.tag) for child in element} - known
+
+    # ------------------------------------------------------------ links
+
+    def _link(self, name: str, link: Any, *, is_held: bool) -> tuple[list[Part], float]:
+        """Write a link; returns its solid shapes in its frame, and its mass [kg], 0 if it is held."""
+        self._ignore(link, {"inertial", "visual", "collision", "contact"})
+        out = SubElement(self._out, "link", name=name)
+        solids: list[Part] = []
+        for element in link:  # in the order of the file, which is that of geoms in engines
+            if element.tag == "collision":
+                solids += self._solids(out, element)
+            elif element.tag == "visual":
+                self._visual(out, element)
+        self._shapes += len(out)
+        if self._shapes > MAX_SHAPES:
+            raise xml.invalid(f"the model has more than {MAX_SHAPES} shapes")
+        for contact in link.findall("contact"):
+            self._ignore(contact, {"lateral_friction"})
+            for friction in contact.findall("lateral_friction"):
+                [self._friction[name]] = read_numbers(
+                    friction.get("value"), f"<lateral_friction> of {xml.label(link)}", 1, xml.FRICTIONS
+                )
+        if is_held:
+            _write_inertial(out, 1.0, CENTRE, np.eye(3))  # engines need some inertia
+            return solids, 0.0
+        return solids, self._inertial(out, name, link, solids)
+
+    def _inertial(self, out: Element, name: str, link: Any, solids: Sequence[Part]) -> float:
+        """Write the <inertial> of a link that may move; returns its mass [kg]."""
+        given = link.find("inertial")
+        mass = _given_mass(link)
+        if not mass and not solids:
+            _write_inertial(out, FRAME_MASS, CENTRE, FRAME_INERTIA * np.eye(3))
+            return FRAME_MASS
+        if not mass:
+            mass = DENSITY * sum(volume(part.shape) for part in solids)
+            self._note(f"link {name!r} has no mass: {mass:.3g} kg by its volume, at {DENSITY:g} kg/m^3")
+        own = None if given is None else self._given_tensor(name, given)
+        if own is not None:
+            _write_inertial(out, mass, read_pose(given), own)
+        elif solids:
+            centre, tensor = inertia_tensor(solids, masses_by_volume(solids, mass))
+            _write_inertial(out, mass, (vector(centre), CENTRE[1]), tensor)
+        else:
+            _write_inertial(out, mass, CENTRE, 0.4 * mass * POINT_RADIUS**2 * np.eye(3))
+        return mass
+
+    def _given_tensor(self, name: str, inertial: Any) -> Array | None:
+        """Return the given inertia tensor; None without one that a body can have."""
+        element = inertial.find("inertia")
+        if element is None:
+            return None
+        xx, yy, zz, xy, xz, yz = (
+            read_numbers(element.get(key, "0"), f"{key} of link {name!r}", 1, xml.INERTIAS)[0]
+            for key in xml.INERTIA
+        )
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        low, middle, high = np.linalg.eigvalsh(tensor).tolist()
+        if low > SMALLEST * high and low + middle >= high * (1.0 - xml.ROUNDED):
+            return tensor
+        self._note(f"no body can have the inertia of link {name!r}: it is computed from mass and shapes")
+        return None
+
+    def _solids(self, out: Element, element: Any) -> Iterator[Part]:
+        """Write a <collision>; yields its shapes."""
+        place, angles = read_pose(element)
+        orientation = quaternion(*angles)
+        if element.find("geometry/plane") is not None:
+            place = vector(np.add(place, rotated(orientation, (0.0, 0.0, -PLANE[2] / 2))))
+        for shape, mesh in self._shapes_of(element, solid=True):
+            assert shape is not None, "solid meshes are hulls"
+            written = SubElement(out, "collision")
+            _write_pose(written, place, angles)
+            _write_geometry(written, shape, mesh)
+            yield Part(shape, place, orientation)
+
+    def _visual(self, out: Element, element: Any) -> None:
+        own = self._colour or self._colour_of(element)
+        for shape, mesh in self._shapes_of(element, solid=False):
+            written = SubElement(out, "visual")
+            _write_pose(written, *read_pose(element))
+            _write_geometry(written, shape, mesh)
+            colour = own or (None if mesh is None else mesh[1].colour)
+            if colour is not None:
+                self._first_colour = self._first_colour or colour
+                material = SubElement(written, "material", name=f"material{len(self._out)}_{len(out)}")
+                SubElement(material, "color", rgba=_text(colour))
+
+    def _colour_of(self, visual: Any) -> Colour | None:
+        """Return the colour of a <visual>, its own or by the name of a material."""
+        material = visual.find("material")
+        known = None if material is None else self._materials.get(material.get("name"))
+        for each in (material, known):
+            if each is not None and (colour := each.find("color")) is not None:
+                values = read_numbers(colour.get("rgba"), "rgba of <color>", None, (0.0, 1.0))
+                if len(values) not in (3, 4):
+                    raise xml.invalid(f"invalid rgba of <color>: {colour.get('rgba')!r}; expected 4 numbers")
+                red, green, blue, opacity = (*values, 1.0)[:4]
+                return red, green, blue, opacity
+        return None
+
+    def _shapes_of(self, element: Any, *, solid: bool) -> Iterator[tuple[Shape | None, tuple[str, Mesh] | None]]:
+        """Yield the shapes of a <collision> or <visual>; those of meshes with their assets, None if not solid."""
+        geometry = element.find("geometry")
+        shape = None if geometry is None else next(iter(geometry), None)
+        if shape is None:
+            self._note(f"without effect: {xml.label(element)} without a shape")
+            return
+        if shape.tag == "mesh":
+            for name, mesh in self._mesh(shape, xml.label(element), solid=solid):
+                yield Hull(mesh.vertices.astype("<f8").tobytes()) if solid else None, (name, mesh)
+            return
+        found = Box(PLANE) if shape.tag == "plane" else read_shape(shape, xml.label(element))
+        if volume(found) <= 0.0:
+            self._note(f"without effect: {xml.label(element)} with a shape without extent")
+            return
+        yield found, None
+
+    def _mesh(self, shape: Any, what: str, *, solid: bool) -> list[tuple[str, Mesh]]:
+        """Return the pieces of a mesh, with the names of their assets."""
+        from sim_nodes.models.meshes import hull, load_pieces, to_stl  # noqa: PLC0415 - robots without meshes start sooner
+
+        path = virtual_path(shape.get("filename") or "")
+        scale = read_numbers(shape.get("scale", "1 1 1"), f"scale of the mesh in {what}", None, SCALES)[:3]
+        if len(scale) == 1:
+            scale *= 3
+        if len(scale) != 3:
+            raise xml.invalid(f"invalid scale of the mesh in {what}: {shape.get('scale')!r}; expected 3 numbers")
+        key = (path, (scale[0], scale[1], scale[2]), solid)
+        if key not in self._meshes:
+            pieces = load_pieces(self._files, path, key[1], solid=solid)
+            if solid:
+                pieces = [hull(piece) for piece in pieces]
+            named = [(f"mesh{len(self._assets) + index}.stl", piece) for index, piece in enumerate(pieces)]
+            self._assets |= {name: to_stl(piece) for name, piece in named}
+            self._meshes[key] = named
+        return self._meshes[key]
+
+    # ------------------------------------------------------------ joints
+
+    def _joint(self, joint: Any, parent: str, child: str) -> None:
+        self._ignore(joint, JOINT_ELEMENTS)
+        kind, name = joint.get("type"), joint.get("name")
+        limit = joint.find("limit")
+        low, high, effort, speed = (
+            0.0
+            if limit is None
+            else read_numbers(limit.get(key, "0"), f"{key} of {xml.label(joint)}", 1, LIMITS)[0]
+            for key in ("lower", "upper", "effort", "velocity")
+        )
+        if kind == "revolute" and low >= high:
+            self._note(f"{xml.label(joint)} turns freely, because its lower limit is not below its upper one")
+            kind = "continuous"
+        out = SubElement(self._out, "joint", name=name, type=kind)
+        _write_pose(out, *read_pose(joint))
+        SubElement(out, "parent", link=parent)
+        SubElement(out, "child", link=child)
+        if kind == "fixed":
+            return
+        SubElement(out, "axis", xyz=_text(_axis(joint)))
+        if limit is not None:
+            SubElement(out, "limit", _limits(kind, low, high, effort, speed))
+        for dynamics in joint.findall("dynamics"):
+            values = {
+                key: read_numbers(dynamics.get(key, "0"), f"{key} of {xml.label(joint)}", 1, LIMITS)[0]
+                for key in ("damping", "friction")
+            }
+            SubElement(out, "dynamics", {key: repr(max(value, 0.0)) for key, value in values.items()})
+        for mimic in joint.findall("mimic"):
+            factor, offset = (
+                read_numbers(mimic.get(key, usual), f"{key} of {xml.label(joint)}", 1, LIMITS)[0]
+                for key, usual in (("multiplier", "1"), ("offset", "0"))
+            )
+            SubElement(out, "mimic", joint=mimic.get("joint", ""), multiplier=repr(factor), offset=repr(offset))
+
+
+def _limits(kind: str, low: float, high: float, effort: float, speed: float) -> dict[str, str]:
+    """Return the attributes of a <limit>; efforts and speeds of 0 are placeholders in many files."""
+    limits = {"effort": effort, "velocity": speed}
+    known = {key: repr(value) for key, value in limits.items() if value > 0.0}
+    if kind in ("revolute", "prismatic") and low < high:
+        known |= {"lower": repr(low), "upper": repr(high)}
+    return known
+
+
+def _root(links: Mapping[Any, Any], children: Sequence[str]) -> str:
+    """Return the name of the root link; every other link is the child of one joint."""
+    twice = next((child for child, count in Counter(children).items() if count > 1), None)
+    if twice is not None:
+        raise xml.invalid(f"link {twice!r} is the child of two joints")
+    roots = [str(name) for name in links if name not in children]
+    if len(roots) != 1:
+        raise xml.invalid(f"found {len(roots)} root links in the model: {name_list(roots)}; expected one")
+    return roots[0]
+
+
+def _ends(joint: Any, links: Mapping[Any, Any]) -> tuple[str, str]:
+    """Return parent and child link of a joint."""
+    if not joint.get("name"):
+        raise xml.invalid("missing name of a <joint>")
+    if joint.get("type") not in JOINTS:
+        raise xml.invalid(
+            f"{xml.label(joint)} has the unknown type {joint.get('type')!r}; expected {name_list(JOINTS)}"
+        )
+    return link_of(joint, "parent", links), link_of(joint, "child", links)
+
+
+def _axis(joint: Any) -> Array:
+    """Return the unit vector of a joint's axis, shape (3,)."""
+    element = joint.find("axis")
+    values = (
+        [1.0, 0.0, 0.0]
+        if element is None
+        else read_numbers(element.get("xyz"), f"axis of {xml.label(joint)}", 3, SCALES)
+    )
+    length = math.hypot(*values)
+    if not length:
+        raise xml.invalid(f"zero length: axis of {xml.label(joint)}")
+    return np.array(values) / length
+
+
+def _given_mass(link: Any) -> float | None:
+    """Return the mass of a link in its file [kg]."""
+    element = link.find("inertial/mass")
+    return (
+        None if element is None else read_numbers(element.get("value"), f"mass of {xml.label(link)}", 1, MASSES)[0]
+    )
+
+
+def _is_world(root: Any) -> bool:
+    """Whether a root link is that of the world, by the convention of ROS."""
+    return root.get("name") == "world" and root.find("collision") is None and root.find("inertial") is None
+
+
+def _text(values: Iterable[float]) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _write_pose(out: Element, place: Vector, angles: Vector) -> None:
+    if any((*place, *angles)):
+        SubElement(out, "origin", xyz=_text(place), rpy=_text(angles))
+
+
+def _write_inertial(out: Element, mass: float, pose: tuple[Vector, Vector], tensor: Array) -> None:
+    inertial = SubElement(out, "inertial")
+    _write_pose(inertial, *pose)
+    SubElement(inertial, "mass", value=repr(mass))
+    values = zip(xml.INERTIA, tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist(), strict=True)
+    SubElement(inertial, "inertia", {key: repr(value) for key, value in values})
+
+
+def _write_geometry(out: Element, shape: Shape | None, mesh: tuple[str, Mesh] | None) -> None:
+    geometry = SubElement(out, "geometry")
+    if mesh is not None:
+        SubElement(geometry, "mesh", filename=mesh[0])
+        return
+    match shape:
+        case Box(size=size):
+            SubElement(geometry, "box", size=_text(size))
+        case Cylinder(radius=radius, length=length):
+            SubElement(geometry, "cylinder", radius=repr(radius), length=repr(length))
+        case Capsule(radius=radius, length=length):
+            SubElement(geometry, "capsule", radius=repr(radius), length=repr(length))
+        case Sphere(radius=radius):
+            SubElement(geometry, "sphere", radius=repr(radius))
+        case Hull() | None:
+            raise AssertionError("meshes have assets")
+        case _:
+            assert_never(shape)

@@ -1,0 +1,260 @@
+"""Writes compiled models of MuJoCo as URDF, from which other engines load them and parts of bodies are read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+import mujoco
+import numpy as np
+import trimesh
+
+from seoro.bridges.wire.refusal import name_list
+from sim_nodes.geometry import Array, Quaternion, roll_pitch_yaw, rotated, vector
+from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.meshes import Mesh, to_stl
+from sim_nodes.physics import Mjcf
+
+HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+BALL, FREE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_FREE)
+GEOM = mujoco.mjtGeom
+WORLD = 0  # body
+SMALL_MASS, SMALL_INERTIA = "1e-4", "1e-7"  # [kg], [kg m^2] of links between two joints of a body
+INVISIBLE = 0.01  # opacity below which a geom is a helper of the author
+
+
+def compile_mjcf(model: Mjcf) -> Any:
+    """Compile an MJCF model; returns MuJoCo's model.
+
+    Raises:
+        RequestRefused: The model is invalid.
+    """
+    try:
+        return mujoco.MjSpec.from_string(model.text, assets=dict(model.assets)).compile()
+    except (ValueError, TypeError) as error:
+        raise xml.invalid(f"MuJoCo refuses the model: {' '.join(str(error).split())}") from error
+
+
+@dataclass
+class _Writer:
+    model: Any
+    out: Element
+    files: dict[str, bytes] = field(default_factory=dict)
+
+
+def urdf_of(model: Any) -> tuple[Element, Mapping[str, bytes]]:
+    """Write the body of a model as URDF; returns its root element, and its meshes by virtual path.
+
+    Planes of the world are left out: they are floors of demonstrations.
+
+    Args:
+        model: MuJoCo's model, with one body at the top, or with static ones.
+
+    Raises:
+        RequestRefused: Several bodies at the top move.
+    """
+    writer = _Writer(model, Element("robot", name="model"))
+    tops = [body for body in range(1, model.nbody) if model.body_parentid[body] == WORLD]
+    free = [body for body in tops if _is_free(model, body)]
+    solid = [geom for geom in _geoms(model, WORLD) if model.geom_type[geom] != GEOM.mjGEOM_PLANE]
+    if free and (len(tops) > 1 or solid):
+        names = name_list(model.body(body).name or f"body {body}" for body in tops)
+        raise xml.invalid(
+            f"found several bodies at the top, of which some move: {names}; expected one, or static ones"
+        )
+    if free:
+        _add_body(writer, free[0], parent=None)
+    else:
+        base = SubElement(writer.out, "link", name="__world__")
+        SubElement(SubElement(base, "inertial"), "mass", value="0")
+        _add_geoms(writer, base, WORLD, np.zeros(3), solid)
+        for body in tops:
+            _add_body(writer, body, parent="__world__")
+    return writer.out, writer.files
+
+
+def _is_free(model: Any, body: int) -> bool:
+    joints = _joints(model, body)
+    return bool(joints) and model.jnt_type[joints[0]] == FREE
+
+
+def _joints(model: Any, body: int) -> list[int]:
+    start = int(model.body_jntadr[body])
+    return list(range(start, start + int(model.body_jntnum[body])))
+
+
+def _geoms(model: Any, body: int) -> list[int]:
+    start = int(model.body_geomadr[body])
+    return list(range(start, start + int(model.body_geomnum[body])))
+
+
+def _add_body(writer: _Writer, body: int, parent: str | None, moved: Array | None = None) -> None:
+    """Add a body and its descendants.
+
+    Args:
+        writer: Writer of the model.
+        body: Number of the body.
+        parent: Link of the parent; None for a free body.
+        moved: Origin of the parent link in the frame of the parent body, shape (3,) [m].
+    """
+    model = writer.model
+    name = model.body(body).name or f"body_{body}"
+    joints = [] if parent is None else _joints(model, body)
+    position = model.body_pos[body] - (np.zeros(3) if moved is None else moved)
+    orientation: Quaternion = tuple(model.body_quat[body].tolist())
+    anchor = np.zeros(3)
+    link = name
+    for index, joint in enumerate(joints):
+        last = index == len(joints) - 1
+        child = name if last else f"{name}__{index}"
+        at = model.jnt_pos[joint]
+        origin = position + np.array(rotated(orientation, vector(at))) if index == 0 else at - anchor
+        turn = orientation if index == 0 else (1.0, 0.0, 0.0, 0.0)
+        link = _add_link(writer, child, empty=not last)
+        _add_joint(writer, joint, str(parent), child, origin, turn)
+        parent, anchor = child, at
+    if not joints:
+        link = _add_link(writer, name, empty=False)
+        if parent is not None:
+            fixed = SubElement(writer.out, "joint", name=f"{name}__fixed", type="fixed")
+            _origin(fixed, position, orientation)
+            SubElement(fixed, "parent", link=parent)
+            SubElement(fixed, "child", link=name)
+    _add_inertial(model, link, body, anchor)
+    _add_geoms(writer, link, body, anchor, _geoms(model, body))
+    for child in range(body + 1, model.nbody):
+        if model.body_parentid[child] == body:
+            _add_body(writer, child, name, anchor)
+
+
+def _add_link(writer: _Writer, name: str, *, empty: bool) -> Any:
+    link = SubElement(writer.out, "link", name=name)
+    if empty:
+        inertial = SubElement(link, "inertial")
+        SubElement(inertial, "mass", value=SMALL_MASS)
+        SubElement(inertial, "inertia", ixx=SMALL_INERTIA, iyy=SMALL_INERTIA, izz=SMALL_INERTIA)
+    return link
+
+
+def _add_inertial(model: Any, link: Any, body: int, anchor: Array) -> None:
+    mass = float(model.body_mass[body])
+    if mass <= 0.0:
+        return
+    inertial = SubElement(link, "inertial")
+    _origin(inertial, model.body_ipos[body] - anchor, tuple(model.body_iquat[body].tolist()))
+    SubElement(inertial, "mass", value=repr(mass))
+    ixx, iyy, izz = (repr(value) for value in model.body_inertia[body].tolist())
+    SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz)
+
+
+def _add_joint(writer: _Writer, joint: int, parent: str, child: str, origin: Array, turn: Quaternion) -> None:
+    model = writer.model
+    kind, limited = int(model.jnt_type[joint]), bool(model.jnt_limited[joint])
+    types = {
+        HINGE: "revolute" if limited else "continuous",
+        SLIDE: "prismatic",
+        BALL: "spherical",
+        FREE: "floating",
+    }
+    name = model.joint(joint).name or f"joint_{joint}"
+    element = SubElement(writer.out, "joint", name=name, type=types[kind])
+    _origin(element, origin, turn)
+    SubElement(element, "parent", link=parent)
+    SubElement(element, "child", link=child)
+    if kind in (HINGE, SLIDE):
+        SubElement(element, "axis", xyz=_text(model.jnt_axis[joint]))
+        low, high = model.jnt_range[joint].tolist() if limited else (-1e3, 1e3)
+        SubElement(element, "limit", lower=repr(low), upper=repr(high), effort="0", velocity="0")
+        dof = int(model.jnt_dofadr[joint])
+        values = {"damping": model.dof_damping[dof], "friction": model.dof_frictionloss[dof]}
+        SubElement(element, "dynamics", {key: repr(float(value.item())) for key, value in values.items()})
+
+
+def _add_geoms(writer: _Writer, link: Any, body: int, anchor: Array, geoms: list[int]) -> None:
+    model = writer.model
+    solids = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+    if solids:
+        friction = repr(float(model.geom_friction[solids[0]][0]))
+        SubElement(SubElement(link, "contact"), "lateral_friction", value=friction)
+    for geom in geoms:
+        solid = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+        seen = float(model.geom_rgba[geom][3]) > INVISIBLE
+        for purpose in (["collision"] if solid else []) + (["visual"] if seen else []):
+            element = SubElement(link, purpose)
+            _origin(element, model.geom_pos[geom] - anchor, tuple(model.geom_quat[geom].tolist()))
+            _add_shape(writer, SubElement(element, "geometry"), geom)
+            if purpose == "visual":
+                material = int(model.geom_matid[geom])
+                colour = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
+                SubElement(SubElement(element, "material", name=""), "color", rgba=_text(colour))
+
+
+def _add_shape(writer: _Writer, out: Any, geom: int) -> None:
+    model = writer.model
+    x, y, z = model.geom_size[geom].tolist()
+    match model.geom_type[geom]:
+        case GEOM.mjGEOM_BOX:
+            SubElement(out, "box", size=_text((2 * x, 2 * y, 2 * z)))
+        case GEOM.mjGEOM_SPHERE:
+            SubElement(out, "sphere", radius=repr(x))
+        case GEOM.mjGEOM_CYLINDER:
+            SubElement(out, "cylinder", radius=repr(x), length=repr(2 * y))
+        case GEOM.mjGEOM_CAPSULE:
+            SubElement(out, "capsule", radius=repr(x), length=repr(2 * y))
+        case GEOM.mjGEOM_PLANE:
+            SubElement(out, "plane")
+        case GEOM.mjGEOM_ELLIPSOID:
+            ball = trimesh.creation.icosphere(2)
+            _add_mesh(writer, out, f"ellipsoid_{geom}", ball.vertices * (x, y, z), ball.faces)
+        case GEOM.mjGEOM_MESH:
+            mesh = int(model.geom_dataid[geom])
+            first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            start, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+            _add_mesh(
+                writer,
+                out,
+                f"mesh_{mesh}",
+                model.mesh_vert[first : first + count],
+                model.mesh_face[start : start + faces],
+            )
+        case GEOM.mjGEOM_HFIELD:
+            _add_field(writer, out, geom)
+        case other:
+            raise xml.invalid(f"unsupported geom of type {other} in another engine than MuJoCo")
+
+
+def _add_mesh(writer: _Writer, out: Any, name: str, vertices: Array, faces: Any) -> None:
+    path = f"{name}.stl"
+    if path not in writer.files:
+        writer.files[path] = to_stl(Mesh(vertices, faces))
+    SubElement(out, "mesh", filename=path)
+
+
+def _add_field(writer: _Writer, out: Any, geom: int) -> None:
+    """Add a height field as a mesh."""
+    model = writer.model
+    index = int(model.geom_dataid[geom])
+    rows, columns = int(model.hfield_nrow[index]), int(model.hfield_ncol[index])
+    start = int(model.hfield_adr[index])
+    x, y, top, _ = model.hfield_size[index].tolist()
+    heights = model.hfield_data[start : start + rows * columns].reshape(rows, columns) * top
+    grid = np.stack(np.meshgrid(np.linspace(-x, x, columns), np.linspace(-y, y, rows)), axis=-1)
+    vertices = np.concatenate([grid, heights[..., None]], axis=-1).reshape(-1, 3)
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    faces = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + columns], 1),
+            np.stack([corner + 1, corner + columns + 1, corner + columns], 1),
+        ]
+    )
+    _add_mesh(writer, out, f"field_{index}", vertices, faces)
+
+
+def _origin(out: Any, position: Any, orientation: Quaternion) -> None:
+    SubElement(out, "origin", xyz=_text(position), rpy=_text(roll_pitch_yaw(orientation)))
+
+
+def _text(values: Any) -> str:
+    return " ".join(repr(float(value)) for value in values)

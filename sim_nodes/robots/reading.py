@@ -1,0 +1,67 @@
+"""Reads declarations of robots and the URDF files that they name."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+from seoro.bridges.model_files import InvalidModel, gather
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
+from sim_nodes.files import bundled_names, validate
+from sim_nodes.models import parse_model
+from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.urdf_check import check_urdf
+
+
+def available_robots() -> tuple[str, ...]:
+    """Return the names of the robot kinds that come with the node."""
+    return bundled_names(__package__)
+
+
+@cache
+def load_robot(model: str) -> RobotDeclaration:
+    """Load the declaration of one of `available_robots()`."""
+    return read_robot(Path(__file__).parent / f"{model}.yaml")
+
+
+def read_robot(path: Path) -> RobotDeclaration:
+    """Read a robot declaration and the URDF that it names, relative to its folder.
+
+    Raises:
+        FileError: A file is unreadable or invalid, or the URDF does not fit the declaration.
+    """
+    text = read_text(path)
+    content = read_yaml(text, str(path))
+    if not isinstance(content, dict) or not isinstance(content.get("urdf"), str):
+        raise FileError(f"{path}: missing `urdf`; expected a file relative to its folder")
+    try:
+        found = gather(path.parent / content["urdf"])
+    except InvalidModel as error:
+        raise FileError(str(error)) from error
+    try:
+        model = parse_model(found.text, found.files)
+        assert model.urdf is not None
+        content |= {
+            "source": found.text if "<robot" in found.text else model.urdf.text,
+            "urdf": model.urdf.text,
+            "meshes": tuple(model.urdf.meshes.items()),
+            "notes": model.notes,
+        }
+        declaration = validate(RobotDeclaration, content, Lines(text, str(path)))
+        check_urdf(declaration)
+    except RequestRefused as error:
+        where = f" (line {line})" if (line := line_of(found.text, error.message)) is not None else ""
+        raise FileError(f"the URDF of {path}{where}: {error.message}") from error
+    return declaration
+
+
+def line_of(urdf: str, message: str) -> int | None:
+    """Return the first line of a URDF with the element named in a message; None without one."""
+    found = re.search(r"<(\w+) name='([^']*)'>", message)
+    if found is None:
+        return None
+    tag, name = map(re.escape, found.groups())
+    there = re.search(rf"<{tag}\b[^>]*\bname\s*=\s*[\"']{name}[\"']", urdf)
+    return None if there is None else urdf.count("\n", 0, there.start()) + 1
