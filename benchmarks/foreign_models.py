@@ -1,0 +1,158 @@
+"""Loads models of makers into both engines, and counts what loads.
+
+    python benchmarks/foreign_models.py [PACKAGE ...] [--every N]
+
+Packages are Python packages with models; missing ones are skipped. By default: pybullet_data, robosuite,
+dm_control and gymnasium_robotics, which are installed for this only. Each model is added to an empty world, and
+simulated for 0.1 s. MJCF files without a body are parts of other files, and not counted. Prints a table of
+counts, and the reasons of refusals with an example of each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import re
+import sys
+import time
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from importlib.util import find_spec
+from itertools import islice
+from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerContext
+from pathlib import Path
+from typing import NamedTuple, cast
+
+from seoro.bridges.model_files import InvalidModel, gather
+from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes.__main__ import ENGINES
+from sim_nodes.extents import lowest_point
+from sim_nodes.models import parse_model
+from sim_nodes.physics import BodyState, Scene, UnstablePhysics
+
+PACKAGES = ("pybullet_data", "robosuite", "dm_control", "gymnasium_robotics")
+SUFFIXES = {".urdf": "URDF", ".sdf": "SDF", ".xml": "MJCF"}
+EXTENT = (-20.0, -20.0, 20.0, 20.0)
+CLEARANCE = 0.01  # [m] above the floor
+DURATION = 0.1  # [s]
+LIMIT = 120.0  # [s] for one model
+LOADED = "loaded"
+
+
+class Case(NamedTuple):
+    """A model in an engine."""
+
+    package: str
+    path: Path
+    engine: str
+
+
+def load(case: Case) -> tuple[str, float]:
+    """Load a model into an engine; returns `LOADED` or the reason why not, and the duration [s]."""
+    sink = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(sink, sys.stderr.fileno())  # warnings of engines
+    start = time.perf_counter()
+    try:
+        found = gather(case.path)
+        model = parse_model(found.text, found.files)
+        engine = ENGINES[case.engine]()
+        engine.build(Scene((), (), EXTENT))
+        height = CLEARANCE - lowest_point(model, BodyState((0.0, 0.0, 0.0)))
+        engine.add_body("model", model, BodyState((0.0, 0.0, height)))
+        left = round(DURATION * engine.steps_per_second)
+        while left > 0:
+            left -= engine.step(left)
+    except (InvalidModel, RequestRefused) as error:
+        return str(getattr(error, "message", error)), time.perf_counter() - start
+    except UnstablePhysics as error:
+        return f"unstable: {error}", time.perf_counter() - start
+    except Exception as error:  # counted as a failure of seoro
+        return f"FAULT {type(error).__name__}: {error}", time.perf_counter() - start
+    return LOADED, time.perf_counter() - start
+
+
+def load_apart(context: ForkServerContext, case: Case) -> tuple[str, float]:
+    """Load a model in a process of its own, which may crash or take too long; see `load`."""
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_send_result, args=(there, case))
+    process.start()
+    there.close()
+    try:
+        return (
+            cast(tuple[str, float], here.recv()) if here.poll(LIMIT) else (f"takes more than {LIMIT:g} s", LIMIT)
+        )
+    except EOFError:
+        return "FAULT the process crashed", 0.0
+    finally:
+        process.kill()
+        process.join()
+
+
+def _send_result(result: Connection, case: Case) -> None:
+    result.send(load(case))
+
+
+def models_of(package: str) -> Iterator[Path]:
+    """Yield the model files of an installed package."""
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
+        return
+    root = Path(spec.origin).parent
+    for path in sorted(each for suffix in SUFFIXES for each in root.rglob(f"*{suffix}")):
+        if path.suffix != ".xml" or _is_whole(path):
+            yield path
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether an XML file is a whole model in MJCF."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return "<mujoco" in text and "<worldbody" in text and ("<geom" in text or "<include" in text)
+
+
+def main() -> None:
+    """Load all models, and print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("packages", nargs="*", default=PACKAGES)
+    parser.add_argument("--every", type=int, default=1, help="load every Nth model only")
+    options = parser.parse_args()
+    cases = [
+        Case(package, path, engine)
+        for package in options.packages
+        for path in islice(models_of(package), 0, None, options.every)
+        for engine in ENGINES
+        if find_spec(engine) is not None
+    ]
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["sim_nodes.models.canonical", "sim_nodes.models.meshes"])
+    reasons: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
+    examples: dict[str, Case] = {}
+    slowest: dict[str, tuple[float, Case]] = {}
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for case, (reason, seconds) in zip(cases, pool.map(partial(load_apart, context), cases), strict=True):
+            kind = re.sub(r"'[^']*'|\"[^\"]*\"|-?\d[\d.e+-]*", "…", reason)
+            reasons[case.package, SUFFIXES[case.path.suffix], case.engine][kind] += 1
+            examples.setdefault(kind, case)
+            done = sum(map(Counter.total, reasons.values()))
+            print(f"\r{done} of {len(cases)}", end="", file=sys.stderr, flush=True)
+            slowest[case.engine] = max(slowest.get(case.engine, (0.0, case)), (seconds, case))
+    print(f"{'package':<20} {'format':<6} {'engine':<9} {'models':>6} {'loaded':>6} {'share':>6}")
+    for (package, form, engine), counts in sorted(reasons.items()):
+        total = sum(counts.values())
+        print(f"{package:<20} {form:<6} {engine:<9} {total:>6} {counts[LOADED]:>6} {counts[LOADED] / total:>6.1%}")
+    print("\nnot loaded:")
+    refused = sum(reasons.values(), Counter())
+    for kind, count in refused.most_common():
+        if kind != LOADED:
+            print(
+                f"{count:>5}  {kind[:150]}\n       such as {examples[kind].path.name} in {examples[kind].engine}"
+            )
+    for engine, (seconds, case) in sorted(slowest.items()):
+        print(f"slowest in {engine}: {case.path.name}, {seconds:.1f} s")
+
+
+if __name__ == "__main__":
+    main()
