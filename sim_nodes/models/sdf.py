@@ -158,7 +158,8 @@ def translate_model(model: Any, files: Mapping[str, bytes], folder: str) -> Elem
     if len(roots) > 1 and not is_fixed:
         raise xml.invalid(f"found {len(roots)} links without a joint: {name_list(roots)}; expected one")
     out = Element("robot", name=_name(model))
-    has_base = len(roots) != 1  # of links that stand still together, or hang on the world by joints that move
+    # A base holds links that stand still together, or hang on the world by joints that move.
+    has_base = len(roots) != 1 or any(joint.parent == WORLD for joint in moving.values())
     if has_base:
         SubElement(SubElement(SubElement(out, "link", name=WORLD), "inertial"), "mass", value="0")
         for name in roots:

@@ -98,6 +98,17 @@ def test_included_models_are_part_of_the_model() -> None:
     assert sorted(part.position for part in model.parts) == [(0.0, 0.0, 0.0), (0.0, 0.0, 2.0)]
 
 
+@pytest.mark.parametrize("beside", ["", f"<link name='world'>{SPHERE}</link>"])
+def test_a_door_hangs_on_the_world(beside: str) -> None:
+    hinge = (
+        "<joint name='hinge' type='revolute'><parent>world</parent><child>l</child><axis><xyz>0 0 1</xyz></axis>"
+    )
+    model = parse_model(sdf(SPHERE, f"{beside}{hinge}</joint>"))
+    assert model.static
+    assert model.urdf is not None
+    assert model.urdf.joints == ("hinge",)
+
+
 def test_a_joint_to_the_world_fixes_the_model() -> None:
     fixed = "<joint name='j' type='fixed'><parent>world</parent><child>l</child></joint>"
     assert parse_model(sdf(SPHERE, fixed)).static
