@@ -16,6 +16,8 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 from defusedxml.ElementTree import fromstring
 
+from seoro.bridges.wire import SpawnResult
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Quaternion, Vector, conjugate, multiply, roll_pitch_yaw, rotated, vector
 from sim_nodes.inertia import inertia
 from sim_nodes.models.urdf import paint
@@ -38,6 +40,7 @@ from sim_nodes.views import Colour
 
 FASTEST = 1e5  # [m/s], [rad/s]; Bullet's default velocity limit is 100, also for bodies without joints
 BASE = -1  # Bullet's index of the base link
+MAX_LINKS = 128  # of a body; Bullet loses larger ones without an error
 JOINT_NAME, JOINT_TYPE, LINK_NAME = 1, 2, 12  # fields of `getJointInfo`
 NO_MESHES: Mapping[str, bytes] = MappingProxyType({})
 XYZW = tuple[float, float, float, float]  # Bullet's order of quaternions
@@ -141,6 +144,11 @@ def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -
     has_joints = model.urdf is not None and bool(model.urdf.joints)
     # Static bodies stay one link, because every link takes time.
     added = split_links(root) if has_joints or not model.static else {}
+    if (count := len(root.findall("link"))) > MAX_LINKS:
+        raise RequestRefused(
+            SpawnResult.UNSUPPORTED_ASSETS,
+            f"the model has {count} links and further shapes of links; PyBullet simulates at most {MAX_LINKS}",
+        )
     body = _load(bullet, root, state, static=model.static, meshes={} if model.urdf is None else model.urdf.meshes)
     own = {} if model.urdf is None else model.urdf.friction
     for index, name in _link_names(bullet, body).items():

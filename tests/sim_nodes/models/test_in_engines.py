@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from seoro.bridges import wire
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.bench import at, run, scene
 from sim_nodes.codec import pack, unpack
@@ -157,3 +158,16 @@ def test_shapes_without_meshes_are_shapes_of_the_body() -> None:
     assert isinstance(model.parts[0].shape, Box)
     assert model.urdf is not None
     assert model.urdf.joints == ("hinge",)
+
+
+def test_pybullet_refuses_bodies_with_more_links_than_it_can_simulate() -> None:
+    ball = (
+        '<inertial><mass value="1"/></inertial><collision><geometry><sphere radius="0.1"/></geometry></collision>'
+    )
+    links = "".join(f'<link name="l{number}">{ball}</link>' for number in range(130))
+    joints = "".join(
+        f'<joint name="j{number}" type="continuous"><parent link="l0"/><child link="l{number}"/></joint>'
+        for number in range(1, 130)
+    )
+    with pytest.raises(RequestRefused, match=r"the model has 130 links .* at most 128"):
+        built("pybullet").add_body("many", parse_model(f"<robot>{links}{joints}</robot>"), at(0.0, 0.0, 1.0))
