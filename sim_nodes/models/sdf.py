@@ -253,10 +253,8 @@ def _joint(out: Element, name: str, joint: _Joint, frame: xml.Frame) -> None:
         raise xml.invalid(f"<joint name={name!r}> has the unsupported type {kind!r}; expected {name_list(JOINTS)}")
     axis = element.find("axis")
     limit = {key: _limit(axis, key) for key in ("lower", "upper", "effort", "velocity")}
-    turns_freely = (
-        kind == "revolute" and max(abs(limit["lower"] or math.inf), abs(limit["upper"] or math.inf)) > UNLIMITED
-    )
-    kind = "continuous" if turns_freely else JOINTS[kind]
+    is_limited = all((value := limit[key]) is not None and abs(value) < UNLIMITED for key in ("lower", "upper"))
+    kind = "continuous" if kind == "revolute" and not is_limited else JOINTS[kind]
     written = _add_joint(out, name, kind, joint.parent, joint.child, frame)
     if axis is None:
         return

@@ -98,6 +98,25 @@ def test_included_models_are_part_of_the_model() -> None:
     assert sorted(part.position for part in model.parts) == [(0.0, 0.0, 0.0), (0.0, 0.0, 2.0)]
 
 
+@pytest.mark.parametrize(
+    ("limit", "kind"),
+    [
+        ("<lower>0</lower><upper>1.5</upper>", "revolute"),
+        ("<lower>-1.5</lower><upper>0</upper>", "revolute"),
+        ("<lower>-1e16</lower><upper>1e16</upper>", "continuous"),
+        ("<upper>1</upper>", "continuous"),
+        ("", "continuous"),
+    ],
+)
+def test_revolute_joints_with_both_limits_have_them(limit: str, kind: str) -> None:
+    hinge = f"""<joint name='j' type='revolute'><parent>l</parent><child>k</child>
+    <axis><xyz>0 0 1</xyz><limit>{limit}</limit></axis></joint><link name='k'>{SPHERE}</link>"""
+    model = parse_model(sdf(SPHERE, hinge))
+    assert model.urdf is not None
+    joint: Any = ElementTree.fromstring(model.urdf.text).find("joint")
+    assert joint.get("type") == kind
+
+
 @pytest.mark.parametrize("beside", ["", f"<link name='world'>{SPHERE}</link>"])
 def test_a_door_hangs_on_the_world(beside: str) -> None:
     hinge = (
