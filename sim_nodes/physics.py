@@ -89,14 +89,12 @@ class Urdf:
     Attributes:
         text: Its text.
         meshes: Meshes in STL by file name.
-        root: Name of the root link.
         joints: Names of movable joints, in the order of the file.
         friction: Coefficients of sliding friction by link; others have that of the body.
     """
 
     text: str
     meshes: Mapping[str, bytes]
-    root: str
     joints: tuple[str, ...]
     friction: Mapping[str, float]
 

@@ -92,11 +92,13 @@ def gather(path: Path, within: Sequence[Path] | None = None) -> ModelFiles:
 def _gather(path: Path, within: Sequence[Path] | None) -> ModelFiles:
     text = read_input_text(path, Kind.MODEL)
     names, files, paths, size = _Names(), dict[str, bytes](), list[Path](), 0
+    searched: set[str] = set()
     names.add_xml(text, "")
     while names.pending:
         name = names.pending.pop()
-        if name in files:
+        if name in searched:
             continue
+        searched.add(name)
         found = next((each for each in _candidates(name, path) if _is_readable(each, within)), None)
         if found is None:
             continue
@@ -116,10 +118,10 @@ def _is_readable(path: Path, within: Sequence[Path] | None) -> bool:
 
 
 class _Names:
-    """Virtual paths of the files that the files of a model name, as far as they exist.
+    """Virtual paths that the names in the files of a model may stand for.
 
     Attributes:
-        pending: Paths to search.
+        pending: Paths that were not searched yet, perhaps with repetitions.
     """
 
     def __init__(self) -> None:

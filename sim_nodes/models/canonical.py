@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, assert_never
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
@@ -20,8 +20,18 @@ from seoro.bridges.wire.refusal import name_list
 from sim_nodes.geometry import Array, Vector, quaternion, rotated, vector
 from sim_nodes.inertia import inertia_tensor, masses_by_volume, volume
 from sim_nodes.models import xml_reading as xml
-from sim_nodes.models.urdf import frame_of, link_of, read_numbers, read_origin, read_pose, read_shape
-from sim_nodes.physics import BodyModel, Box, Capsule, Cylinder, Hull, Part, Shape, Sphere, Urdf
+from sim_nodes.models.urdf import (
+    frame_of,
+    link_of,
+    read_numbers,
+    read_origin,
+    read_pose,
+    read_shape,
+    text_of,
+    write_origin,
+    write_shape,
+)
+from sim_nodes.physics import BodyModel, Box, Hull, Part, Shape, Urdf
 from sim_nodes.views import Colour
 
 if TYPE_CHECKING:
@@ -35,7 +45,7 @@ SMALLEST = 1e-6  # smallest ratio of principal moments
 FRAME_MASS, FRAME_INERTIA = 1e-3, 1e-6  # [kg], [kg m^2] of links without shapes and mass
 CENTRE: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 POINT_RADIUS = 0.05  # [m] of the sphere that stands for a link with a mass, without shapes
-PLANE = (100.0, 100.0, 1.0)  # [m] of the box that stands for a plane, its top
+PLANE = (100.0, 100.0, 1.0)  # [m] of the box whose top stands for a plane
 MASSES = (0.0, 1e5)  # [kg]
 LIMITS = (-1e12, 1e12)  # of joints, in their units
 SCALES = (-1e6, 1e6)
@@ -107,7 +117,7 @@ class _Writer:
             mass=mass,
             static=is_static,
             colour=self._colour or self._first_colour,
-            urdf=Urdf(text, self._assets, root, movable, self._friction),
+            urdf=Urdf(text, self._assets, movable, self._friction),
             notes=self._all_notes(),
         )
 
@@ -216,7 +226,7 @@ class _Writer:
             if colour is not None:
                 self._first_colour = self._first_colour or colour
                 material = SubElement(written, "material", name=f"material{len(self._out)}_{len(out)}")
-                SubElement(material, "color", rgba=_text(colour))
+                SubElement(material, "color", rgba=text_of(colour))
 
     def _colour_of(self, visual: Any) -> Colour | None:
         """Return the colour of a <visual>, its own or by the name of a material."""
@@ -289,7 +299,7 @@ class _Writer:
         SubElement(out, "child", link=child)
         if kind == "fixed":
             return
-        SubElement(out, "axis", xyz=_text(_axis(joint)))
+        SubElement(out, "axis", xyz=text_of(_axis(joint)))
         if limit is not None:
             SubElement(out, "limit", _limits(kind, low, high, effort, speed))
         for dynamics in joint.findall("dynamics"):
@@ -364,13 +374,9 @@ def _is_world(root: Any) -> bool:
     return root.get("name") == "world" and root.find("collision") is None and root.find("inertial") is None
 
 
-def _text(values: Iterable[float]) -> str:
-    return " ".join(repr(float(value)) for value in values)
-
-
 def _write_pose(out: Element, place: Vector, angles: Vector) -> None:
     if any((*place, *angles)):
-        SubElement(out, "origin", xyz=_text(place), rpy=_text(angles))
+        write_origin(out, place, angles)
 
 
 def _write_inertial(out: Element, mass: float, pose: tuple[Vector, Vector], tensor: Array) -> None:
@@ -385,17 +391,5 @@ def _write_geometry(out: Element, shape: Shape | None, mesh: tuple[str, Mesh] | 
     geometry = SubElement(out, "geometry")
     if mesh is not None:
         SubElement(geometry, "mesh", filename=mesh[0])
-        return
-    match shape:
-        case Box(size=size):
-            SubElement(geometry, "box", size=_text(size))
-        case Cylinder(radius=radius, length=length):
-            SubElement(geometry, "cylinder", radius=repr(radius), length=repr(length))
-        case Capsule(radius=radius, length=length):
-            SubElement(geometry, "capsule", radius=repr(radius), length=repr(length))
-        case Sphere(radius=radius):
-            SubElement(geometry, "sphere", radius=repr(radius))
-        case Hull() | None:
-            raise AssertionError("meshes have assets")
-        case _:
-            assert_never(shape)
+    elif shape is not None:
+        write_shape(geometry, shape)

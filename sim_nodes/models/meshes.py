@@ -1,7 +1,7 @@
 """Meshes of models: STL, OBJ and DAE files as triangles, by trimesh.
 
-Engines get copies in STL (solid shapes, each convex) or OBJ: each engine reads other formats, and other parts of
-them. Lengths are in metres after the scale of the model and the unit of the file.
+Engines get copies in STL, of which solid ones are convex: each engine reads other formats, and other parts of
+them. Lengths are in metres, after the scale of the model and the unit of the file.
 """
 
 from __future__ import annotations

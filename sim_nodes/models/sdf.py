@@ -17,6 +17,7 @@ from seoro.bridges.model_files import virtual_path
 from seoro.bridges.wire.refusal import name_list
 from sim_nodes.geometry import conjugate, quaternion, roll_pitch_yaw, rotated
 from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
 
 JOINTS = {
     "revolute": "revolute",
@@ -27,7 +28,6 @@ JOINTS = {
 }
 INERTIA = dict.fromkeys(xml.INERTIA, "0") | {"ixx": "1", "iyy": "1", "izz": "1"}  # defaults of the specification
 UNLIMITED = 1e15  # [rad], [m]; SDF's default limit is 1e16
-WORLD = "__world__"  # link of the world in the URDF
 MODEL = "__model__"  # frame of a model
 MAX_INCLUDES = 20  # nested
 LENGTHS = {
@@ -50,13 +50,13 @@ class _Link:
 @dataclass(frozen=True)
 class _Joint:
     element: Any
-    parent: str  # `WORLD` for the world
+    parent: str  # `WORLD_LINK` for the world
     child: str
 
     @property
     def holds(self) -> bool:
         """Whether the joint fixes its child to the world."""
-        return self.parent == WORLD and self.element.get("type") == "fixed"
+        return self.parent == WORLD_LINK and self.element.get("type") == "fixed"
 
 
 class _Tree:
@@ -82,13 +82,13 @@ class _Tree:
         for joint in model.findall("joint"):
             parent, child = (_end(joint, key) for key in ("parent", "child"))
             self.joints[scope + _name(joint)] = _Joint(
-                joint, WORLD if parent == "world" else scope + parent, scope + child
+                joint, WORLD_LINK if parent == "world" else scope + parent, scope + child
             )
             self._add_frame(scope, _name(joint), joint, scope + child)
         for inner in model.findall("model"):
             self._add_model(scope, _name(inner), inner, inner, folder, depth)
         for include in model.findall("include"):
-            inner, inside = included(include, self._files, folder)
+            inner, inside = _included(include, self._files, folder)
             name = (include.findtext("name") or "").strip() or _name(inner)
             posed = inner if include.find("pose") is None else include
             self._add_model(scope, name, inner, posed, inside, depth)
@@ -138,19 +138,15 @@ def translate_sdf(root: Any, files: Mapping[str, bytes]) -> Element:
     models = [*root.findall("model"), *root.findall("world/model")]
     if len(models) != 1:
         raise xml.invalid(f"found {len(models)} models in the SDF file; expected one")
-    return translate_model(models[0], files, "")
-
-
-def translate_model(model: Any, files: Mapping[str, bytes], folder: str) -> Element:
-    """Translate a model; returns the root element of a URDF. `folder` is the virtual folder of its file."""
+    [model] = models
     tree = _Tree(files)
     tree.place(_pose_of(model))
-    tree.add(model, "", folder)
+    tree.add(model, "", "")
     links = tree.links()
     for name, joint in tree.joints.items():
         _check_ends(name, joint, links)
     moving = {name: joint for name, joint in tree.joints.items() if not joint.holds}
-    is_fixed = is_true(model.find("static")) or len(moving) < len(tree.joints)
+    is_fixed = _is_true(model.find("static")) or len(moving) < len(tree.joints)
     # The frame of a URDF link is that of its joint, and that of the root is the frame of the file.
     frames = {name: link.pose for name, link in links.items()}
     frames |= {joint.child: tree.pose(name) for name, joint in moving.items()}
@@ -159,11 +155,11 @@ def translate_model(model: Any, files: Mapping[str, bytes], folder: str) -> Elem
         raise xml.invalid(f"found {len(roots)} links without a joint: {name_list(roots)}; expected one")
     out = Element("robot", name=_name(model))
     # A base holds links that stand still together, or hang on the world by joints that move.
-    has_base = len(roots) != 1 or any(joint.parent == WORLD for joint in moving.values())
+    has_base = len(roots) != 1 or any(joint.parent == WORLD_LINK for joint in moving.values())
     if has_base:
-        SubElement(SubElement(SubElement(out, "link", name=WORLD), "inertial"), "mass", value="0")
+        SubElement(SubElement(SubElement(out, "link", name=WORLD_LINK), "inertial"), "mass", value="0")
         for name in roots:
-            _add_joint(out, f"{name}::fixed", "fixed", WORLD, name, frames[name])
+            write_joint(out, f"{name}::fixed", "fixed", WORLD_LINK, name, frames[name])
     else:
         frames[roots[0]] = xml.ORIGIN
     for name, link in links.items():
@@ -177,11 +173,11 @@ def translate_model(model: Any, files: Mapping[str, bytes], folder: str) -> Elem
 
 def _check_ends(name: str, joint: _Joint, links: Mapping[str, _Link]) -> None:
     for end, link in (("child", joint.child), ("parent", joint.parent)):
-        if link not in links and (end, link) != ("parent", WORLD):
+        if link not in links and (end, link) != ("parent", WORLD_LINK):
             raise xml.invalid(f"<joint name={name!r}>: unknown {end} link {link!r}")
 
 
-def included(include: Any, files: Mapping[str, bytes], folder: str) -> tuple[Any, str]:
+def _included(include: Any, files: Mapping[str, bytes], folder: str) -> tuple[Any, str]:
     """Return the model that an <include> names, and the virtual folder of its file."""
     uri = (include.findtext("uri") or "").strip()
     inside = virtual_path(uri, folder)
@@ -201,19 +197,12 @@ def _config(files: Mapping[str, bytes], folder: str) -> str:
     return (found[-1].text or "").strip() if found else ""
 
 
-def _add_joint(out: Element, name: str, kind: str, parent: str, child: str, frame: xml.Frame) -> Element:
-    joint = SubElement(out, "joint", name=name, type=kind)
-    _origin(joint, frame)
-    SubElement(joint, "parent", link=parent)
-    SubElement(joint, "child", link=child)
-    return joint
-
-
 def _link(out: Element, name: str, link: _Link, offset: xml.Frame, *, is_held: bool) -> None:
     """Write a link, whose frame is at `offset` in its frame in the URDF; a held one does not move."""
     written = SubElement(out, "link", name=name)
     inertial, own = link.element.find("inertial"), SubElement(written, "inertial")
-    _origin(own, offset if inertial is None else xml.compose_frames(offset, _pose_of(inertial)))
+    place, turn = offset if inertial is None else xml.compose_frames(offset, _pose_of(inertial))
+    write_origin(own, place, roll_pitch_yaw(turn))
     mass = "1" if inertial is None else inertial.findtext("mass", "1")
     SubElement(own, "mass", value="0" if is_held else mass)
     for inertia in link.element.findall("inertial/inertia"):
@@ -227,13 +216,14 @@ def _link(out: Element, name: str, link: _Link, offset: xml.Frame, *, is_held: b
             if shape is None or shape.tag == "empty":
                 continue
             own = SubElement(written, purpose)
-            _origin(own, xml.compose_frames(offset, _pose_of(element)))
+            place, turn = xml.compose_frames(offset, _pose_of(element))
+            write_origin(own, place, roll_pitch_yaw(turn))
             _shape(SubElement(own, "geometry"), shape, link.folder)
             diffuse = element.findtext("material/diffuse")
             if diffuse is not None:
                 count = 3 if len(diffuse.split()) == 3 else 4
                 colour = [*xml.numbers(diffuse, "<diffuse>", count, (0.0, 1.0)), 1.0][:4]
-                SubElement(SubElement(own, "material", name=""), "color", rgba=" ".join(map(repr, colour)))
+                SubElement(SubElement(own, "material", name=""), "color", rgba=text_of(colour))
 
 
 def _shape(out: Element, shape: Any, folder: str) -> None:
@@ -255,7 +245,7 @@ def _joint(out: Element, name: str, joint: _Joint, frame: xml.Frame) -> None:
     limit = {key: _limit(axis, key) for key in ("lower", "upper", "effort", "velocity")}
     is_limited = all((value := limit[key]) is not None and abs(value) < UNLIMITED for key in ("lower", "upper"))
     kind = "continuous" if kind == "revolute" and not is_limited else JOINTS[kind]
-    written = _add_joint(out, name, kind, joint.parent, joint.child, frame)
+    written = write_joint(out, name, kind, joint.parent, joint.child, frame)
     if axis is None:
         return
     SubElement(written, "axis", xyz=axis.findtext("xyz", "0 0 1"))
@@ -294,10 +284,10 @@ def _name(element: Any) -> str:
 
 def _pose_of(element: Any) -> xml.Frame:
     pose = element.find("pose")
-    return xml.ORIGIN if pose is None else read_pose(pose)
+    return xml.ORIGIN if pose is None else _read_pose(pose)
 
 
-def read_pose(pose: Any) -> xml.Frame:
+def _read_pose(pose: Any) -> xml.Frame:
     """Read a <pose>: x, y, z [m], and roll, pitch and yaw, or a quaternion x, y, z, w."""
     text = (pose.text or "").strip() or "0 0 0 0 0 0"
     if pose.get("rotation_format", "euler_rpy") == "quat_xyzw":
@@ -312,16 +302,12 @@ def read_pose(pose: Any) -> xml.Frame:
     return (x, y, z), quaternion(roll, pitch, yaw)
 
 
-def is_true(element: Any) -> bool:
+def _is_true(element: Any) -> bool:
     """Whether a Boolean element is set; a missing one is not."""
     text = "false" if element is None else (element.text or "").strip()
     if text not in ("true", "false", "1", "0"):
         raise xml.invalid(f"invalid <{element.tag}>: {text!r}; expected true or false")
     return text in ("true", "1")
-
-
-def _origin(out: Element, frame: xml.Frame) -> None:
-    SubElement(out, "origin", xyz=" ".join(map(repr, frame[0])), rpy=" ".join(map(repr, roll_pitch_yaw(frame[1]))))
 
 
 def _inverse(frame: xml.Frame) -> xml.Frame:

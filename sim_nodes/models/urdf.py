@@ -1,18 +1,19 @@
-"""Elements of URDF (http://wiki.ros.org/urdf/XML): frames, and the links of joints."""
+"""Elements of URDF (http://wiki.ros.org/urdf/XML): read and written by all that load or translate models."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Any
-from xml.etree.ElementTree import SubElement
+from collections.abc import Iterable, Mapping
+from typing import Any, assert_never
+from xml.etree.ElementTree import Element, SubElement
 
-from sim_nodes.geometry import Vector, quaternion
+from sim_nodes.geometry import Vector, quaternion, roll_pitch_yaw
 from sim_nodes.models import xml_reading as xml
-from sim_nodes.physics import Box, Capsule, Cylinder, Shape, Sphere
+from sim_nodes.physics import Box, Capsule, Cylinder, Hull, Shape, Sphere
 from sim_nodes.views import Colour
 
 SIZES = (0.0, 10_000.0)  # [m]
+WORLD_LINK = "__world__"  # of a translated model that is fixed to the world
 OPTION = re.compile(r"\$\(optenv\s+\w+\s*([^)]*)\)")  # an environment variable, with its default
 
 
@@ -57,12 +58,48 @@ def read_pose(element: Any) -> tuple[Vector, Vector]:
     return (x, y, z), (roll, pitch, yaw)
 
 
+def text_of(values: Iterable[float]) -> str:
+    """Return numbers as the text of an attribute, exactly."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+def write_origin(out: Element, place: Iterable[float], angles: Iterable[float]) -> None:
+    """Write an <origin> by its position [m] and roll, pitch, yaw [rad]."""
+    SubElement(out, "origin", xyz=text_of(place), rpy=text_of(angles))
+
+
+def write_joint(out: Element, name: str, kind: str, parent: str, child: str, frame: xml.Frame) -> Element:
+    """Write a <joint> with its frame in that of its parent link; returns it."""
+    joint = SubElement(out, "joint", name=name, type=kind)
+    write_origin(joint, frame[0], roll_pitch_yaw(frame[1]))
+    SubElement(joint, "parent", link=parent)
+    SubElement(joint, "child", link=child)
+    return joint
+
+
+def write_shape(out: Element, shape: Shape) -> None:
+    """Write a shape, except a hull, which is a mesh in a file."""
+    match shape:
+        case Box(size=size):
+            SubElement(out, "box", size=text_of(size))
+        case Cylinder(radius=radius, length=length):
+            SubElement(out, "cylinder", radius=repr(radius), length=repr(length))
+        case Capsule(radius=radius, length=length):
+            SubElement(out, "capsule", radius=repr(radius), length=repr(length))
+        case Sphere(radius=radius):
+            SubElement(out, "sphere", radius=repr(radius))
+        case Hull():
+            raise AssertionError("hulls are meshes in files")
+        case _:
+            assert_never(shape)
+
+
 def paint(robot: Any, colour: Colour) -> None:
     """Give the visuals of a URDF without a colour one."""
     for visual in robot.iter("visual"):
         if visual.find("material") is None:
             material = SubElement(visual, "material", name="own")
-            SubElement(material, "color", rgba=" ".join(map(repr, colour)))
+            SubElement(material, "color", rgba=text_of(colour))
 
 
 def read_shape(shape: Any, what: str) -> Shape:

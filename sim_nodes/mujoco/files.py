@@ -10,7 +10,7 @@ from defusedxml import ElementTree
 
 from sim_nodes.models.urdf import paint
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP, VISUAL_GROUP
-from sim_nodes.physics import BodyModel, Urdf
+from sim_nodes.physics import BodyModel, Mjcf, Urdf
 from sim_nodes.views import Colour, colour_of
 
 GREY = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's colour of geoms without one
@@ -38,7 +38,7 @@ def attach_file(spec: Any, body: Any, name: str, model: BodyModel) -> None:
     """
     assert model.urdf is not None
     colour = colour_of(name, model.colour)
-    child = _urdf_spec(model.urdf, colour) if model.mjcf is None else _mjcf_spec(model)
+    child = _urdf_spec(model.urdf, colour) if model.mjcf is None else _mjcf_spec(model.mjcf)
     for mesh in child.meshes:
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # bodies have their own; flat meshes are allowed
     for option in OPTIONS:
@@ -71,10 +71,9 @@ def _urdf_spec(urdf: Urdf, colour: Colour) -> Any:
     return spec
 
 
-def _mjcf_spec(model: BodyModel) -> Any:
+def _mjcf_spec(mjcf: Mjcf) -> Any:
     """Return the specification of an MJCF file without floor and free joint, which its entity has."""
-    assert model.mjcf is not None
-    spec = mujoco.MjSpec.from_string(model.mjcf.text, assets=dict(model.mjcf.assets))
+    spec = mujoco.MjSpec.from_string(mjcf.text, assets=dict(mjcf.assets))
     world = spec.worldbody
     for plane in [geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE]:
         spec.delete(plane)

@@ -15,6 +15,7 @@ from seoro.bridges.wire.refusal import name_list
 from sim_nodes.geometry import Array, Quaternion, roll_pitch_yaw, rotated, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.meshes import Mesh, to_stl
+from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
 from sim_nodes.physics import Mjcf
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -67,11 +68,11 @@ def urdf_of(model: Any) -> tuple[Element, Mapping[str, bytes]]:
     if free:
         _add_body(writer, free[0], parent=None)
     else:
-        base = SubElement(writer.out, "link", name="__world__")
+        base = SubElement(writer.out, "link", name=WORLD_LINK)
         SubElement(SubElement(base, "inertial"), "mass", value="0")
         _add_geoms(writer, base, WORLD, np.zeros(3), solid)
         for body in tops:
-            _add_body(writer, body, parent="__world__")
+            _add_body(writer, body, parent=WORLD_LINK)
     return writer.out, writer.files
 
 
@@ -118,10 +119,8 @@ def _add_body(writer: _Writer, body: int, parent: str | None, moved: Array | Non
     if not joints:
         link = _add_link(writer, name, empty=False)
         if parent is not None:
-            fixed = SubElement(writer.out, "joint", name=f"{name}__fixed", type="fixed")
-            _origin(fixed, position, orientation)
-            SubElement(fixed, "parent", link=parent)
-            SubElement(fixed, "child", link=name)
+            frame = (vector(position), orientation)
+            write_joint(writer.out, f"{name}__fixed", "fixed", parent, name, frame)
     _add_inertial(model, link, body, anchor)
     _add_geoms(writer, link, body, anchor, _geoms(model, body))
     for child in range(body + 1, model.nbody):
@@ -143,7 +142,7 @@ def _add_inertial(model: Any, link: Any, body: int, anchor: Array) -> None:
     if mass <= 0.0:
         return
     inertial = SubElement(link, "inertial")
-    _origin(inertial, model.body_ipos[body] - anchor, tuple(model.body_iquat[body].tolist()))
+    write_origin(inertial, model.body_ipos[body] - anchor, roll_pitch_yaw(tuple(model.body_iquat[body].tolist())))
     SubElement(inertial, "mass", value=repr(mass))
     ixx, iyy, izz = (repr(value) for value in model.body_inertia[body].tolist())
     SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz)
@@ -159,12 +158,9 @@ def _add_joint(writer: _Writer, joint: int, parent: str, child: str, origin: Arr
         FREE: "floating",
     }
     name = model.joint(joint).name or f"joint_{joint}"
-    element = SubElement(writer.out, "joint", name=name, type=types[kind])
-    _origin(element, origin, turn)
-    SubElement(element, "parent", link=parent)
-    SubElement(element, "child", link=child)
+    element = write_joint(writer.out, name, types[kind], parent, child, (vector(origin), turn))
     if kind in (HINGE, SLIDE):
-        SubElement(element, "axis", xyz=_text(model.jnt_axis[joint]))
+        SubElement(element, "axis", xyz=text_of(model.jnt_axis[joint]))
         low, high = model.jnt_range[joint].tolist() if limited else (-1e3, 1e3)
         SubElement(element, "limit", lower=repr(low), upper=repr(high), effort="0", velocity="0")
         dof = int(model.jnt_dofadr[joint])
@@ -183,12 +179,14 @@ def _add_geoms(writer: _Writer, link: Any, body: int, anchor: Array, geoms: list
         seen = float(model.geom_rgba[geom][3]) > INVISIBLE
         for purpose in (["collision"] if solid else []) + (["visual"] if seen else []):
             element = SubElement(link, purpose)
-            _origin(element, model.geom_pos[geom] - anchor, tuple(model.geom_quat[geom].tolist()))
+            write_origin(
+                element, model.geom_pos[geom] - anchor, roll_pitch_yaw(tuple(model.geom_quat[geom].tolist()))
+            )
             _add_shape(writer, SubElement(element, "geometry"), geom)
             if purpose == "visual":
                 material = int(model.geom_matid[geom])
                 colour = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
-                SubElement(SubElement(element, "material", name=""), "color", rgba=_text(colour))
+                SubElement(SubElement(element, "material", name=""), "color", rgba=text_of(colour))
 
 
 def _add_shape(writer: _Writer, out: Any, geom: int) -> None:
@@ -196,7 +194,7 @@ def _add_shape(writer: _Writer, out: Any, geom: int) -> None:
     x, y, z = model.geom_size[geom].tolist()
     match model.geom_type[geom]:
         case GEOM.mjGEOM_BOX:
-            SubElement(out, "box", size=_text((2 * x, 2 * y, 2 * z)))
+            SubElement(out, "box", size=text_of((2 * x, 2 * y, 2 * z)))
         case GEOM.mjGEOM_SPHERE:
             SubElement(out, "sphere", radius=repr(x))
         case GEOM.mjGEOM_CYLINDER:
@@ -250,11 +248,3 @@ def _add_field(writer: _Writer, out: Any, geom: int) -> None:
         ]
     )
     _add_mesh(writer, out, f"field_{index}", vertices, faces)
-
-
-def _origin(out: Any, position: Any, orientation: Quaternion) -> None:
-    SubElement(out, "origin", xyz=_text(position), rpy=_text(roll_pitch_yaw(orientation)))
-
-
-def _text(values: Any) -> str:
-    return " ".join(repr(float(value)) for value in values)

@@ -6,11 +6,11 @@ All shapes are loaded by URDF: other functions accept at most 16 shapes, and app
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, assert_never
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
@@ -20,18 +20,11 @@ from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Quaternion, Vector, conjugate, multiply, roll_pitch_yaw, rotated, vector
 from sim_nodes.inertia import inertia
-from sim_nodes.models.urdf import paint
+from sim_nodes.models.urdf import paint, write_origin, write_shape
 from sim_nodes.physics import (
-    IDENTITY,
     BodyModel,
     BodyState,
-    Box,
-    Capsule,
-    Cylinder,
-    Hull,
     PlacedRobot,
-    Shape,
-    Sphere,
 )
 from sim_nodes.pybullet import captured_output
 from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
@@ -135,12 +128,9 @@ def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
 
 def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:
     """Load a body; returns its number."""
-    if model.urdf is None:
-        root = _urdf(model, colour)
-    else:
-        root = fromstring(model.urdf.text)
-        _show_solids(root)
-        paint(root, colour)
+    root = _urdf(model) if model.urdf is None else fromstring(model.urdf.text)
+    _show_solids(root)
+    paint(root, colour)
     has_joints = model.urdf is not None and bool(model.urdf.joints)
     # Static bodies stay one link, because every link takes time.
     added = split_links(root) if has_joints or not model.static else {}
@@ -215,49 +205,20 @@ def _load(
     return body
 
 
-def _urdf(model: BodyModel, colour: Colour) -> Element:
+def _urdf(model: BodyModel) -> Element:
     root = Element("robot", name="body")
     link = SubElement(root, "link", name="body")
     spread = inertia(model)
     inertial = SubElement(link, "inertial")
-    _origin(inertial, spread.centre, spread.axes)
+    write_origin(inertial, spread.centre, roll_pitch_yaw(spread.axes))
     SubElement(inertial, "mass", value=repr(model.mass))
     ixx, iyy, izz = map(repr, spread.moments)
     SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz="0", iyz="0")
     for part in model.parts:
-        for purpose in ("collision", "visual"):
-            element = SubElement(link, purpose)
-            _origin(element, part.position, part.orientation)
-            _geometry(SubElement(element, "geometry"), part.shape)
-    for visual in link.iter("visual"):
-        material = SubElement(visual, "material", name="colour")
-        SubElement(material, "color", rgba=_numbers(colour))
+        collision = SubElement(link, "collision")
+        write_origin(collision, part.position, roll_pitch_yaw(part.orientation))
+        write_shape(SubElement(collision, "geometry"), part.shape)
     return root
-
-
-def _origin(parent: Element, position: Vector, orientation: Quaternion) -> None:
-    rpy = (0.0, 0.0, 0.0) if orientation == IDENTITY else roll_pitch_yaw(orientation)
-    SubElement(parent, "origin", xyz=_numbers(position), rpy=_numbers(rpy))
-
-
-def _geometry(parent: Element, shape: Shape) -> None:
-    match shape:
-        case Box(size=size):
-            SubElement(parent, "box", size=_numbers(size))
-        case Cylinder(radius=radius, length=length):
-            SubElement(parent, "cylinder", radius=repr(radius), length=repr(length))
-        case Sphere(radius=radius):
-            SubElement(parent, "sphere", radius=repr(radius))
-        case Capsule(radius=radius, length=length):
-            SubElement(parent, "capsule", radius=repr(radius), length=repr(length))
-        case Hull():
-            raise AssertionError("hulls are parts of files, which Bullet loads itself")
-        case _:
-            assert_never(shape)
-
-
-def _numbers(values: Iterable[float]) -> str:
-    return " ".join(map(repr, values))
 
 
 SPECK = "1e-5 1e-5 1e-5"  # [m] visual of an added link; without one, Bullet renders the collision shape
