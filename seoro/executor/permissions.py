@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from seoro.actions.processes import RUNNING_PROGRAMS
 from seoro.bindings.imports import is_module, root_of
@@ -22,11 +22,11 @@ from seoro.lab.reading import read_lab
 from seoro.lang import ast
 from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
-from seoro.lang.frozen import Frozen
 from seoro.lang.libraries import Origin, library_files
 from seoro.lang.loader import Reader, Sources, Unreadable, read_file
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
+from seoro.lang.tree import find
 
 PYTHON: Final = "python"
 NETWORK: Final = "network"
@@ -60,20 +60,8 @@ def _python(sources: Sources) -> Iterator[Diagnostic]:
             yield _refused(library.span, f"the library `{library.name}` contains Python", PYTHON)
     for module in sources.modules:
         if module.library not in trusted:
-            for method in _externals(module.tree):
+            for method in find(module.tree, ast.ExternalMethod):
                 yield _refused(method.span, "an external method calls Python", PYTHON)
-
-
-def _externals(node: Any) -> Iterator[ast.ExternalMethod]:
-    """Yield the external methods in a tree of declarations."""
-    if isinstance(node, ast.ExternalMethod):
-        yield node
-    elif isinstance(node, tuple):
-        for part in node:
-            yield from _externals(part)
-    elif isinstance(node, Frozen) and not isinstance(node, Span | ast.DoDirective):
-        for name in node.__match_args__:
-            yield from _externals(getattr(node, name))
 
 
 def vet_plan(plan: Plan, allowed: Collection[str]) -> None:

@@ -37,7 +37,7 @@ from seoro.embed.run_end import End, Ended, ResultFile, not_started, pack_end
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario
 from seoro.embed.video import DESCRIPTION, NAME, Recording, VideoOptions
-from seoro.errors import BackendError, InvalidScenario, UsageError
+from seoro.errors import BackendError, InvalidScenario, UsageError, cause_of
 from seoro.executor.job import Job
 from seoro.executor.permissions import keeping_to, reader_of, vet_endpoints, vet_plan, vet_sources
 from seoro.executor.process.emitter import Emitter
@@ -215,7 +215,7 @@ async def _execute(job: Job, trace: TracePipe, requests: Control) -> End | None:
         raise
     except Exception as error:
         traceback.print_exc()
-        found = error.exceptions[0] if isinstance(error, ExceptionGroup) else error
+        found = cause_of(error)
         return not_started(BackendError(f"internal error of the executor: {type(found).__name__}: {found}"))
     finally:
         requests.detach()

@@ -25,6 +25,11 @@ class Phase(Enum):
     FAIL = "fail"
 
 
+def phase_name(label: str | None, phase: Phase) -> str:
+    """Return the name of a predefined event of a labelled member, or of the instance itself."""
+    return f"{label}.{phase.value}" if label else phase.value
+
+
 class PhaseEvent(Value):
     """`start`, `end` or `fail` of a labelled member.
 
@@ -38,7 +43,7 @@ class PhaseEvent(Value):
     @property
     def name(self) -> str:
         """Name within its scenario or action: `end`, or `label.end`."""
-        return f"{self.label}.{self.phase.value}" if self.label is not None else self.phase.value
+        return phase_name(self.label, self.phase)
 
 
 OwnEvent: TypeAlias = DeclaredEvent | PhaseEvent

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from weakref import ReferenceType, WeakKeyDictionary, ref
 
-from seoro.lang.plan import OwnEvent, Phase
+from seoro.lang.plan import OwnEvent, Phase, phase_name
 from seoro.runtime.events.occurrence import APPLICATION
-from seoro.runtime.instances.instances import Composed, Instance, event_name, phase_name
+from seoro.runtime.instances.instances import Composed, Instance
 from seoro.runtime.kernel.channel import Channel, Occurrence
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.kernel.task import CausalPast
@@ -67,7 +67,7 @@ class Events:
 
     def own(self, instance: Instance, reference: OwnEvent) -> Event:
         """Return the channel of an event referenced within its scenario or action."""
-        return self._of_instance(instance, event_name(reference))
+        return self._of_instance(instance, reference.name)
 
     def _of_instance(self, instance: Instance | Composed, name: str) -> Event:
         channel = instance.channels.get(name)

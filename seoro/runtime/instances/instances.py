@@ -17,18 +17,6 @@ from seoro.runtime.kernel.channel import Channel
 from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 
-def event_name(event: plan_.OwnEvent) -> str:
-    """Return the name of an event within its scenario or action: `go`, `end`, or `label.end`."""
-    if isinstance(event, plan_.PhaseEvent):
-        return phase_name(event.label, event.phase)
-    return event.name
-
-
-def phase_name(label: str | None, phase: plan_.Phase) -> str:
-    """Return the name of a predefined event of a labelled member, or of the instance itself."""
-    return f"{label}.{phase.value}" if label else phase.value
-
-
 @lazy_dataclass
 class Latest:
     """Latest invocation under a label.
@@ -68,7 +56,7 @@ class _WithPhases:
 
     def event_path(self, event: plan_.OwnEvent) -> str:
         """Return the full name of one of its events."""
-        return f"{self.path}.{event_name(event)}"
+        return f"{self.path}.{event.name}"
 
 
 @lazy_dataclass
