@@ -66,8 +66,8 @@ def _chain(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def lowest_point(model: BodyModel, state: BodyState) -> float:
-    """Return the height of the lowest point of a body in a state [m]."""
-    return min(lowest_of(part, state) for part in model.parts)
+    """Return the height of the lowest point of a body in a state [m]; that of its origin without solid shapes."""
+    return min((lowest_of(part, state) for part in model.parts), default=state.position[2])
 
 
 def lowest_of(part: Part, state: BodyState) -> float:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
+import numpy as np
+
 from seoro.bridges import wire
 from seoro.bridges.model_files import InvalidModel, gather
 from seoro.bridges.models import ModelNotFound, ModelPath
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from seoro.files.yaml_lines import FileError, read_text
-from sim_nodes.extents import bounding_box
+from sim_nodes.extents import BoundingBox, bounding_box
 from sim_nodes.files import FILE, list_files
 from sim_nodes.messages import bounds_of
 from sim_nodes.models import parse_model
@@ -72,8 +74,7 @@ def find_spawnables(models: ModelPath, world: World, sources: Sequence[str]) -> 
 
 
 def _spawnable(uri: str, what: str, model: BodyModel) -> wire.Spawnable:
-    box = bounding_box(model.parts)
-    assert box is not None, "models have parts"
+    box = bounding_box(model.parts) or BoundingBox(np.zeros(3), np.zeros(3))  # without solid shapes
     description = f"{what}, {'fixed' if model.static else f'{model.mass:g} kg'}"
     bounds = bounds_of(box.lower.tolist(), box.upper.tolist())
     return wire.Spawnable(uri=uri, description=description, bounds=bounds)

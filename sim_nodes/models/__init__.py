@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any
 
-from seoro.bridges.wire import SpawnResult
-from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.models.xml_reading import parse_xml
+from seoro.bridges.wire.refusal import name_list
+from sim_nodes.models.scenes import SceneBody, read_bodies
+from sim_nodes.models.xml_reading import invalid
 from sim_nodes.physics import BodyModel
 from sim_nodes.views import Colour
 
@@ -22,7 +20,7 @@ NO_FILES: Mapping[str, bytes] = MappingProxyType({})
 def parse_model(
     text: str, files: Mapping[str, bytes] = NO_FILES, *, static: bool = False, colour: Colour | None = None
 ) -> BodyModel:
-    """Parse the text of an SDF, URDF or MJCF file.
+    """Parse the text of an SDF, URDF or MJCF file with one body.
 
     Args:
         text: Text of the file.
@@ -31,43 +29,42 @@ def parse_model(
         colour: Colour of the whole body; None for the colours of the file.
 
     Raises:
+        RequestRefused: The format is unknown, or the text is invalid or has several bodies or unsupported parts.
+    """
+    bodies = parse_bodies(text, files, static=static, colour=colour)
+    if len(bodies) > 1:
+        names = name_list(body.name for body in bodies)
+        raise invalid(f"found {len(bodies)} bodies in the file that move apart: {names}; expected one")
+    return bodies[0].model
+
+
+def parse_bodies(
+    text: str, files: Mapping[str, bytes] = NO_FILES, *, static: bool = False, colour: Colour | None = None
+) -> tuple[SceneBody, ...]:
+    """Parse the text of an SDF, URDF or MJCF file, perhaps with several bodies that move freely.
+
+    Bodies without a free joint are one static body with their joints, the first of the file.
+
+    Args:
+        text: Text of the file.
+        files: Files that it names, by virtual path (`seoro.bridges.model_files`).
+        static: Whether the bodies are static regardless of the file.
+        colour: Colour of all bodies; None for the colours of the file.
+
+    Returns:
+        The bodies, at least one.
+
+    Raises:
         RequestRefused: The format is unknown, or the text is invalid or has unsupported parts.
     """
     return _parsed(text, tuple(sorted(files.items())), static=static, colour=colour)
 
 
 @lru_cache(maxsize=CACHED)
-def _parsed(text: str, files: tuple[tuple[str, bytes], ...], *, static: bool, colour: Colour | None) -> BodyModel:
-    # Readers load meshes, and worlds without models start without them.
-    from sim_nodes.models.canonical import canonical_model  # noqa: PLC0415
-    from sim_nodes.models.sdf import translate_sdf  # noqa: PLC0415
-
-    root: Any = parse_xml(text)
-    match root.tag:
-        case "robot":
-            return canonical_model(root, dict(files), static=static, colour=colour)
-        case "sdf":
-            return canonical_model(translate_sdf(root, dict(files)), dict(files), static=static, colour=colour)
-        case "mujoco":
-            return _mjcf_model(root, dict(files), static=static, colour=colour)
-        case other:
-            raise RequestRefused(
-                SpawnResult.UNSUPPORTED_FORMAT,
-                f"unknown root element <{other}> of the model; expected <sdf>, <robot> (URDF) or <mujoco> (MJCF)",
-            )
-
-
-def _mjcf_model(root: Any, files: Mapping[str, bytes], *, static: bool, colour: Colour | None) -> BodyModel:
-    from sim_nodes.models.canonical import canonical_model  # noqa: PLC0415
-    from sim_nodes.models.mjcf import bundle_mjcf  # noqa: PLC0415
-
-    try:
-        from sim_nodes.mujoco.to_urdf import compile_mjcf, urdf_of  # noqa: PLC0415
-    except ImportError as error:
-        raise RequestRefused(
-            SpawnResult.UNSUPPORTED_FORMAT,
-            "MJCF files are read by MuJoCo, also for other engines; install it: pip install 'seoro[mujoco]'",
-        ) from error
-    mjcf = bundle_mjcf(root, files)
-    element, meshes = urdf_of(compile_mjcf(mjcf))
-    return replace(canonical_model(element, meshes, static=static, colour=colour), mjcf=mjcf)
+def _parsed(
+    text: str, files: tuple[tuple[str, bytes], ...], *, static: bool, colour: Colour | None
+) -> tuple[SceneBody, ...]:
+    bodies = read_bodies(text, dict(files), static=static, colour=colour, apart=False)
+    if not bodies:
+        raise invalid("found no shapes besides floors in the model; expected one or more")
+    return bodies

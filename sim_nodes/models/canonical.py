@@ -96,7 +96,8 @@ class _Writer:
         joints = [(joint, *_ends(joint, links), read_origin(joint)) for joint in robot.findall("joint")]
         root = _root(links, [child for _, _, child, _ in joints])
         hung = {child: (parent, frame) for _, parent, child, frame in joints}
-        is_static = static or _given_mass(links[root]) == 0.0 or _is_world(links[root])
+        is_solid = robot.find("link/collision") is not None
+        is_static = static or not is_solid or _given_mass(links[root]) == 0.0 or _is_world(links[root])
         parts: list[Part] = []
         mass = 0.0
         for name, link in links.items():
@@ -106,8 +107,10 @@ class _Writer:
             mass += weight
         for joint, parent, child, _ in joints:
             self._joint(joint, parent, child)
+        if not self._shapes:
+            raise xml.invalid("found no shapes in the model; expected one or more")
         if not parts:
-            raise xml.invalid("found no collision shapes in the model; expected one or more")
+            self._note("without collision shapes: the model is fixed, and nothing touches it")
         if not is_static and mass > MASSES[1]:
             raise xml.invalid(f"the model has a mass of {mass:g} kg; expected at most {MASSES[1]:g} kg")
         movable = tuple(joint.get("name") for joint, *_ in joints if joint.get("type") != "fixed")
@@ -115,7 +118,7 @@ class _Writer:
         return BodyModel(
             tuple(parts),
             mass=mass,
-            static=is_static,
+            static=is_static or not parts,
             colour=self._colour or self._first_colour,
             urdf=Urdf(text, self._assets, movable, self._friction),
             notes=self._all_notes(),

@@ -6,8 +6,6 @@ gives the pose of a joint in the frame of its parent link, and the child link ha
 
 from __future__ import annotations
 
-import math
-import posixpath
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,8 +13,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 from seoro.bridges.model_files import virtual_path
 from seoro.bridges.wire.refusal import name_list
-from sim_nodes.geometry import conjugate, quaternion, roll_pitch_yaw, rotated
+from sim_nodes.geometry import conjugate, roll_pitch_yaw, rotated
 from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.sdf_elements import SdfModel, included_model, name_of, pose_of
 from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
 
 JOINTS = {
@@ -74,22 +73,22 @@ class _Tree:
             raise xml.invalid(f"models include each other more than {MAX_INCLUDES} times")
         own = f"{scope}{MODEL}"
         for link in model.findall("link"):
-            self._add_frame(scope, _name(link), link, own)
-            self._links[scope + _name(link)] = (link, folder)
+            self._add_frame(scope, name_of(link), link, own)
+            self._links[scope + name_of(link)] = (link, folder)
         for frame in model.findall("frame"):
             attached = frame.get("attached_to")
-            self._add_frame(scope, _name(frame), frame, scope + attached if attached else own)
+            self._add_frame(scope, name_of(frame), frame, scope + attached if attached else own)
         for joint in model.findall("joint"):
             parent, child = (_end(joint, key) for key in ("parent", "child"))
-            self.joints[scope + _name(joint)] = _Joint(
+            self.joints[scope + name_of(joint)] = _Joint(
                 joint, WORLD_LINK if parent == "world" else scope + parent, scope + child
             )
-            self._add_frame(scope, _name(joint), joint, scope + child)
+            self._add_frame(scope, name_of(joint), joint, scope + child)
         for inner in model.findall("model"):
-            self._add_model(scope, _name(inner), inner, inner, folder, depth)
+            self._add_model(scope, name_of(inner), inner, inner, folder, depth)
         for include in model.findall("include"):
-            inner, inside = _included(include, self._files, folder)
-            name = (include.findtext("name") or "").strip() or _name(inner)
+            inner, inside = included_model(include, self._files, folder)
+            name = (include.findtext("name") or "").strip() or name_of(inner)
             posed = inner if include.find("pose") is None else include
             self._add_model(scope, name, inner, posed, inside, depth)
 
@@ -108,7 +107,7 @@ class _Tree:
             raise xml.invalid(f"duplicate name {scope + name!r} in the model")
         pose = element.find("pose")
         relative = None if pose is None else pose.get("relative_to") or pose.get("frame")
-        self._frames[scope + name] = (_pose_of(element), scope + relative if relative else usual)
+        self._frames[scope + name] = (pose_of(element), scope + relative if relative else usual)
 
     def pose(self, name: str) -> xml.Frame:
         """Return the pose of a frame in that of the file."""
@@ -125,35 +124,74 @@ class _Tree:
         return {name: _Link(link, self.pose(name), folder) for name, (link, folder) in self._links.items()}
 
 
-def translate_sdf(root: Any, files: Mapping[str, bytes]) -> Element:
-    """Translate an SDF file with one model; returns the root element of a URDF.
+@dataclass(frozen=True)
+class SdfBody:
+    """A body of an SDF model: its name, root element of its URDF, and frame in the file."""
+
+    name: str
+    urdf: Element
+    frame: xml.Frame
+
+
+def translate_sdf(model: SdfModel, files: Mapping[str, bytes], *, apart: bool) -> list[SdfBody]:
+    """Translate a model; links that no joint connects are bodies of their own, unless the world holds some.
 
     Args:
-        root: Root element.
+        model: The model.
         files: Files of the model by virtual path.
+        apart: Whether the bodies have frames of their own; else they have that of the file, if there is one body.
 
     Raises:
         RequestRefused: The model is invalid, or has parts that URDF cannot express.
     """
-    models = [*root.findall("model"), *root.findall("world/model")]
-    if len(models) != 1:
-        raise xml.invalid(f"found {len(models)} models in the SDF file; expected one")
-    [model] = models
     tree = _Tree(files)
-    tree.place(_pose_of(model))
-    tree.add(model, "", "")
+    tree.place(model.pose)
+    tree.add(model.element, "", model.folder)
     links = tree.links()
     for name, joint in tree.joints.items():
         _check_ends(name, joint, links)
-    moving = {name: joint for name, joint in tree.joints.items() if not joint.holds}
-    is_fixed = _is_true(model.find("static")) or len(moving) < len(tree.joints)
+    is_one = model.static or not links or any(joint.parent == WORLD_LINK for joint in tree.joints.values())
+    bodies = [tuple(links)] if is_one else _connected(links, tree.joints)
+    if len(bodies) == 1 and not apart:
+        return [SdfBody(model.name, _translate(model, tree, bodies[0]), xml.ORIGIN)]
+    found = []
+    for body in bodies:
+        tree.place(model.pose)
+        frame = model.pose if len(bodies) == 1 else tree.pose(body[0])
+        tree.place(xml.compose_frames(_inverse(frame), model.pose))
+        name = model.name if len(bodies) == 1 else f"{model.name}::{body[0]}"
+        found.append(SdfBody(name, _translate(model, tree, body), frame))
+    return found
+
+
+def _connected(links: Mapping[str, _Link], joints: Mapping[str, _Joint]) -> list[tuple[str, ...]]:
+    """Return the links that joints connect with each other, the root of each body first."""
+    bodies: dict[str, list[str]] = {name: [name] for name in links}
+    for joint in joints.values():
+        parent, child = bodies[joint.parent], bodies[joint.child]
+        if parent is not child:
+            parent += child
+            bodies |= dict.fromkeys(child, parent)
+    children = {joint.child for joint in joints.values()}
+    return [
+        tuple(sorted(body, key=lambda name: name in children))
+        for body in {id(body): body for body in bodies.values()}.values()
+    ]
+
+
+def _translate(model: SdfModel, tree: _Tree, body: tuple[str, ...]) -> Element:
+    """Translate some links of a model with their joints; returns the root element of a URDF."""
+    links = {name: link for name, link in tree.links().items() if name in body}
+    joints = {name: joint for name, joint in tree.joints.items() if joint.child in body}
+    moving = {name: joint for name, joint in joints.items() if not joint.holds}
+    is_fixed = model.static or len(moving) < len(joints)
     # The frame of a URDF link is that of its joint, and that of the root is the frame of the file.
     frames = {name: link.pose for name, link in links.items()}
     frames |= {joint.child: tree.pose(name) for name, joint in moving.items()}
     roots = [name for name in links if name not in {joint.child for joint in moving.values()}]
     if len(roots) > 1 and not is_fixed:
         raise xml.invalid(f"found {len(roots)} links without a joint: {name_list(roots)}; expected one")
-    out = Element("robot", name=_name(model))
+    out = Element("robot", name=model.name)
     # A base holds links that stand still together, or hang on the world by joints that move.
     has_base = len(roots) != 1 or any(joint.parent == WORLD_LINK for joint in moving.values())
     if has_base:
@@ -177,31 +215,11 @@ def _check_ends(name: str, joint: _Joint, links: Mapping[str, _Link]) -> None:
             raise xml.invalid(f"<joint name={name!r}>: unknown {end} link {link!r}")
 
 
-def _included(include: Any, files: Mapping[str, bytes], folder: str) -> tuple[Any, str]:
-    """Return the model that an <include> names, and the virtual folder of its file."""
-    uri = (include.findtext("uri") or "").strip()
-    inside = virtual_path(uri, folder)
-    for path in (inside, f"{inside}/{_config(files, inside)}", f"{inside}/model.sdf"):
-        if path in files:
-            models = xml.parse_xml(files[path].decode("utf-8", "replace")).findall("model")
-            if len(models) != 1:
-                raise xml.invalid(f"found {len(models)} models in the included {uri!r}; expected one")
-            return models[0], posixpath.dirname(path)
-    raise xml.invalid(f"missing model {uri!r} of <include>; expected it among the files of the model")
-
-
-def _config(files: Mapping[str, bytes], folder: str) -> str:
-    """Return the name of the model file that a `model.config` names last: that of the newest version."""
-    config = files.get(f"{folder}/model.config")
-    found = [] if config is None else xml.parse_xml(config.decode("utf-8", "replace")).findall("sdf")
-    return (found[-1].text or "").strip() if found else ""
-
-
 def _link(out: Element, name: str, link: _Link, offset: xml.Frame, *, is_held: bool) -> None:
     """Write a link, whose frame is at `offset` in its frame in the URDF; a held one does not move."""
     written = SubElement(out, "link", name=name)
     inertial, own = link.element.find("inertial"), SubElement(written, "inertial")
-    place, turn = offset if inertial is None else xml.compose_frames(offset, _pose_of(inertial))
+    place, turn = offset if inertial is None else xml.compose_frames(offset, pose_of(inertial))
     write_origin(own, place, roll_pitch_yaw(turn))
     mass = "1" if inertial is None else inertial.findtext("mass", "1")
     SubElement(own, "mass", value="0" if is_held else mass)
@@ -216,7 +234,7 @@ def _link(out: Element, name: str, link: _Link, offset: xml.Frame, *, is_held: b
             if shape is None or shape.tag == "empty":
                 continue
             own = SubElement(written, purpose)
-            place, turn = xml.compose_frames(offset, _pose_of(element))
+            place, turn = xml.compose_frames(offset, pose_of(element))
             write_origin(own, place, roll_pitch_yaw(turn))
             _shape(SubElement(own, "geometry"), shape, link.folder)
             diffuse = element.findtext("material/diffuse")
@@ -273,41 +291,6 @@ def _end(joint: Any, key: str) -> str:
     if not text:
         raise xml.invalid(f"{xml.label(joint)} has no <{key}>")
     return text.removeprefix("__model__::")
-
-
-def _name(element: Any) -> str:
-    name = element.get("name")
-    if not name:
-        raise xml.invalid(f"missing name of a <{element.tag}>")
-    return str(name)
-
-
-def _pose_of(element: Any) -> xml.Frame:
-    pose = element.find("pose")
-    return xml.ORIGIN if pose is None else _read_pose(pose)
-
-
-def _read_pose(pose: Any) -> xml.Frame:
-    """Read a <pose>: x, y, z [m], and roll, pitch and yaw, or a quaternion x, y, z, w."""
-    text = (pose.text or "").strip() or "0 0 0 0 0 0"
-    if pose.get("rotation_format", "euler_rpy") == "quat_xyzw":
-        x, y, z, i, j, k, w = xml.numbers(text, "<pose>", 7, xml.PLACES)
-        norm = math.hypot(w, i, j, k)
-        if not norm:
-            raise xml.invalid("zero length: quaternion of <pose>")
-        return (x, y, z), (w / norm, i / norm, j / norm, k / norm)
-    x, y, z, *angles = xml.numbers(text, "<pose>", 6, xml.PLACES)
-    scale = math.pi / 180.0 if pose.get("degrees") in ("true", "1") else 1.0
-    roll, pitch, yaw = (angle * scale for angle in angles)
-    return (x, y, z), quaternion(roll, pitch, yaw)
-
-
-def _is_true(element: Any) -> bool:
-    """Whether a Boolean element is set; a missing one is not."""
-    text = "false" if element is None else (element.text or "").strip()
-    if text not in ("true", "false", "1", "0"):
-        raise xml.invalid(f"invalid <{element.tag}>: {text!r}; expected true or false")
-    return text in ("true", "1")
 
 
 def _inverse(frame: xml.Frame) -> xml.Frame:

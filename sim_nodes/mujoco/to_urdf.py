@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import trimesh
 
-from seoro.bridges.wire.refusal import name_list
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Array, Quaternion, roll_pitch_yaw, rotated, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.meshes import Mesh, to_stl
@@ -33,9 +33,26 @@ def compile_mjcf(model: Mjcf) -> Any:
         RequestRefused: The model is invalid.
     """
     try:
-        return mujoco.MjSpec.from_string(model.text, assets=dict(model.assets)).compile()
+        spec = mujoco.MjSpec.from_string(model.text, assets=dict(model.assets))
     except (ValueError, TypeError) as error:
-        raise xml.invalid(f"MuJoCo refuses the model: {' '.join(str(error).split())}") from error
+        raise _refused(error) from error
+    return compile_spec(spec)
+
+
+def compile_spec(spec: Any) -> Any:
+    """Compile a specification; returns MuJoCo's model.
+
+    Raises:
+        RequestRefused: The specification is invalid.
+    """
+    try:
+        return spec.compile()
+    except (ValueError, TypeError) as error:
+        raise _refused(error) from error
+
+
+def _refused(error: Exception) -> RequestRefused:
+    return xml.invalid(f"MuJoCo refuses the model: {' '.join(str(error).split())}")
 
 
 @dataclass
@@ -51,32 +68,33 @@ def urdf_of(model: Any) -> tuple[Element, Mapping[str, bytes]]:
     Planes of the world are left out: they are floors of demonstrations.
 
     Args:
-        model: MuJoCo's model, with one body at the top, or with static ones.
-
-    Raises:
-        RequestRefused: Several bodies at the top move.
+        model: MuJoCo's model, with one free body at the top, or with all bodies on the world.
     """
     writer = _Writer(model, Element("robot", name="model"))
-    tops = [body for body in range(1, model.nbody) if model.body_parentid[body] == WORLD]
-    free = [body for body in tops if _is_free(model, body)]
-    solid = [geom for geom in _geoms(model, WORLD) if model.geom_type[geom] != GEOM.mjGEOM_PLANE]
-    if free and (len(tops) > 1 or solid):
-        names = name_list(model.body(body).name or f"body {body}" for body in tops)
-        raise xml.invalid(
-            f"found several bodies at the top, of which some move: {names}; expected one, or static ones"
-        )
-    if free:
-        _add_body(writer, free[0], parent=None)
+    tops = tops_of(model)
+    if tops and is_free(model, tops[0]):
+        _add_body(writer, tops[0], parent=None)
     else:
         base = SubElement(writer.out, "link", name=WORLD_LINK)
         SubElement(SubElement(base, "inertial"), "mass", value="0")
-        _add_geoms(writer, base, WORLD, np.zeros(3), solid)
+        _add_geoms(writer, base, WORLD, np.zeros(3), shapes_of_world(model))
         for body in tops:
             _add_body(writer, body, parent=WORLD_LINK)
     return writer.out, writer.files
 
 
-def _is_free(model: Any, body: int) -> bool:
+def tops_of(model: Any) -> list[int]:
+    """Return the numbers of the bodies at the top."""
+    return [body for body in range(1, model.nbody) if model.body_parentid[body] == WORLD]
+
+
+def shapes_of_world(model: Any) -> list[int]:
+    """Return the numbers of the geoms of the world except floors."""
+    return [geom for geom in _geoms(model, WORLD) if model.geom_type[geom] != GEOM.mjGEOM_PLANE]
+
+
+def is_free(model: Any, body: int) -> bool:
+    """Whether a body at the top moves freely."""
     joints = _joints(model, body)
     return bool(joints) and model.jnt_type[joints[0]] == FREE
 

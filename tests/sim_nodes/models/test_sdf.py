@@ -25,6 +25,7 @@ def collision(geometry: str, pose: str = "") -> str:
 
 SPHERE = collision("<sphere><radius>0.1</radius></sphere>")
 
+MODELS = "".join(f"<model name='{name}'><link name='l'>{SPHERE}</link></model>" for name in "ab")
 ROUGH = SPHERE.replace(
     "</collision>", "<surface><friction><ode><mu>0.2</mu></ode></friction></surface></collision>"
 )
@@ -140,22 +141,22 @@ def test_a_joint_to_the_world_fixes_the_model() -> None:
         ("<sdf><model>", SpawnResult.RESOURCE_PARSE_ERROR, "invalid XML"),
         ('<!DOCTYPE d [<!ENTITY a "b">]><sdf>&a;</sdf>', SpawnResult.RESOURCE_PARSE_ERROR, "invalid XML"),
         ("<urdf/>", SpawnResult.UNSUPPORTED_FORMAT, "<urdf>"),
-        ("<sdf/>", SpawnResult.RESOURCE_PARSE_ERROR, "0 models"),
+        ("<sdf/>", SpawnResult.RESOURCE_PARSE_ERROR, "no shapes besides floors"),
         (
             sdf(SPHERE, f'<link name="k">{SPHERE}</link>'),
             SpawnResult.RESOURCE_PARSE_ERROR,
-            "2 links without a joint",
+            "found 2 bodies in the file that move apart: m_k, m_l; expected one",
         ),
-        (sdf(""), SpawnResult.RESOURCE_PARSE_ERROR, "no collision shapes"),
+        (sdf(""), SpawnResult.RESOURCE_PARSE_ERROR, "no shapes in the model"),
         (
             sdf(collision("<mesh><uri>a.stl</uri></mesh>")),
             SpawnResult.RESOURCE_PARSE_ERROR,
             "missing mesh 'a.stl'",
         ),
         (
-            "<sdf><world name='w'><model name='a'/><model name='b'/></world></sdf>",
+            f"<sdf><world name='w'>{MODELS}</world></sdf>",
             SpawnResult.RESOURCE_PARSE_ERROR,
-            "found 2 models in the SDF file; expected one",
+            "found 2 bodies in the file that move apart: a, b; expected one",
         ),
         (sdf(collision("<polyline/>")), SpawnResult.RESOURCE_PARSE_ERROR, "<polyline>"),
         (sdf(collision("<box><size>1 2</size></box>")), SpawnResult.RESOURCE_PARSE_ERROR, "3 numbers"),

@@ -119,7 +119,7 @@ def test_models_are_found_beside_the_world(tmp_path: Path) -> None:
     [prop] = parse_world(text, "w", tmp_path).props
     assert (prop.model.static, prop.model.colour) == (True, (1.0, 0.0, 0.0, 1.0))
     (tmp_path / "box.sdf").write_text("<sdf/>")
-    with pytest.raises(WorldError, match=r"props.0.model: box.sdf: found 0 models in the SDF file"):
+    with pytest.raises(WorldError, match=r"props.0.model: box.sdf: found no shapes besides floors"):
         parse_world(text, "w", tmp_path)
 
 
