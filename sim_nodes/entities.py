@@ -16,6 +16,7 @@ from sim_nodes.geometry import Vector
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
 from sim_nodes.robots.urdf_check import parts_of_robot
+from sim_nodes.spawning import Spawned, SpawnRequest, first_free, placed_bodies
 from sim_nodes.stateful import Stateful
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
@@ -26,31 +27,11 @@ RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
 
 
 @dataclass(frozen=True)
-class Spawned:
-    """A spawned body."""
-
-    model: BodyModel
-    time: float  # [s]
-    tags: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class EntityInfo:
     """Description and tags of an entity."""
 
     category: Category
     description: str
-    tags: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class SpawnRequest:
-    """A body to spawn; `rename` allows another name if its own is in use."""
-
-    name: str
-    model: BodyModel
-    state: BodyState
-    rename: bool
     tags: tuple[str, ...] = ()
 
 
@@ -190,44 +171,55 @@ class Entities(Stateful):
     def spawn_all(self, requests: Sequence[SpawnRequest], time: float) -> list[str | RequestRefused]:
         """Spawn bodies in order, each as if the earlier ones existed; returns names or refusals."""
         results: list[str | RequestRefused] = []
+        added: list[tuple[str, BodyModel, BodyState]] = []
         for request in requests:
             try:
-                results.append(self._accept(request, time))
+                bodies = self._accept(request, time)
             except RequestRefused as refused:
                 results.append(refused)
-        added = [
-            (name, request.model, request.state)
-            for name, request in zip(results, requests, strict=True)
-            if isinstance(name, str)
-        ]
+            else:
+                results.append(next(iter(bodies)))
+                added += [(name, model, state) for name, (model, state) in bodies.items()]
         if added:
             self._add(added)
         self._remove_overlapping(results, requests)
         return results
 
-    def _accept(self, request: SpawnRequest, time: float) -> str:
-        """Check and register a body without the engine; returns its name."""
+    def _accept(self, request: SpawnRequest, time: float) -> dict[str, tuple[BodyModel, BodyState]]:
+        """Check and register bodies without the engine; returns them by name, the one of the request first."""
         name = self._free_name(request.name, request.rename)
-        if len(self.spawned) >= MAX_SPAWNED:
+        if len(self.spawned) + len(request.bodies) > MAX_SPAWNED:
             raise operation_failed(f"too many spawned entities: {MAX_SPAWNED} at most; delete some")
-        _check_floor(name, request.model, request.state)
-        self.spawned[name] = Spawned(request.model, time, request.tags)
-        return name
+        bodies = placed_bodies(name, request.bodies, request.state, self.names())
+        for each, (model, state) in bodies.items():
+            _check_floor(each, model, state)
+        for each, (model, _) in bodies.items():
+            self.spawned[each] = Spawned(model, time, request.tags, "" if each == name else name)
+        return bodies
+
+    def scene_of(self, name: str) -> tuple[str, ...]:
+        """Return the names of a spawned body and of the others in its file, if it is the first of them."""
+        return (name, *(each for each, body in self.spawned.items() if body.scene == name))
 
     def _remove_overlapping(self, results: list[str | RequestRefused], requests: Sequence[SpawnRequest]) -> None:
-        """Remove bodies that overlap entities or earlier bodies."""
-        later = {name for name in results if isinstance(name, str)}
+        """Remove bodies that overlap entities or earlier bodies, and the others in their files."""
+        later = {each for name in results if isinstance(name, str) for each in self.scene_of(name)}
         refused: list[str] = []
         for index, (name, request) in enumerate(zip(results, requests, strict=True)):
             if not isinstance(name, str):
                 continue
-            overlapping = set(self._engine.overlaps(name)) - later - set(refused)
-            later.discard(name)
+            own = self.scene_of(name)
+            ignored = later | set(refused) | set(own)
+            found = {each: set(self._engine.overlaps(each)) - ignored for each in own}
+            later -= set(own)
+            overlapping = set().union(*found.values())
             if overlapping:
+                what = next(each for each, others in found.items() if others)
+                shown = _at(name, request.state) if what == name else repr(what)
                 results[index] = RequestRefused(
-                    SpawnResult.INVALID_POSE, f"{_at(name, request.state)} would overlap {name_list(overlapping)}"
+                    SpawnResult.INVALID_POSE, f"{shown} would overlap {name_list(overlapping)}"
                 )
-                refused.append(name)
+                refused += own
         self._remove(refused)
 
     def _add(self, bodies: Sequence[tuple[str, BodyModel, BodyState]]) -> None:
@@ -284,13 +276,11 @@ class Entities(Stateful):
                 f"and not {name_list(RESERVED)}",
             )
         used = self.names()
-        if name not in used:
-            return name
-        if not rename:
+        if name in used and not rename:
             raise RequestRefused(
                 SpawnResult.NAME_NOT_UNIQUE, f"duplicate name {name!r} of an entity; in use: {name_list(used)}"
             )
-        return next(new for i in range(1, MAX_SPAWNED + 2) if (new := f"{name[:58]}_{i}") not in used)
+        return first_free(name, used)
 
     def move(self, name: str, state: BodyState) -> None:
         """Set the state of a robot, prop, spawned body or free camera.
@@ -318,7 +308,7 @@ class Entities(Stateful):
             raise operation_failed(f"{_at(name, state)} would overlap {name_list(overlapping)}")
 
     def delete(self, name: str) -> None:
-        """Delete a spawned entity.
+        """Delete a spawned entity; with the first body of a file, the others of the file are deleted.
 
         Raises:
             RequestRefused: The entity was not spawned.
@@ -332,8 +322,10 @@ class Entities(Stateful):
             raise operation_failed(
                 f"{name!r} belongs to the world; only spawned entities can be deleted: {name_list(self.spawned)}"
             )
-        self.cameras.unfollow(name)
-        self._remove([name])
+        names = self.scene_of(name)
+        for each in names:
+            self.cameras.unfollow(each)
+        self._remove(names)
 
     def delete_all(self) -> None:
         """Delete all spawned entities."""

@@ -43,7 +43,8 @@ class WallDistance:
 def distance_to_body(model: BodyModel, state: BodyState, x: float, y: float) -> float:
     """Return the distance of a point to a body [m]; 0 inside. Parts at all heights count."""
     body = rotation_matrix(state.orientation)
-    return min(_distance_to_part(part, body, np.array(state.position), x, y) for part in model.parts)
+    distances = (_distance_to_part(part, body, np.array(state.position), x, y) for part in model.parts)
+    return min(distances, default=math.inf)
 
 
 def _distance_to_part(part: Part, body: Array, position: Array, x: float, y: float) -> float:

@@ -18,7 +18,6 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 
-from sim_nodes.entities import Spawned
 from sim_nodes.extents import outline
 from sim_nodes.geometry import Array, Pose2, Vector
 from sim_nodes.physics import BodyState, Engine
@@ -26,6 +25,7 @@ from sim_nodes.robots.robot import Robot
 from sim_nodes.robots.urdf_check import link_parts
 from sim_nodes.run_data import RobotTrack
 from sim_nodes.simulation import Simulation
+from sim_nodes.spawning import Spawned
 
 WIDTH = 1400  # [pixels]
 DPI = 140
@@ -273,7 +273,8 @@ def _occupied_points(simulation: Simulation) -> Array:
 def _label(axes: Axes, text: str, spawned: Spawned, state: BodyState, occupied: Array) -> None:
     """Label a body on the side where the text covers the fewest points."""
     x, y, _ = state.position
-    reach = max(float(np.abs(outline(part, state) - (x, y)).max()) for part in spawned.model.parts) + LABEL_GAP
+    extents = (float(np.abs(outline(part, state) - (x, y)).max()) for part in spawned.model.parts)
+    reach = max(extents, default=0.0) + LABEL_GAP
     label = axes.text(
         x,
         y,

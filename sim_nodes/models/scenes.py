@@ -13,6 +13,7 @@ from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import BodyModel, BodyState, Mjcf
 from sim_nodes.views import Colour
 
+MAX_BODIES = 200  # of a file
 LONGEST = 48  # [characters] of the name of a body, so that those of entities can begin with another name
 FLOORS = {"plane"}
 
@@ -122,6 +123,8 @@ def _sdf_bodies(root: Any, files: Mapping[str, bytes], *, apart: bool) -> Iterat
     models = models_of(root, files)
     if apart or len(models) > 1:
         models = [model for model in models if not (model.static and _is_floor(model.element))]
+    if len(models) > MAX_BODIES:
+        raise xml.invalid(f"found {len(models)} models in the file; expected at most {MAX_BODIES}")
     for model in models:
         for body in translate_sdf(model, files, apart=apart or len(models) > 1):
             yield _Body(body.name, body.urdf, files, body.frame)

@@ -14,6 +14,7 @@ from sim_nodes.models import xml_reading as xml
 from sim_nodes.mujoco.to_urdf import WORLD, compile_mjcf, compile_spec, is_free, shapes_of_world, tops_of
 from sim_nodes.physics import Mjcf
 
+MAX_BODIES = 200  # of a file
 BASE = "scene"  # name of the part that is fixed to the world
 EQUALITY, WRAP = mujoco.mjtEq, mujoco.mjtWrap
 LOST = "without effect: {count} equalities or tendons between bodies that move apart"
@@ -60,6 +61,8 @@ def split_mjcf(mjcf: Mjcf, *, apart: bool) -> list[Piece]:
     groups = _groups(model, apart=apart)
     if len(groups) == 1 and list(groups[0].tops) == tops_of(model):
         return [Piece(_name(model, groups[0]), mjcf, model, xml.ORIGIN)]
+    if len(groups) > MAX_BODIES:
+        raise xml.invalid(f"found {len(groups)} bodies in the file that move; expected at most {MAX_BODIES}")
     lost = _connections_between(model, groups)
     notes = (LOST.format(count=lost),) if lost else ()
     return [_piece(mjcf, model, group, notes if index == 0 else ()) for index, group in enumerate(groups)]

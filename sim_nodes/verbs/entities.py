@@ -7,14 +7,16 @@ from collections.abc import Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, FilterMode, Result
-from seoro.bridges.wire.refusal import RequestRefused, check_finite
-from sim_nodes.entities import Entities, SpawnRequest
-from sim_nodes.listing import model_of
+from seoro.bridges.wire.refusal import RequestRefused, check_finite, name_list
+from sim_nodes.entities import Entities
+from sim_nodes.listing import bodies_of
 from sim_nodes.messages import body_state, check_pose, entity_state
-from sim_nodes.models import parse_model
+from sim_nodes.models import parse_bodies
+from sim_nodes.models.scenes import SceneBody
 from sim_nodes.outcomes import operation_failed
-from sim_nodes.physics import BodyModel, BodyState
+from sim_nodes.physics import BodyState
 from sim_nodes.simulator import Simulator
+from sim_nodes.spawning import SpawnRequest
 from sim_nodes.worlds.schema import MAX_TAGS, TAG
 
 
@@ -84,7 +86,14 @@ MAX_SPEED = 100.0  # [m/s], [rad/s]
 
 def spawn_entity(simulator: Simulator, request: wire.SpawnEntity) -> wire.Spawned:
     simulation, wish = simulator.simulation, _spawn_request(simulator, request)
-    return wire.Spawned(name=simulation.entities.spawn(wish, simulation.time), warnings=wish.model.notes)
+    name = simulation.entities.spawn(wish, simulation.time)
+    return wire.Spawned(name=name, warnings=_warnings(simulator, name, wish))
+
+
+def _warnings(simulator: Simulator, name: str, wish: SpawnRequest) -> tuple[str, ...]:
+    """Return warnings about a spawned file: parts without effect, and the entities of further bodies."""
+    others = simulator.simulation.entities.scene_of(name)[1:]
+    return (*wish.notes, *((f"spawned with it: {name_list(others)}",) if others else ()))
 
 
 def spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.SpawnOutcomes:
@@ -100,7 +109,7 @@ def spawn_entities(simulator: Simulator, request: wire.SpawnEntities) -> wire.Sp
     for wish, each in zip(wishes, request.entities, strict=True):
         result = next(spawned) if isinstance(wish, SpawnRequest) else wish
         if isinstance(wish, SpawnRequest) and isinstance(result, str):
-            outcomes.append(wire.SpawnOutcome(name=result, warnings=wish.model.notes))
+            outcomes.append(wire.SpawnOutcome(name=result, warnings=_warnings(simulator, result, wish)))
         else:
             assert isinstance(result, RequestRefused)
             outcomes.append(wire.SpawnOutcome(name=each.name, code=result.code, message=result.message))
@@ -118,20 +127,20 @@ def _spawn_request(simulator: Simulator, request: wire.SpawnEntity) -> SpawnRequ
     if not (request.uri or request.resource_string):
         raise RequestRefused(wire.SpawnResult.NO_RESOURCE, "missing model; expected its text or its URI")
     try:
-        model = _model(simulator, request)
+        bodies = _bodies(simulator, request)
     except RequestRefused as error:
         raise RequestRefused(error.code, f"{request.uri}: {error.message}") from error
     return SpawnRequest(
-        request.name, model, body_state(request.initial_pose), request.allow_renaming, request.tags
+        request.name, bodies, body_state(request.initial_pose), request.allow_renaming, request.tags
     )
 
 
-def _model(simulator: Simulator, request: wire.SpawnEntity) -> BodyModel:
+def _bodies(simulator: Simulator, request: wire.SpawnEntity) -> tuple[SceneBody, ...]:
     if request.resource_string:
         if not request.resource_string.strip():
             raise RequestRefused(wire.SpawnResult.NO_RESOURCE, "the model is empty")
-        return parse_model(request.resource_string, {file.path: file.data for file in request.files})
-    return model_of(request.uri, simulator.models, simulator.simulation.world)
+        return parse_bodies(request.resource_string, {file.path: file.data for file in request.files})
+    return bodies_of(request.uri, simulator.models, simulator.simulation.world)
 
 
 def delete_entity(simulator: Simulator, request: wire.EntityName) -> None:

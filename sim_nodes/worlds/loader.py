@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 
 from seoro.files.inputs import Kind, read_input_text
@@ -188,14 +188,14 @@ def _world(file: WorldFile, folder: Path) -> World:
     assert extent is not None, "the schema requires one of the two"
     robots = _robots(file, folder)
     check_placement(robots, extent)
-    props = tuple(read_prop(prop, index, folder) for index, prop in enumerate(file.props))
+    props = _props(file, folder)
     return World(
         file.name,
         extent,
         walls,
         robots,
         {camera.name: _camera(camera) for camera in file.cameras},
-        props,
+        tuple(chain.from_iterable(props)),
         tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses)),
         _entity_tags(file),
         file.description,
@@ -204,12 +204,12 @@ def _world(file: WorldFile, folder: Path) -> World:
     )
 
 
-def _notes(robots: Sequence[PlacedRobot], props: Sequence[Prop]) -> Iterator[str]:
+def _notes(robots: Sequence[PlacedRobot], props: Sequence[Sequence[Prop]]) -> Iterator[str]:
     """Yield the notes on the models of a world, those of each model once."""
     seen: set[tuple[str, ...]] = set()
     models = (
         *((f"robots.{index}", robot.declaration.notes) for index, robot in enumerate(robots)),
-        *((f"props.{index}", prop.model.notes) for index, prop in enumerate(props)),
+        *((f"props.{index}", prop.model.notes) for index, bodies in enumerate(props) for prop in bodies),
     )
     for place, notes in models:
         if notes not in seen:
@@ -217,12 +217,24 @@ def _notes(robots: Sequence[PlacedRobot], props: Sequence[Prop]) -> Iterator[str
         seen.add(notes)
 
 
+def _props(file: WorldFile, folder: Path) -> list[tuple[Prop, ...]]:
+    """Return the props of each entry of a file; a model may have several bodies."""
+    taken = {entity.name for entity in _entities(file)}
+    found = []
+    for index, prop in enumerate(file.props):
+        found.append(read_prop(prop, index, folder, taken))
+        taken |= {body.name for body in found[-1]}
+    return found
+
+
+def _entities(file: WorldFile) -> tuple[WallFile | RobotFile | PropFile | CameraFile, ...]:
+    return (*file.walls, *file.robots, *file.props, *file.cameras)
+
+
 def _entity_tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
     """Return the tags by entity; walls of one name have the tags of all of them."""
     tags: dict[str, dict[str, None]] = {}
-    entities: tuple[WallFile | RobotFile | PropFile | CameraFile, ...]
-    entities = (*file.walls, *file.robots, *file.props, *file.cameras)
-    for entity in entities:
+    for entity in _entities(file):
         tags.setdefault(entity.name, {}).update(dict.fromkeys(entity.tags))
     return {name: tuple(of) for name, of in tags.items() if of}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -14,9 +14,11 @@ from seoro.bridges.wire import WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from seoro.files.yaml_lines import FileError
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
-from sim_nodes.geometry import quaternion
-from sim_nodes.models import parse_model
+from sim_nodes.geometry import quaternion, vector
+from sim_nodes.models import parse_bodies
+from sim_nodes.models.scenes import SceneBody
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, PlacedRobot, Shape, Sphere
+from sim_nodes.spawning import placed_bodies
 from sim_nodes.worlds.schema import PropFile
 
 
@@ -29,41 +31,48 @@ class Prop:
     state: BodyState
 
 
-def read_prop(prop: PropFile, index: int, folder: Path) -> Prop:
-    """Read a prop of a world file.
+def read_prop(prop: PropFile, index: int, folder: Path, taken: Collection[str]) -> tuple[Prop, ...]:
+    """Read a prop of a world file; a model with several bodies is several props.
 
     Args:
         prop: Entry of the file.
         index: Index of the entry, from 0.
         folder: Folder that relative file names start from.
+        taken: Names in use.
 
     Raises:
         FileError: Its model is unreadable or invalid, or the prop would be below the floor.
     """
-    model = _model(prop, index, folder)
+    bodies = _bodies(prop, index, folder)
     pose = prop.pose
     state = BodyState((pose.x, pose.y, 0.0), quaternion(pose.roll, pose.pitch, pose.yaw))
-    needed = -lowest_point(model, state)
+    placed = placed_bodies(prop.name, bodies, state, taken)
+    needed = -min(lowest_point(model, state) for model, state in placed.values())
     # Shapes stand on the floor; models are at their own height, if they are not below the floor.
-    usual = needed if model.urdf is None else max(needed, 0.0)
+    usual = needed if prop.model is None else max(needed, 0.0)
     z = usual if pose.z is None else pose.z
     if z < needed - FLOOR_TOLERANCE:
         raise FileError(
             f"props.{index}.pose.z: {prop.name!r} would be {needed - z:.3f} m below the floor; "
             f"expected z of {needed:.3f} m or more, or none"
         )
-    return Prop(prop.name, model, replace(state, position=(pose.x, pose.y, z)))
+    lift = (0.0, 0.0, z)
+    return tuple(
+        Prop(name, model, replace(state, position=vector(np.add(state.position, lift))))
+        for name, (model, state) in placed.items()
+    )
 
 
-def _model(prop: PropFile, index: int, folder: Path) -> BodyModel:
+def _bodies(prop: PropFile, index: int, folder: Path) -> tuple[SceneBody, ...]:
     colour = None if prop.colour is None else (*prop.colour, 1.0)
     if prop.model is None:
         parts = (Part(_shape(prop)),)
         static = prop.mass is None
-        return BodyModel(parts, prop.mass or 1.0, prop.friction, static=static, colour=colour)
+        model = BodyModel(parts, prop.mass or 1.0, prop.friction, static=static, colour=colour)
+        return (SceneBody(prop.name, model, BodyState((0.0, 0.0, 0.0))),)
     try:
         found = gather(folder / prop.model)
-        return parse_model(found.text, found.files, static=prop.static, colour=colour)
+        return parse_bodies(found.text, found.files, static=prop.static, colour=colour)
     except InvalidModel as error:
         raise FileError(f"props.{index}.model: {error}") from error
     except RequestRefused as error:

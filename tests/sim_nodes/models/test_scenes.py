@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from seoro.bridges import wire
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.bench import run, scene
 from sim_nodes.models.scenes import SceneBody, split_scene
 from sim_nodes.physics import Box, Engine
+from sim_nodes.worlds.loader import parse_world
+from tests.sim_nodes.client import Client, pose
 from tests.sim_nodes.engines import make_engine
 
 KITCHEN = """<mujoco model="kitchen"><compiler autolimits="true"/>
@@ -102,3 +108,48 @@ def test_bodies_of_a_scene_rest_on_each_other(engine: str, text: str, on_top: st
     state = made.body_state(on_top)
     assert state.position[2] == pytest.approx(height, abs=2e-3)
     assert np.abs(state.linear).max() < 0.01
+
+
+def test_too_many_bodies_are_refused() -> None:
+    models = "".join(f"<model name='m{index}'/>" for index in range(201))
+    with pytest.raises(RequestRefused, match="found 201 models in the file; expected at most 200"):
+        split_scene(f"<sdf><world name='w'>{models}</world></sdf>", {})
+    balls = '<body><freejoint/><geom size="0.1"/></body>' * 201
+    with pytest.raises(RequestRefused, match="found 201 bodies in the file that move; expected at most 200"):
+        split_scene(f"<mujoco><worldbody>{balls}</worldbody></mujoco>", {})
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_scene_is_spawned_as_several_entities_and_deleted_with_the_first(engine: str) -> None:
+    client = Client("empty", engine=engine)
+    client.spawn("box", pose(3.0, 3.0))
+    request = wire.SpawnEntity(
+        name="box", uri="", resource_string=KITCHEN, initial_pose=pose(2.0, 1.0, 1.57), allow_renaming=True
+    )
+    spawned = client.ask(wire.SPAWN_ENTITY, request)
+    assert spawned.name == "box_1"
+    assert spawned.warnings[-1] == "spawned with it: box_1_body_2nd_cup, box_1_cup"
+    client.advance(1.0)
+    cup = client.ask(wire.GET_ENTITY_STATE, wire.EntityName(name="box_1_body_2nd_cup")).pose.position
+    assert (cup.x, cup.y, cup.z) == pytest.approx((1.8, 2.0, 0.45), abs=5e-3)
+    client.ask(wire.DELETE_ENTITY, wire.EntityName(name="box_1"))
+    assert client.ask(wire.GET_ENTITIES, wire.EntityFilter(filter="box.*")).names == ("box",)
+
+
+def test_a_scene_that_overlaps_something_is_refused_as_a_whole() -> None:
+    client = Client("empty")
+    client.spawn("box", pose(1.0, 0.35, z=0.5))
+    with pytest.raises(RequestRefused, match="'kitchen_body_2nd_cup' would overlap box"):
+        client.spawn("kitchen", pose(0.0, 0.0), KITCHEN)
+    assert client.ask(wire.GET_ENTITIES, wire.EntityFilter(filter=".*box|kitchen.*")).names == ("box",)
+
+
+def test_a_prop_may_be_a_scene(tmp_path: Path) -> None:
+    (tmp_path / "kitchen.xml").write_text(KITCHEN)
+    text = "name: w\nextent: [-4, -4, 4, 4]\nprops:\n- {name: a, model: kitchen.xml, pose: {x: 1.0, y: 0.0}}\n"
+    world = parse_world(text + "- {name: a_cup, cube: 0.1, pose: {x: -3.0, y: 0.0}}\n", "w", tmp_path)
+    assert [prop.name for prop in world.props] == ["a", "a_cup_1", "a_body_2nd_cup", "a_cup"]
+    assert world.props[1].state.position == pytest.approx((2.0, 0.0, 0.46))
+    assert [note for note in world.warnings if "equalities" in note] == [
+        "props.0: without effect: 1 equalities or tendons between bodies that move apart"
+    ]
