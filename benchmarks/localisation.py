@@ -21,7 +21,7 @@ from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.navigation import controller, obstacles
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.physics import BodyState
-from sim_nodes.robots.drive import Velocity
+from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.simulator import Simulator
 
 ROBOT = "turtlebot4"

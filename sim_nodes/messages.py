@@ -108,7 +108,11 @@ def sample_message(sample: Sample[object], time_of_tick: Callable[[int], float])
             return wire.SensorSample(time=time, lidar=scan)
         case Odometer(pose=pose, travelled=travelled, velocity=velocity):
             odometry = wire.OdometrySample(
-                pose=flat_pose(pose), travelled=travelled, linear=velocity.linear, angular=velocity.angular
+                pose=flat_pose(pose),
+                travelled=travelled,
+                linear=velocity.linear,
+                angular=velocity.angular,
+                lateral=velocity.lateral,
             )
             return wire.SensorSample(time=time, odometry=odometry)
         case Inertial(acceleration=acceleration, angular_rate=rate):

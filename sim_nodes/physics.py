@@ -311,11 +311,21 @@ class Engine(Protocol):
     def set_body_state(self, name: str, state: BodyState) -> None:
         """Set the state of an added body or of a robot that is not fixed; the robot's wheels come to rest."""
 
-    def wheel_angles(self, robot: str) -> tuple[float, float]:
-        """Return the angles that the left and right wheel have turned since the start [rad]."""
+    def wheel_angles(self, robot: str) -> tuple[float, ...]:
+        """Return the angles that the motors of a drive have turned since the start [rad].
 
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
-        """Set the target speeds of the wheels [rad/s], which hold until the next command."""
+        Motors are in the order of `robots/kinematics.py`: the left and right wheel of a differential drive; the
+        wheels of a planar one, followed by its steering joints.
+        """
+
+    def command_wheels(self, robot: str, *targets: float) -> None:
+        """Set the targets of the motors of a drive, which hold until the next command.
+
+        Args:
+            robot: Name of the robot.
+            targets: Speeds of wheels [rad/s] and angles of steering joints [rad], in the order of `wheel_angles`.
+                A planar drive is pulled to the velocity by these values (`robots/traction.py`).
+        """
 
     def power_wheels(self, robot: str, on: bool) -> None:
         """Switch the power of the wheel motors. Without it, wheels roll freely; with it, the last command holds.

@@ -29,7 +29,8 @@ from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
 from sim_nodes.physics import BodyState, Engine
 from sim_nodes.recording import Recording
-from sim_nodes.robots.drive import COMMAND_TIMEOUT, Velocity, VelocityCommand
+from sim_nodes.robots.drive import COMMAND_TIMEOUT, VelocityCommand
+from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline

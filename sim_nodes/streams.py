@@ -18,6 +18,7 @@ from seoro.bridges.session import SessionError
 from sim_nodes.geometry import Array
 from sim_nodes.messages import flat_pose, sample_message
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
+from sim_nodes.robots.kinematics import motor_joints
 from sim_nodes.robots.robot import Robot
 from sim_nodes.watches import Watched
 
@@ -198,9 +199,11 @@ def _joints(robot: Robot) -> wire.StreamedJoints:
         names += robot.arm.joints
         columns.append(np.array([states.positions, states.velocities, states.efforts]))
     if robot.declaration.mobile is not None:
-        drive, wheels = robot.declaration.mobile.drive, robot.mobile.wheels
-        names += (drive.left_joint, drive.right_joint)
-        columns.append(np.array([wheels.encoders(), wheels.turning, (0.0, 0.0)]))
+        motors, wheels = motor_joints(robot.declaration.mobile.drive), robot.mobile.wheels
+        names += motors
+        still = (0.0,) * len(motors)
+        turning = (*wheels.turning, *still[len(wheels.turning) :])
+        columns.append(np.array([wheels.encoders(), turning, still]))
     positions, velocities, efforts = np.hstack(columns).tolist()
     joints = wire.JointStates(names=names, positions=positions, velocities=velocities, efforts=efforts)
     return wire.StreamedJoints(robot=robot.name, joints=joints)

@@ -26,7 +26,7 @@ from sim_nodes.physics import (
     Scene,
     Sphere,
 )
-from sim_nodes.robots.drive import base_motion
+from sim_nodes.robots.kinematics import base_motion, per_motor, wheel_joints
 from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
 
 STEPS_PER_SECOND = 100
@@ -134,8 +134,8 @@ class Rover:
     """Pose of a robot, and state of its wheels."""
 
     state: BodyState
-    angles: tuple[float, float] = (0.0, 0.0)  # [rad]
-    speeds: tuple[float, float] = (0.0, 0.0)  # commanded [rad/s]
+    angles: tuple[float, ...]  # of its motors [rad]
+    speeds: tuple[float, ...]  # commanded [rad/s]; angles of steering joints [rad]
     power: bool = True
 
 
@@ -160,11 +160,18 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering):
     def reset(self) -> None:
         """See `Engine.reset`."""
         self._robots = {
-            name: Rover(BodyState((robot.pose.x, robot.pose.y, 0.0), quaternion(0.0, 0.0, robot.pose.yaw)))
+            name: self._at_rest(
+                name, BodyState((robot.pose.x, robot.pose.y, 0.0), quaternion(0.0, 0.0, robot.pose.yaw))
+            )
             for name, robot in self._placed.items()
         }
         self._bodies = dict(self._first)
         self._touching: frozenset[tuple[str, str]] = frozenset()
+
+    def _at_rest(self, name: str, state: BodyState) -> Rover:
+        mobile = self._mobile(name)
+        still = () if mobile is None else per_motor(mobile.drive, 0.0, 0.0, 0.0)
+        return Rover(state, still, still)
 
     def save(self) -> Mapping[str, Any]:
         """See `SavesState.save`."""
@@ -196,21 +203,23 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering):
     def _drive_on(self, name: str) -> set[tuple[str, str]]:
         """Move a robot as its wheels turn in a step; returns the pairs with obstacles that it touches."""
         rover, drive = self._robots[name], self._mobile(name).drive
-        left, right = (speed / STEPS_PER_SECOND if rover.power else 0.0 for speed in rover.speeds)
-        way, turn = base_motion(drive, left, right)
-        middle = Pose2(way * math.cos(turn / 2), way * math.sin(turn / 2), turn)
-        x, y, yaw = rover.state.planar.compose(middle)
-        speed = way * STEPS_PER_SECOND
+        wheels = len(wheel_joints(drive))
+        turned = tuple(speed / STEPS_PER_SECOND if rover.power else 0.0 for speed in rover.speeds[:wheels])
+        way, turn, aside = base_motion(drive, (*turned, *rover.speeds[wheels:]))
+        cos, sin = math.cos(turn / 2), math.sin(turn / 2)
+        x, y, yaw = rover.state.planar.compose(Pose2(way * cos - aside * sin, way * sin + aside * cos, turn))
+        speed, side = way * STEPS_PER_SECOND, aside * STEPS_PER_SECOND
         moved = BodyState(
             (x, y, 0.0),
             quaternion(0.0, 0.0, yaw),
-            (speed * math.cos(yaw), speed * math.sin(yaw), 0.0),
+            (speed * math.cos(yaw) - side * math.sin(yaw), speed * math.sin(yaw) + side * math.cos(yaw), 0.0),
             (0.0, 0.0, turn * STEPS_PER_SECOND),
         )
         blocked = [other for other, room in self._gaps(name, [self._disc(name, moved)]) if room <= 0.0]
         if blocked:
             moved = BodyState(rover.state.position, rover.state.orientation)
-        angles = (rover.angles[0] + left, rover.angles[1] + right)
+        rolled = tuple(angle + way for angle, way in zip(rover.angles[:wheels], turned, strict=True))
+        angles = (*rolled, *rover.speeds[wheels:])
         self._robots[name] = replace(rover, state=moved, angles=angles)
         return {(min(name, other), max(name, other)) for other in blocked}
 
@@ -262,13 +271,13 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering):
         else:
             self._bodies = {**self._bodies, name: state}
 
-    def wheel_angles(self, robot: str) -> tuple[float, float]:
+    def wheel_angles(self, robot: str) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""
         return self._robots[robot].angles
 
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
+    def command_wheels(self, robot: str, *targets: float) -> None:
         """See `Engine.command_wheels`."""
-        self._robots[robot] = replace(self._robots[robot], speeds=(left, right))
+        self._robots[robot] = replace(self._robots[robot], speeds=targets)
 
     def power_wheels(self, robot: str, on: bool) -> None:
         """See `Engine.power_wheels`."""

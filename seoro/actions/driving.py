@@ -13,8 +13,10 @@ from seoro.runtime.values.values import Actor
 
 
 @action("differential_drive_robot.drive", home=DrivenRobots, uses=BASE)
-async def drive(ctx: ActionContext, robot: Actor, linear: float, angular: float, duration: float) -> None:
+async def drive(
+    ctx: ActionContext, robot: Actor, linear: float, angular: float, duration: float, lateral: float
+) -> None:
     """Drive with a velocity for a duration; the robot stops at the end and on cancellation."""
     robots, name = ctx.home(robot, DrivenRobots)
-    start = partial(robots.drive, name, linear, angular, duration)
+    start = partial(robots.drive, name, linear, angular, duration, lateral=lateral)
     await pursue(ctx, robot, BASE, start, robots.cancel_goal)

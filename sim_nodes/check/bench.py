@@ -21,6 +21,8 @@ from sim_nodes.physics import (
     Sphere,
     Wall,
 )
+from sim_nodes.robots.drive_declaration import DifferentialDrive
+from sim_nodes.robots.kinematics import Velocity, motor_commands
 from sim_nodes.robots.reading import load_robot
 
 Make = Callable[[], Engine]
@@ -30,6 +32,10 @@ ROBOT, OTHER = "robot", "second"
 TURTLEBOT = load_robot("turtlebot4")
 assert TURTLEBOT.mobile is not None
 BASE = TURTLEBOT.mobile
+assert isinstance(BASE.drive, DifferentialDrive)
+assert BASE.lidar is not None
+LIDAR = BASE.lidar
+WHEEL_RADIUS = BASE.drive.wheel_radius  # [m]
 EXTENT = (-10.0, -10.0, 10.0, 10.0)
 ORIGIN = Pose2(0.0, 0.0, 0.0)
 EDGE = 0.2  # [m] edge of the shapes below
@@ -74,8 +80,7 @@ def steps(engine: Engine, count: int) -> None:
 
 def drive(engine: Engine, linear: float, angular: float, robot: str = ROBOT, seconds: float = 0.0) -> None:
     """Command a forward velocity [m/s] and a left turn rate [rad/s], and simulate for a duration [s]."""
-    radius, half = BASE.drive.wheel_radius, BASE.drive.wheel_separation / 2.0
-    engine.command_wheels(robot, (linear - half * angular) / radius, (linear + half * angular) / radius)
+    engine.command_wheels(robot, *motor_commands(BASE.drive, Velocity(linear, angular)))
     run(engine, seconds)
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from sim_nodes.check.bench import (
-    BASE,
     CUBE,
     EDGE,
     ORIGIN,
     OTHER,
     ROBOT,
+    WHEEL_RADIUS,
     Make,
     at,
     body,
@@ -61,7 +61,7 @@ def robots_drive_straight(make: Make) -> None:
     expect_near("the distance off the line [m]", found.position[0], -1.0, 0.01)
     expect_near("the heading [rad]", found.planar.yaw, math.pi / 2, 0.01)
     for side, angle in zip(("left", "right"), angles, strict=True):
-        rolled = angle * BASE.drive.wheel_radius
+        rolled = angle * WHEEL_RADIUS
         expect_near(f"the distance that the {side} wheel has rolled [m]", rolled, travelled, 0.06)
     expect_near("the velocity", found.linear, (0.0, 0.3, 0.0), 0.015)
 

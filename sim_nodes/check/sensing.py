@@ -12,9 +12,9 @@ from contextlib import suppress
 import numpy as np
 
 from sim_nodes.check.bench import (
-    BASE,
     CUBE,
     EDGE,
+    LIDAR,
     ORIGIN,
     OTHER,
     ROBOT,
@@ -33,10 +33,10 @@ from sim_nodes.physics import BodyState, Engine, Wall
 from sim_nodes.views import Lens, NoRendering, Picture, View
 
 EXACT = 0.01  # [m]
-LIMIT = BASE.lidar.max_range
+LIMIT = LIDAR.max_range
 ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)  # around the lidar [rad]
 DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)])
-MOUNT = Pose2(BASE.lidar.x, BASE.lidar.y, BASE.lidar.yaw)
+MOUNT = Pose2(LIDAR.x, LIDAR.y, LIDAR.yaw)
 HALF_LENGTH, HALF_WIDTH = 2.0, 1.0  # of the room [m]
 ROOM = (
     Wall("walls", HALF_LENGTH + 0.05, 0.0, 0.0, 0.1, 2.4, 0.5),
@@ -207,7 +207,7 @@ def rendering_changes_nothing(make: Make) -> None:
         for index in range(1, 16):
             run(rendered, 0.1)
             run(other, 0.1)
-            rendered.link_pose(ROBOT, BASE.lidar.link)
+            rendered.link_pose(ROBOT, LIDAR.link)
             rendered.render(SKYWARDS)
             for name in (ROBOT, "cube"):
                 found, wanted = rendered.body_state(name), other.body_state(name)
@@ -222,7 +222,7 @@ def links_keep_their_mounts(make: Make) -> None:
     for _ in range(5):
         run(engine, 0.2)
         wanted = engine.body_state(ROBOT).planar.compose(MOUNT)
-        (x, y, _), orientation = engine.link_pose(ROBOT, BASE.lidar.link)
+        (x, y, _), orientation = engine.link_pose(ROBOT, LIDAR.link)
         expect_near("x and y of the lidar's link [m]", (x, y), (wanted.x, wanted.y), 2e-3)
         turn = math.remainder(yaw_of(orientation) - wanted.yaw, 2 * math.pi)
         expect_near("the yaw of the lidar's link off its mount [rad]", turn, 0.0, 1e-2)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from seoro.bridges.wire import WheelSlip
 from sim_nodes.faults.checks import Check
-from sim_nodes.robots.drive import PerWheel
+from sim_nodes.robots.drive import PerMotor
 from sim_nodes.ticks import TICK
 
 LEAST_SLIP = 0.1  # smallest measurable slip
@@ -22,19 +22,20 @@ SIDES = ("left", "right")
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion of a robot's wheels in a tick, left and right.
+    """Motion of a robot's wheels in a tick.
 
     Attributes:
-        commanded: Speeds that reach the motors [rad/s].
-        turning: Speeds relative to the floor [rad/s].
-        odometry: Ground speeds at the wheels by the odometry that clients receive [m/s]; None without odometry.
-        actual: True ground speeds at the wheels [m/s].
+        commanded: Speeds that reach the motors of the wheels [rad/s].
+        turning: Speeds of the wheels relative to the floor [rad/s].
+        odometry: Ground speeds at the left and right wheels by the odometry that clients receive [m/s]; None
+            without odometry.
+        actual: True ground speeds at the left and right wheels [m/s].
     """
 
-    commanded: PerWheel
-    turning: PerWheel
-    odometry: PerWheel | None
-    actual: PerWheel
+    commanded: PerMotor
+    turning: PerMotor
+    odometry: tuple[float, float] | None
+    actual: tuple[float, float]
 
 
 class SlipCheck(Check[Motion]):
@@ -86,13 +87,13 @@ class TorqueCheck(Check[Motion]):
 
     def __init__(self) -> None:
         self._ticks = 0  # in a row
-        self._turning = (0.0, 0.0)  # [rad/s]
+        self._turning: PerMotor = (0.0,)  # [rad/s]
 
     def observe(self, seen: Motion) -> None:
         """Update with a tick."""
         self._turning = seen.turning
-        driven = [side for side in (0, 1) if abs(seen.commanded[side]) >= COMMANDED]
-        if not driven or any(abs(seen.turning[side]) > STANDING * abs(seen.commanded[side]) for side in driven):
+        driven = [wheel for wheel, speed in enumerate(seen.commanded) if abs(speed) >= COMMANDED]
+        if not driven or any(abs(seen.turning[at]) > STANDING * abs(seen.commanded[at]) for at in driven):
             self._ticks = 0
         else:
             self._ticks += 1

@@ -18,6 +18,7 @@ from sim_nodes.mujoco.camera import Renderer
 from sim_nodes.mujoco.files import detach_file
 from sim_nodes.mujoco.groups import SEEN_BY_RAYS
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.mujoco.planar import PlanarMotors
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
     FLOOR,
@@ -31,28 +32,36 @@ from sim_nodes.physics import (
     Scene,
     UnsavableState,
 )
-from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.drive_declaration import PlanarDrive
+from sim_nodes.robots.kinematics import motor_joints, wheel_joints
 from sim_nodes.views import Picture, View
 
 
 class _DriveAddresses:
     """Addresses of a robot's wheels and lidar in the arrays of a model."""
 
-    def __init__(self, model: Any, robot: str, base: int, mobile: MobileDeclaration) -> None:
+    def __init__(
+        self, model: Any, robot: str, base: int, declaration: RobotDeclaration, mobile: MobileDeclaration
+    ) -> None:
         prefix, drive = f"{robot}/", mobile.drive
-        joints = [model.joint(prefix + name) for name in (drive.left_joint, drive.right_joint)]
+        joints = [model.joint(prefix + name) for name in motor_joints(drive)]
         self.base = base
-        self.lidar: int = model.body(prefix + mobile.lidar.link).id
+        self.lidar: int | None = None if mobile.lidar is None else model.body(prefix + mobile.lidar.link).id
         self.wheel_positions = [int(joint.qposadr[0]) for joint in joints]
         self.wheel_angular_speeds = [int(joint.dofadr[0]) for joint in joints]
         self.motors = [model.actuator(joint.name).id for joint in joints]
+        self._wheels = self.motors[: len(wheel_joints(drive))]
+        self.planar = PlanarMotors(model, robot, declaration, drive) if isinstance(drive, PlanarDrive) else None
         self._gain = drive.motor_gain
 
     def power(self, model: Any, *, on: bool) -> None:
-        """Switch the torque of the motors."""
+        """Switch the torque of the motors; joints that steer keep theirs."""
         gain = self._gain if on else 0.0
-        model.actuator_gainprm[self.motors, 0] = gain
-        model.actuator_biasprm[self.motors, 2] = -gain
+        model.actuator_gainprm[self._wheels, 0] = gain
+        model.actuator_biasprm[self._wheels, 2] = -gain
+        if self.planar is not None:
+            self.planar.power(model, on=on)
 
 
 class MujocoEngine:
@@ -95,9 +104,9 @@ class MujocoEngine:
             for robot in self._scene.robots
         }
         self._drives = {
-            robot.name: _DriveAddresses(model, robot.name, self._bases[robot.name], robot.declaration.mobile)
+            robot.name: _DriveAddresses(model, robot.name, self._bases[robot.name], robot.declaration, mobile)
             for robot in self._scene.robots
-            if robot.declaration.mobile is not None
+            if (mobile := robot.declaration.mobile) is not None
         }
         for name, drive in self._drives.items():
             drive.power(model, on=name not in self._without_power)
@@ -267,14 +276,16 @@ class MujocoEngine:
         self._last = None
         mujoco.mj_forward(self._model, data)
 
-    def wheel_angles(self, robot: str) -> tuple[float, float]:
+    def wheel_angles(self, robot: str) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""
-        left, right = self._drives[robot].wheel_positions
-        return float(self._data.qpos[left]), float(self._data.qpos[right])
+        return tuple(self._data.qpos[self._drives[robot].wheel_positions].tolist())
 
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
+    def command_wheels(self, robot: str, *targets: float) -> None:
         """See `Engine.command_wheels`."""
-        self._data.ctrl[self._drives[robot].motors] = left, right
+        drive = self._drives[robot]
+        self._data.ctrl[drive.motors] = targets
+        if drive.planar is not None:
+            drive.planar.command(self._data, targets)
 
     def power_wheels(self, robot: str, on: bool) -> None:
         """See `Engine.power_wheels`."""
@@ -284,6 +295,7 @@ class MujocoEngine:
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
         addresses, data = self._drives[robot], self._data
+        assert addresses.lidar is not None, "only lidars cast rays"
         mujoco.mj_kinematics(self._model, data)  # after a step, positions are still those before it
         count = len(directions)
         vectors = (directions @ data.xmat[addresses.lidar].reshape(3, 3).T).ravel()

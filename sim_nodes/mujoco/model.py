@@ -16,6 +16,7 @@ from sim_nodes.inertia import part_masses
 from sim_nodes.mujoco.arm import add_arm, configure_grip_contacts
 from sim_nodes.mujoco.files import attach_file, with_compiler
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP
+from sim_nodes.mujoco.planar import add_planar_drive
 from sim_nodes.mujoco.stepping import add_counters
 from sim_nodes.physics import (
     FLOOR,
@@ -31,7 +32,8 @@ from sim_nodes.physics import (
     Sphere,
     Wall,
 )
-from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
+from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.drive_declaration import DifferentialDrive, PlanarDrive
 from sim_nodes.views import FLOOR_TILES, LIGHT_DIRECTION, SKY, TILE, WALL, colour_of
 
 FLOOR_MATERIAL = "floor"
@@ -151,15 +153,18 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
         for geom in _solids(spec.body(link)):
             # Without priority, a contact has the larger friction of the two, which would be the floor's.
             geom.condim, geom.priority = 1, 1
-    if declaration.mobile is not None:
-        _add_drive(spec, declaration.mobile.drive)
+    match declaration.mobile.drive if declaration.mobile is not None else None:
+        case DifferentialDrive() as drive:
+            _add_drive(spec, drive)
+        case PlanarDrive() as drive:
+            add_planar_drive(spec, declaration, drive)
     if declaration.arm is not None:
         add_arm(spec, declaration.arm)
     hide_collision_shapes(spec)
     return spec
 
 
-def _add_drive(spec: Any, drive: DriveDeclaration) -> None:
+def _add_drive(spec: Any, drive: DifferentialDrive) -> None:
     """Add motors to the wheels of a robot."""
     for name in (drive.left_joint, drive.right_joint):
         joint = spec.joint(name)

@@ -15,7 +15,7 @@ from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.maps import Grid
 from sim_nodes.navigation.planner import Plan
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.drive import AT_REST, Velocity
+from sim_nodes.robots.kinematics import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
@@ -87,7 +87,7 @@ class LocalController(Stateful):
     def steer(self, wanted: Velocity) -> Velocity:
         """Return the velocity nearest to `wanted` within the limits of turn rate and accelerations."""
         dv, dw = self._drive.max_acceleration * self._interval, self._drive.max_turn_acceleration * self._interval
-        v, w = self.velocity
+        v, w, _ = self.velocity
         limit = self._drive.max_turn_rate
         turn = min(max(wanted.angular, -limit), limit)
         self.velocity = Velocity(min(max(wanted.linear, v - dv), v + dv), min(max(turn, w - dw), w + dw))

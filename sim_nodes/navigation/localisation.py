@@ -29,6 +29,7 @@ from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
+NO_RANGE = 1.0  # [m] of a robot without a lidar; it has no scans
 BIN = (0.5, 0.5, math.radians(10.0))  # [m, m, rad]
 NEAR = (1.0, 1.0, math.radians(45.0))  # [m, m, rad] from the densest place: one hypothesis
 SIDE = 1 << 16  # exceeds the number of bins along an axis
@@ -168,7 +169,8 @@ class Localisation(Stateful):
         self._grid = known.grid
         self._framed = known.grid.framed()
         self._noise = noise
-        self._log_likelihood = self._likelihood_field(known, declaration.lidar.max_range)
+        max_range = NO_RANGE if declaration.lidar is None else declaration.lidar.max_range
+        self._log_likelihood = self._likelihood_field(known, max_range)
         self._free = np.argwhere(known.distance >= declaration.radius)
         self.particles = np.zeros((0, 3))
         self._odometry = Pose2(0.0, 0.0, 0.0)  # at the last update
@@ -178,10 +180,7 @@ class Localisation(Stateful):
         self._searches = self._updates = 0  # searches since the robot got lost, updates in the present one
         self._fit_slow = self._fit_fast = 0.0  # slow and fast averages of the fit of scans
         p = self._parameters
-        nearly = (
-            p.z_hit * math.exp(-0.5 * (MISFIT_DISTANCE / p.sigma_hit) ** 2)
-            + p.z_rand / declaration.lidar.max_range
-        )
+        nearly = p.z_hit * math.exp(-0.5 * (MISFIT_DISTANCE / p.sigma_hit) ** 2) + p.z_rand / max_range
         self._fitting = math.log(nearly)  # minimum of a beam that fits
 
     def _likelihood_field(self, known: NavigationMap, max_range: float) -> Array:

@@ -23,7 +23,7 @@ from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.navigation.planner import ESCAPE_RADIUS, Plan, plan_to
 from sim_nodes.outcomes import GoalResult, operation_failed
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.drive import AT_REST, Velocity
+from sim_nodes.robots.kinematics import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
@@ -380,7 +380,7 @@ class Navigator(Stateful):
 
     def _settle(self, now: ControlInput) -> tuple[Velocity, GoalResult | None]:
         assert self.goal is not None
-        v, w = now.velocity
+        v, w, _ = now.velocity
         at_rest = abs(v) < STOPPED[0] and abs(w) < STOPPED[1]
         if not at_rest and self._cycles * self._interval < SETTLE_TIME:
             return self._controller.stop(), None

@@ -46,8 +46,11 @@ from sim_nodes.pybullet.joints import (
     is_touching,
 )
 from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, movable_joints, wxyz, xyzw
+from sim_nodes.pybullet.planar import PlanarForces
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
+from sim_nodes.robots.drive_declaration import PlanarDrive
+from sim_nodes.robots.traction import traction_of
 from sim_nodes.views import WALL, Picture, View, colour_of
 
 GRAVITY = 9.81  # [m/s^2]
@@ -129,6 +132,7 @@ class PybulletEngine:
             parts = tuple(wall.part for wall in walls if wall.name == name)
             self._load_body(name, BodyModel(parts, static=True, colour=WALL), BodyState((0.0, 0.0, 0.0)))
         self._drives: dict[str, PybulletDrive] = {}
+        self._forces: list[PlanarForces] = []
         self._arms: dict[str, PybulletArm] = {}
         self._placed_shapes = PlacedShapes(bullet)
         self._links: dict[str, dict[str, int]] = {}
@@ -138,11 +142,13 @@ class PybulletEngine:
             self._load_body(name, model, state)
         jointed = {self._bodies[name].number: arm.all_joints for name, arm in self._arms.items()}
         self._jointed |= jointed
-        driven = {drive.body: drive.wheels[0] for drive in self._drives.values()}
+        driven = {drive.body: drive.motors[0] for drive in self._drives.values()}
         join_islands(bullet, driven | {body: joints[0] for body, joints in jointed.items()})
         self._states = StateStore(bullet)
         self._last: LastStep | None = None  # after a rewind
-        self._stepper = Stepper(self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, self._jointed)
+        self._stepper = Stepper(
+            self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, self._jointed, self._forces
+        )
 
     def _register(self, name: str, number: int, *, static: bool) -> None:
         centre, axes = self._bullet.getDynamicsInfo(number, BASE)[3:5]
@@ -162,7 +168,12 @@ class PybulletEngine:
         self._broadphase.add_moving(number, compound, fixed=robot.declaration.fixed)
         mobile = robot.declaration.mobile
         if mobile is not None:
-            self._drives[robot.name] = PybulletDrive(self._bullet, number, links, mobile, group)
+            drive = PybulletDrive(self._bullet, number, links, mobile, group)
+            self._drives[robot.name] = drive
+            if isinstance(mobile.drive, PlanarDrive):
+                traction = traction_of(robot.declaration, mobile.drive)
+                state = partial(self.body_state, robot.name)
+                self._forces.append(PlanarForces(self._bullet, drive, traction, state))
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
@@ -303,20 +314,20 @@ class PybulletEngine:
             linear = vector(np.add(state.linear, np.cross(state.angular, arm)))
             bullet.resetBaseVelocity(body.number, linear, state.angular)
 
-    def wheel_angles(self, robot: str) -> tuple[float, float]:
+    def wheel_angles(self, robot: str) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""
         return self._drives[robot].angles()
 
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
+    def command_wheels(self, robot: str, *targets: float) -> None:
         """See `Engine.command_wheels`."""
-        if (left, right) != self._drives[robot].command.speeds:  # in most ticks, the command repeats
-            self.set_motor_speeds(robot, left, right)
+        if targets != self._drives[robot].command.targets:  # in most ticks, the command repeats
+            self.set_motor_targets(robot, *targets)
 
     @journaled
-    def set_motor_speeds(self, robot: str, left: float, right: float) -> None:
-        """Set the motor speeds of the wheels [rad/s]."""
+    def set_motor_targets(self, robot: str, *targets: float) -> None:
+        """Set the targets of the motors of a drive."""
         drive = self._drives[robot]
-        drive.apply_command(replace(drive.command, speeds=(left, right)))
+        drive.apply_command(replace(drive.command, targets=targets))
 
     @journaled
     def power_wheels(self, robot: str, on: bool) -> None:
@@ -327,6 +338,7 @@ class PybulletEngine:
     def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
         """See `Engine.cast_rays`."""
         drive, bullet = self._drives[robot], self._bullet
+        assert drive.lidar is not None, "only lidars cast rays"
         origin, orientation = link_frame(bullet, drive.body, drive.lidar)
         ends = origin + limit * directions @ rotation_matrix(orientation).T
         hits = bullet.rayTestBatch(

@@ -26,17 +26,20 @@ from sim_nodes.physics import (
     Shape,
     Sphere,
 )
-from sim_nodes.pybullet.model import BASE, Links, wheels, xyzw
+from sim_nodes.pybullet.model import BASE, Links, motors, xyzw
 from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
+from sim_nodes.robots.drive_declaration import DriveDeclaration
+from sim_nodes.robots.kinematics import per_motor, wheel_joints
 
+STEERING_TORQUE = 100.0  # [N m]
 BEARINGS = 0.002  # [N m] friction of wheels without power; frictionless wheels may creep forever
 
 
 @dataclass(frozen=True)
 class DriveCommand:
-    """The last motor command: speeds of the left and right wheel [rad/s], and whether the motors have power."""
+    """The last motor command: targets as in `Engine.command_wheels`, and whether the motors have power."""
 
-    speeds: tuple[float, float] = (0.0, 0.0)
+    targets: tuple[float, ...]
     has_power: bool = True
 
 
@@ -53,34 +56,47 @@ class PybulletDrive:
     Attributes:
         body: Number of the robot's body.
         group: Collision group of the robot alone.
-        lidar: Link of the lidar.
-        wheels: Joint numbers of the left and right wheel.
+        lidar: Link of the lidar; None without one.
+        motors: Joint numbers of the motors.
         command: The last command.
     """
 
     def __init__(self, bullet: Any, body: int, links: Links, mobile: MobileDeclaration, group: int) -> None:
         self._bullet, self.body, self.group = bullet, body, group
-        self.lidar = links.links[mobile.lidar.link]
-        self.wheels = wheels(links, mobile.drive)
+        self.lidar = None if mobile.lidar is None else links.links[mobile.lidar.link]
+        self.drive: DriveDeclaration = mobile.drive
+        self.motors = motors(links, mobile.drive)
+        self._count = len(wheel_joints(mobile.drive))
         self._torque = mobile.drive.motor_torque
-        self.apply_command(DriveCommand())
+        self.apply_command(DriveCommand(per_motor(mobile.drive, 0.0, 0.0, 0.0)))
 
     def apply_command(self, command: DriveCommand) -> None:
         """Set the motor targets from a command."""
         self.command = command
-        speeds, torque = (command.speeds, self._torque) if command.has_power else ((0.0, 0.0), BEARINGS)
+        count = self._count
+        speeds, torque = command.targets[:count], self._torque
+        if not command.has_power:
+            speeds, torque = (0.0,) * count, BEARINGS
         self._bullet.setJointMotorControlArray(
-            self.body, self.wheels, pybullet.VELOCITY_CONTROL, targetVelocities=speeds, forces=[torque, torque]
+            self.body,
+            self.motors[:count],
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=speeds,
+            forces=[torque] * count,
         )
+        for joint, angle in zip(self.motors[count:], command.targets[count:], strict=True):
+            self._bullet.setJointMotorControl2(
+                self.body, joint, pybullet.POSITION_CONTROL, targetPosition=angle, force=STEERING_TORQUE
+            )
 
-    def angles(self) -> tuple[float, float]:
+    def angles(self) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""
-        left, right = pybullet.getJointStates(self.body, self.wheels, self._bullet._client)
-        return left[0], right[0]
+        states = pybullet.getJointStates(self.body, self.motors, self._bullet._client)
+        return tuple([state[0] for state in states])
 
     def stop(self) -> None:
         """Stop the wheels at once."""
-        for wheel, angle in zip(self.wheels, self.angles(), strict=True):
+        for wheel, angle in zip(self.motors, self.angles(), strict=True):
             self._bullet.resetJointState(self.body, wheel, angle, 0.0)
 
 

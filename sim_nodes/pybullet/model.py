@@ -27,7 +27,9 @@ from sim_nodes.physics import (
     PlacedRobot,
 )
 from sim_nodes.pybullet import captured_output
-from sim_nodes.robots.declaration import DriveDeclaration, RobotDeclaration
+from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration
+from sim_nodes.robots.kinematics import motor_joints, wheel_joints
 from sim_nodes.robots.urdf_check import link_parts
 from sim_nodes.views import Colour
 
@@ -113,17 +115,18 @@ def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     friction |= dict.fromkeys(declaration.low_friction_links, 0.0)
     if declaration.mobile is not None:
         drive = declaration.mobile.drive
-        turning = wheels(links, drive)
-        friction |= {name: drive.wheel_friction for name, index in links.links.items() if index in turning}
+        turning = {links.joints[name] for name in wheel_joints(drive)}
+        grip = drive.wheel_friction if isinstance(drive, DifferentialDrive) else 0.0
+        friction |= {name: grip for name, index in links.links.items() if index in turning}
     for index, name in links.shapes.items():
         bullet.changeDynamics(body, index, lateralFriction=friction[name])
     _undamp(bullet, body)
     return body, links
 
 
-def wheels(links: Links, drive: DriveDeclaration) -> tuple[int, int]:
-    """Return the joint indices of the left and right wheel."""
-    return links.joints[drive.left_joint], links.joints[drive.right_joint]
+def motors(links: Links, drive: DriveDeclaration) -> tuple[int, ...]:
+    """Return the joint indices of the motors of a drive."""
+    return tuple(links.joints[name] for name in motor_joints(drive))
 
 
 def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:

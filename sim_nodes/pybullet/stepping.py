@@ -17,6 +17,7 @@ import pybullet
 from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
 from sim_nodes.pybullet.joints import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
 from sim_nodes.pybullet.model import BASE, XYZW
+from sim_nodes.pybullet.planar import PlanarForces
 
 Vector = tuple[float, float, float]
 
@@ -52,6 +53,7 @@ class Stepper:
         owners: Entity of each body; updated by the owner.
         static: Bodies with a static base; updated by the owner.
         jointed: Bodies with movable joints, and these joints.
+        forces: Forces to apply before each step.
 
     Attributes:
         touching: Pairs in contact in the last step.
@@ -65,10 +67,12 @@ class Stepper:
         owners: Mapping[int, str],
         static: Set[int],
         jointed: Mapping[int, tuple[int, ...]],
+        forces: Sequence[PlanarForces] = (),
     ) -> None:
         self._client = client
         self._timestep = timestep
         self._owners, self._static, self._jointed = owners, static, jointed
+        self._forces = forces
         self.touching: frozenset[tuple[str, str]] = frozenset()
         self.has_diverged = False
         self.invalidate()
@@ -100,17 +104,22 @@ class Stepper:
             some = 0 if arms else min(count - made, self._clear_steps())
             if some:
                 for _ in range(some):
-                    pybullet.stepSimulation(self._client)
+                    self._make_step()
             else:
                 some, changed = self._step_checking_contacts(min(count - made, RETRY), arms)
             made += some
             self._track(self._poses())
         return made
 
+    def _make_step(self) -> None:
+        for each in self._forces:
+            each.apply()
+        pybullet.stepSimulation(self._client)
+
     def repeat(self, count: int, arms: Sequence[PybulletArm]) -> int:
         """Repeat `count` steps with the same contacts as before, without looking for them."""
         for _ in range(count):
-            pybullet.stepSimulation(self._client)
+            self._make_step()
             for arm in arms:
                 arm.advance_targets(self._timestep)
         self.touching = self._pairs()
@@ -120,7 +129,7 @@ class Stepper:
         """Make steps until the pairs in contact change; returns their number, and whether they changed."""
         self._wait -= count
         for made in range(1, count + 1):
-            pybullet.stepSimulation(self._client)
+            self._make_step()
             for arm in arms:
                 arm.advance_targets(self._timestep)
             touching = self._pairs()

@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Annotated, Self
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
+from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from sim_nodes.files import NAME, Declared
 from sim_nodes.geometry import Quaternion, Vector, quaternion
+from sim_nodes.robots.drive_declaration import DriveDeclaration
+from sim_nodes.robots.footprint import Footprint, read_footprint
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
 
 OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motors", "odometry", "robot"})
 """Names of devices of robots besides cameras."""
-
-
-class DriveDeclaration(Declared):
-    """A differential drive: two wheels on one axle, at the origin of the base."""
-
-    left_joint: str
-    right_joint: str
-    wheel_radius: PositiveFloat  # [m]
-    wheel_separation: PositiveFloat  # [m]
-    max_speed: PositiveFloat  # [m/s]
-    max_acceleration: PositiveFloat  # [m/s^2]
-    max_turn_rate: PositiveFloat  # [rad/s]
-    max_turn_acceleration: PositiveFloat  # [rad/s^2]
-    motor_gain: PositiveFloat  # torque per speed error [N m s/rad]
-    motor_torque: PositiveFloat  # limit [N m]
-    armature: PositiveFloat  # inertia of rotor and gear at the wheel [kg m^2]
-    wheel_friction: PositiveFloat
 
 
 class OdometryDeclaration(Declared):
@@ -154,13 +139,18 @@ class BatteryDeclaration(Declared):
 
 
 class MobileDeclaration(Declared):
-    """A base that drives, localises itself and has sensors."""
+    """A base that drives, localises itself and has sensors.
+
+    Without a lidar, it is localised by its odometry from the initial pose on.
+    """
 
     radius: PositiveFloat  # of the smallest circle around the base's origin that contains the robot [m]
+    # corners of its outline on the floor, counterclockwise [m]; without, it is the circle of `radius`
+    footprint: Annotated[Footprint, BeforeValidator(read_footprint)] | None = None
     clearance: PositiveFloat  # from the base's origin to walls, minimum of plans [m]
     drive: DriveDeclaration
     odometry: OdometryDeclaration
-    lidar: LidarDeclaration
+    lidar: LidarDeclaration | None = None
     imu: ImuDeclaration | None = None
     bumper: BumperDeclaration | None = None
     battery: BatteryDeclaration | None = None

@@ -1,4 +1,4 @@
-"""Differential drives: kinematics, wheels with faults, velocity commands, and the battery.
+"""Drives: wheels with faults, velocity commands, and the battery; see `kinematics.py` for the geometry.
 
 A slipping wheel turns on the floor less than about its axle, by a given share. The engine gets the remaining
 speed, and the encoder counts the full one. So slip has a defined size; friction alone would make it depend on the
@@ -15,7 +15,6 @@ charges it. At a charge of 0, the robot keeps working.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,56 +22,30 @@ from seoro.bridges.wire import Outcome, Quantity
 from sim_nodes.geometry import Array
 from sim_nodes.outcomes import GoalResult, operation_failed
 from sim_nodes.physics import Engine
-from sim_nodes.robots.declaration import BatteryDeclaration, DriveDeclaration
+from sim_nodes.robots.declaration import BatteryDeclaration
+from sim_nodes.robots.drive_declaration import DriveDeclaration
+from sim_nodes.robots.kinematics import AT_REST, Velocity, per_motor, wheel_joints
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
-
-class Velocity(NamedTuple):
-    """Velocity of a base: forwards [m/s] and turning left [rad/s]."""
-
-    linear: float
-    angular: float
-
-
-AT_REST = Velocity(0.0, 0.0)
-
-
-def wheel_speeds(drive: DriveDeclaration, velocity: Velocity) -> tuple[float, float]:
-    """Return the ground speed at the left and right wheel [m/s]."""
-    half = velocity.angular * drive.wheel_separation / 2.0
-    return velocity.linear - half, velocity.linear + half
-
-
-def wheel_angular_speeds(drive: DriveDeclaration, velocity: Velocity) -> tuple[float, float]:
-    """Return the angular speed of the left and right wheel [rad/s] for a velocity of the base."""
-    left, right = wheel_speeds(drive, velocity)
-    return left / drive.wheel_radius, right / drive.wheel_radius
-
-
-def base_motion(drive: DriveDeclaration, left: float, right: float) -> tuple[float, float]:
-    """Return the distance [m] and change of heading [rad] of a base whose wheels turned by these angles [rad]."""
-    left_way, right_way = left * drive.wheel_radius, right * drive.wheel_radius
-    return (left_way + right_way) / 2.0, (right_way - left_way) / drive.wheel_separation
-
-
-PerWheel = tuple[float, float]
-"""Values of the left and the right wheel."""
+PerMotor = tuple[float, ...]
+"""Values of the motors of a drive: wheels, then steering joints (`kinematics.py`)."""
 
 GRIP = (0.0, 0.0)
 
 
 class Wheels(Stateful):
-    """The left and right wheel of a robot.
+    """The motors of a drive: wheels, and joints that steer.
 
     Args:
         robot: Name of the robot.
+        drive: Declaration of the drive.
         engine: Engine that simulates it.
 
     Attributes:
-        command: Commanded speeds [rad/s].
-        applied: Speeds that reach the motors [rad/s]; equal to `command` without faults.
-        turning: Latest speeds relative to the floor [rad/s].
+        command: Commanded speeds of the wheels [rad/s] and angles of steering joints [rad].
+        applied: Values that reach the motors; equal to `command` without faults.
+        turning: Latest speeds of the wheels relative to the floor [rad/s].
     """
 
     quantity = Quantity.ANGULAR_RATE
@@ -89,32 +62,45 @@ class Wheels(Stateful):
         "_is_passthrough",
     )
 
-    def __init__(self, robot: str, engine: Engine) -> None:
+    def __init__(self, robot: str, drive: DriveDeclaration, engine: Engine) -> None:
         self._robot = robot
+        self._drive = drive
         self._engine = engine
-        self.command = self.applied = (0.0, 0.0)
-        self.turning = (0.0, 0.0)
+        self._count = len(wheel_joints(drive))
+        self.command: PerMotor = per_motor(drive, 0.0, 0.0, 0.0)
+        self.applied = self.command
+        self.turning: PerMotor = (0.0,) * self._count
         self._tick = 0  # of the last update; idle robots are updated less often
-        self._on_floor = engine.wheel_angles(robot)  # [rad]
+        self._on_floor: PerMotor = engine.wheel_angles(robot)  # [rad]
         self._slip = GRIP
-        self._lost = (0.0, 0.0)  # angles counted by the encoders beyond the motion on the floor [rad]
+        # Angles counted by the encoders of wheels beyond the motion on the floor [rad].
+        self._lost: PerMotor = (0.0,) * self._count
         self._has_power = True
         self._is_passthrough = True  # whether commands reach the motors at once
 
-    def set_speeds(self, left: float, right: float) -> None:
-        """Command speeds [rad/s]."""
-        self.command = (left, right)
+    def set_targets(self, targets: PerMotor) -> None:
+        """Command speeds of the wheels [rad/s] and angles of steering joints [rad]."""
+        self.command = targets
         if self._is_passthrough:
             self.apply_command(self.command)
 
-    def to_array(self, command: PerWheel) -> Array:
-        """See `MotorGroup`."""
-        return np.array(command)
+    @property
+    def are_driven(self) -> bool:
+        """Whether the wheels have a command to turn."""
+        return any(self.applied[: self._count])
 
-    def with_array(self, command: PerWheel, numbers: Array) -> PerWheel:
+    @property
+    def driven(self) -> PerMotor:
+        """Speeds that reach the motors of the wheels [rad/s]."""
+        return self.applied[: self._count]
+
+    def to_array(self, command: PerMotor) -> Array:
         """See `MotorGroup`."""
-        left, right = numbers.tolist()
-        return left, right
+        return np.array(command[: self._count])
+
+    def with_array(self, command: PerMotor, numbers: Array) -> PerMotor:
+        """See `MotorGroup`."""
+        return (*numbers.tolist(), *command[self._count :])
 
     def set_passthrough(self, on: bool) -> None:
         """See `MotorGroup`."""
@@ -122,14 +108,15 @@ class Wheels(Stateful):
         if on:
             self.apply_command(self.command)
 
-    def apply_command(self, command: PerWheel) -> None:
+    def apply_command(self, command: PerMotor) -> None:
         """See `MotorGroup`."""
-        self.applied = left, right = command
-        slip_left, slip_right = self._slip
-        self._engine.command_wheels(self._robot, (1.0 - slip_left) * left, (1.0 - slip_right) * right)
+        self.applied = command
+        slips = per_motor(self._drive, *self._slip, 0.0)
+        targets = [(1.0 - slip) * target for slip, target in zip(slips, command, strict=True)]
+        self._engine.command_wheels(self._robot, *targets)
 
     def slip(self, left: float, right: float) -> None:
-        """Set the slip of the wheels, as shares of their motion."""
+        """Set the slip of the wheels of each side, as shares of their motion."""
         if self._slip != (left, right):
             self._slip = (left, right)
             self.apply_command(self.applied)
@@ -142,23 +129,24 @@ class Wheels(Stateful):
 
     def update(self, tick: int) -> None:
         """Update with how the wheels have turned since the last update."""
-        (left, right), (was_left, was_right) = self._engine.wheel_angles(self._robot), self._on_floor
+        angles, before = self._engine.wheel_angles(self._robot), self._on_floor
         interval = (tick - self._tick) * TICK
         self._tick = tick
-        self.turning = ((left - was_left) / interval, (right - was_right) / interval)
-        self._on_floor = (left, right)
+        wheels = range(self._count)
+        self.turning = tuple([(angles[wheel] - before[wheel]) / interval for wheel in wheels])
+        self._on_floor = angles
         if self._has_power and self._slip != GRIP:
-            (left, right), (slip_left, slip_right) = self.applied, self._slip
-            lost_left, lost_right = self._lost
-            self._lost = (lost_left + slip_left * left * interval, lost_right + slip_right * right * interval)
+            slips, lost = per_motor(self._drive, *self._slip, 0.0), self._lost
+            self._lost = tuple([lost[at] + slips[at] * self.applied[at] * interval for at in wheels])
 
-    def encoders(self) -> tuple[float, float]:
+    def encoders(self) -> PerMotor:
         """Return the angles counted by the encoders up to the last tick [rad]."""
-        (left, right), (lost_left, lost_right) = self._on_floor, self._lost
-        return left + lost_left, right + lost_right
+        wheels = (angle + lost for angle, lost in zip(self._on_floor[: self._count], self._lost, strict=True))
+        return (*wheels, *self._on_floor[self._count :])
 
 
 COMMAND_TIMEOUT = 0.5  # [s]
+ROUNDED = 1e-6  # relative error of a turning radius
 
 
 @dataclass(frozen=True)
@@ -194,11 +182,21 @@ class Steering(Stateful):
 
     def check(self, robot: str, velocity: Velocity) -> None:
         """Refuse velocities beyond the limits of the robot."""
-        linear, angular = self._drive.max_speed, self._drive.max_turn_rate
-        if abs(velocity.linear) > linear or abs(velocity.angular) > angular:
+        drive = self._drive
+        linear, angular, lateral = drive.max_speed, drive.max_turn_rate, drive.max_lateral_speed
+        if velocity.lateral and not lateral:
+            raise operation_failed(f"unsupported motion of {robot} sideways: its drive is {drive.kind.value}")
+        if abs(velocity.linear) > linear or abs(velocity.angular) > angular or abs(velocity.lateral) > lateral:
+            sideways = f", {lateral:g} m/s sideways" if lateral else ""
+            found = f", {velocity.lateral:g} m/s sideways" if lateral else ""
             raise operation_failed(
-                f"invalid velocity for {robot}; expected up to {linear:g} m/s and {angular:g} rad/s, "
-                f"found {velocity.linear:g} m/s and {velocity.angular:g} rad/s"
+                f"invalid velocity for {robot}; expected up to {linear:g} m/s{sideways} and {angular:g} rad/s, "
+                f"found {velocity.linear:g} m/s{found} and {velocity.angular:g} rad/s"
+            )
+        if abs(velocity.linear) < abs(velocity.angular) * drive.min_turning_radius * (1.0 - ROUNDED):
+            raise operation_failed(
+                f"invalid velocity for {robot}: {velocity.linear:g} m/s and {velocity.angular:g} rad/s; "
+                f"expected a turning radius of {drive.min_turning_radius:g} m or more, because it steers"
             )
 
     def clear(self) -> None:
@@ -216,8 +214,17 @@ class Steering(Stateful):
         self._velocity = Velocity(
             _towards(self._velocity.linear, command.velocity.linear, drive.max_acceleration * TICK),
             _towards(self._velocity.angular, command.velocity.angular, drive.max_turn_acceleration * TICK),
+            _towards(self._velocity.lateral, command.velocity.lateral, drive.max_acceleration * TICK),
         )
-        return self._velocity, None
+        return _possible(drive, self._velocity), None
+
+
+def _possible(drive: DriveDeclaration, velocity: Velocity) -> Velocity:
+    """Return the velocity with a turn rate that the drive can have at its speed."""
+    if not drive.min_turning_radius:
+        return velocity
+    most = abs(velocity.linear) / drive.min_turning_radius
+    return velocity._replace(angular=min(max(velocity.angular, -most), most))
 
 
 def _towards(present: float, wanted: float, by: float) -> float:

@@ -20,22 +20,13 @@ from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.navigator import ControlInput, Feedback, Goal, Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
-from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state
+from sim_nodes.outcomes import NO_CLIENT, GoalResult, feature_unsupported, incorrect_state
 from sim_nodes.physics import Engine
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.drive import (
-    AT_REST,
-    Battery,
-    Steering,
-    Velocity,
-    VelocityCommand,
-    Wheels,
-    base_motion,
-    wheel_angular_speeds,
-    wheel_speeds,
-)
+from sim_nodes.robots.drive import Battery, Steering, VelocityCommand, Wheels
+from sim_nodes.robots.kinematics import AT_REST, Velocity, base_motion, motor_commands, side_speeds
 from sim_nodes.sensors.base import AT_START, Bumper, Imu, Odometer, Odometry
-from sim_nodes.sensors.lidar import Lidar, Scan
+from sim_nodes.sensors.lidar import BLIND, Lidar, Scan
 from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
@@ -60,9 +51,11 @@ def base_sensors(
         return Noise(seed, "/".join((robot, *purpose)))
 
     state = partial(engine.body_state, robot)
-    lidar = Lidar(declaration.lidar, noise("lidar"), partial(engine.cast_rays, robot))
     odometry = Odometry(declaration.drive, declaration.odometry, noise("odometry"), wheels.encoders)
-    sensors: dict[str, Sensor[Any]] = {"lidar": lidar, "odometry": odometry}
+    sensors: dict[str, Sensor[Any]] = {}
+    if declaration.lidar is not None:
+        sensors["lidar"] = Lidar(declaration.lidar, noise("lidar"), partial(engine.cast_rays, robot))
+    sensors["odometry"] = odometry
     if declaration.imu is not None:
         sensors["imu"] = Imu(declaration.imu, noise("imu"), noise("imu/bias"), state)
     if declaration.bumper is not None:
@@ -97,16 +90,21 @@ class MobileBase(Stateful):
         self.name = name
         self.declaration = declaration
         self._engine = engine
-        self.wheels = Wheels(name, engine)
+        self.wheels = Wheels(name, declaration.drive, engine)
         self.battery = None if declaration.battery is None else Battery(declaration.battery)
         self.sensors = base_sensors(name, declaration, engine, self.wheels, seed)
-        self._lidar: SensorPipeline[Scan] = self.sensors["lidar"]
+        self._lidar: SensorPipeline[Scan] | None = self.sensors.get("lidar")
         self._odometry: SensorPipeline[Odometer] = self.sensors["odometry"]
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
         self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
         self._steering = Steering(declaration.drive)
-        self._scan: Scan | None = None
+        self._scan: Scan | None = self._first_scan
+
+    @property
+    def _first_scan(self) -> Scan | None:
+        """The scan before the first one; without a lidar, that without beams."""
+        return BLIND if self._lidar is None else None
 
     @property
     def odometry(self) -> Odometer:
@@ -135,15 +133,15 @@ class MobileBase(Stateful):
         (vx, vy, _), yaw = state.linear, state.planar.yaw
         moved = Velocity(vx * math.cos(yaw) + vy * math.sin(yaw), state.angular[2])
         return Motion(
-            commanded=self.wheels.applied,
+            commanded=self.wheels.driven,
             turning=self.wheels.turning,
-            odometry=None if arrived is None else wheel_speeds(drive, arrived.data.velocity),
-            actual=wheel_speeds(drive, moved),
+            odometry=None if arrived is None else side_speeds(drive, arrived.data.velocity),
+            actual=side_speeds(drive, moved),
         )
 
     def commanded_velocity(self) -> Velocity:
         """Return the velocity by the speeds that reach the motors."""
-        return Velocity(*base_motion(self.declaration.drive, *self.wheels.applied))
+        return base_motion(self.declaration.drive, self.wheels.applied)
 
     @property
     def is_idle(self) -> bool:
@@ -187,16 +185,17 @@ class MobileBase(Stateful):
     def tick(self, tick: int) -> Iterator[GoalResult]:
         """Update with a tick; yields the result of a goal that ended."""
         if self.battery is not None:
-            self.battery.update(tick, drives=any(self.wheels.applied))
+            self.battery.update(tick, drives=self.wheels.are_driven)
         self.wheels.update(tick)
-        self._lidar.in_use |= self.localisation.running
+        if self._lidar is not None:
+            self._lidar.in_use |= self.localisation.running
         for pipeline in self.sensors.values():
             pipeline.update(tick)
         ended: GoalResult | None = None
         if self._steering.command is not None:
             velocity, ended = self._steering.control(tick)
             self._command(velocity)
-        if self.localisation.running and self._lidar.arrived is not None:
+        if self._lidar is not None and self.localisation.running and self._lidar.arrived is not None:
             self._process_scan(self._lidar.arrived.data, tick)
         pose = self.localised_pose()
         is_due = self._navigator.goal is not None and tick % CONTROL_TICKS == 0
@@ -218,21 +217,23 @@ class MobileBase(Stateful):
         """Set the pose of the localisation in `map`."""
         self.localisation.set_initial_pose(pose, self.odometry.pose, tick)
         self._obstacles.clear()
-        self._scan = None
+        self._scan = self._first_scan
 
     def search_pose(self, tick: int) -> None:
         """Start a global search for the pose.
 
         Raises:
-            RequestRefused: A navigation goal is active, which needs a pose.
+            RequestRefused: The robot has no lidar, or a navigation goal is active, which needs a pose.
         """
+        if self._lidar is None:
+            raise feature_unsupported(f"{self.name} has no lidar to find its pose by; set its initial pose")
         if self._navigator.goal is not None:
             raise incorrect_state(
                 f"{self.name} is busy with goal {self.goal!r}; cancel it before a global localisation"
             )
         self.localisation.search(self.odometry.pose, tick)
         self._obstacles.clear()
-        self._scan = None
+        self._scan = self._first_scan
 
     def navigate(self, goal: Goal) -> None:
         """Accept a navigation goal. A goal without a client is cancelled, or continued if it is equal.
@@ -291,4 +292,4 @@ class MobileBase(Stateful):
             yield GoalResult(goal, Outcome.CANCELED)
 
     def _command(self, velocity: Velocity) -> None:
-        self.wheels.set_speeds(*wheel_angular_speeds(self.declaration.drive, velocity))
+        self.wheels.set_targets(motor_commands(self.declaration.drive, velocity))

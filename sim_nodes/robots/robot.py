@@ -145,9 +145,10 @@ class Robot(Stateful):
         """Return the motion as commanded, as if nothing blocked the wheels."""
         if self._mobile is None:
             return now
-        linear, angular = self._mobile.commanded_velocity()
+        linear, angular, lateral = self._mobile.commanded_velocity()
         yaw = now.base.planar.yaw
-        ahead = (linear * math.cos(yaw), linear * math.sin(yaw), 0.0)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        ahead = (linear * cos - lateral * sin, linear * sin + lateral * cos, 0.0)
         return replace(now, base=replace(now.base, linear=ahead, angular=(0.0, 0.0, angular)))
 
     @property

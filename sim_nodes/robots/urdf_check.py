@@ -16,7 +16,9 @@ from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
 from sim_nodes.models.urdf import frame_of, read_origin, read_shape
 from sim_nodes.physics import BodyState, Engine, Part, PlacedRobot, Shape
-from sim_nodes.robots.declaration import ArmDeclaration, DriveDeclaration, MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, LidarDeclaration, MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration, PlanarDrive
+from sim_nodes.robots.kinematics import motor_joints
 
 TOLERANCE = 1e-3  # [m], [rad] between equal values of URDF and declaration
 
@@ -51,8 +53,9 @@ def _check_names(declaration: RobotDeclaration, links: Mapping[str, Any], joints
     wanted_links = {*declaration.low_friction_links, *(camera.link for camera in declaration.cameras)}
     wanted_joints: set[str] = set()
     if mobile is not None:
-        wanted_links.add(mobile.lidar.link)
-        wanted_joints |= {mobile.drive.left_joint, mobile.drive.right_joint}
+        if mobile.lidar is not None:
+            wanted_links.add(mobile.lidar.link)
+        wanted_joints |= {*motor_joints(mobile.drive)}
     if arm is not None:
         wanted_links |= {arm.tool_link, *arm.gripper.links}
         wanted_joints |= {*arm.gripper.joints, *(joint.name for joint in arm.joints)}
@@ -85,17 +88,22 @@ def _check_known(what: str, wanted: Iterable[str], known: Mapping[str, Any]) -> 
 
 def _check_base(mobile: MobileDeclaration, joints: Mapping[str, Any]) -> None:
     """Check that wheels and lidar are where the declaration has them, which odometry and scans rely on."""
-    drive, lidar = mobile.drive, mobile.lidar
-    for name, side in ((drive.left_joint, 1.0), (drive.right_joint, -1.0)):
-        if joints[name].get("type") != "continuous":
-            raise xml.invalid(f"{xml.label(joints[name])} turns a wheel; expected type 'continuous'")
-        (x, y, _), _ = _place(joints[name].find("child").get("link"), joints)
-        wanted = side * drive.wheel_separation / 2
-        if abs(x) > TOLERANCE or abs(y - wanted) > TOLERANCE:
+    for name, *wanted in _declared_wheels(mobile.drive):
+        joint = joints[name]
+        if joint.get("type") != "continuous":
+            raise xml.invalid(f"{xml.label(joint)} turns a wheel; expected type 'continuous'")
+        (x, y, _), _ = _place(joint.find("child").get("link"), joints)
+        if math.dist((x, y), wanted) > TOLERANCE:
+            declared = "wheel_separation" if isinstance(mobile.drive, DifferentialDrive) else "wheels"
             raise xml.invalid(
-                f"the wheel of {xml.label(joints[name])} is at ({x:.4f}, {y:.4f}) of the base; "
-                f"expected (0, {wanted:.4f}) by the declaration's `wheel_separation`"
+                f"the wheel of {xml.label(joint)} is at ({x:.4f}, {y:.4f}) of the base; "
+                f"expected ({wanted[0]:g}, {wanted[1]:.4f}) by the declaration's `{declared}`"
             )
+    if mobile.lidar is not None:
+        _check_lidar(mobile.lidar, joints)
+
+
+def _check_lidar(lidar: LidarDeclaration, joints: Mapping[str, Any]) -> None:
     (x, y, _), orientation = _place(lidar.link, joints)
     yaw = yaw_of(orientation)
     if max(abs(x - lidar.x), abs(y - lidar.y), abs(wrap(yaw - lidar.yaw))) > TOLERANCE:
@@ -105,16 +113,30 @@ def _check_base(mobile: MobileDeclaration, joints: Mapping[str, Any]) -> None:
         )
 
 
+def _declared_wheels(drive: DriveDeclaration) -> Iterator[tuple[str, float, float]]:
+    """Yield the joint and the declared place of each wheel in the base's frame [m]."""
+    if isinstance(drive, PlanarDrive):
+        yield from ((wheel.joint, wheel.x, wheel.y) for wheel in drive.wheels)
+    else:
+        yield drive.left_joint, 0.0, drive.wheel_separation / 2
+        yield drive.right_joint, 0.0, -drive.wheel_separation / 2
+
+
 def _check_wheels(drive: DriveDeclaration, links: Mapping[str, Any], joints: Mapping[str, Any]) -> None:
     """Check that wheels have the declared radius, which speeds rely on."""
-    for name in (drive.left_joint, drive.right_joint):
+    if isinstance(drive, PlanarDrive):
+        radii = {wheel.joint: wheel.radius for wheel in drive.wheels}
+    else:
+        radii = dict.fromkeys((drive.left_joint, drive.right_joint), drive.wheel_radius)
+    name_of_radius = "radius" if isinstance(drive, PlanarDrive) else "wheel_radius"
+    for name, declared in radii.items():
         link = links[joints[name].find("child").get("link")]
         for shape in (*link.findall("collision/geometry/cylinder"), *link.findall("collision/geometry/sphere")):
             radius = float(shape.get("radius"))
-            if abs(radius - drive.wheel_radius) > TOLERANCE:
+            if abs(radius - declared) > TOLERANCE:
                 raise xml.invalid(
-                    f"the wheel {xml.label(link)} has a radius of {radius:.4f} m; `wheel_radius` declares "
-                    f"{drive.wheel_radius:.4f} m"
+                    f"the wheel {xml.label(link)} has a radius of {radius:.4f} m; `{name_of_radius}` declares "
+                    f"{declared:.4f} m"
                 )
 
 

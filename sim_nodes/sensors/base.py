@@ -12,15 +12,16 @@ from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array, Pose2, Vector, rotation_matrix, wrap
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, ContactPoint
-from sim_nodes.robots.declaration import BumperDeclaration, DriveDeclaration, ImuDeclaration, OdometryDeclaration
-from sim_nodes.robots.drive import AT_REST, Velocity, base_motion
+from sim_nodes.robots.declaration import BumperDeclaration, ImuDeclaration, OdometryDeclaration
+from sim_nodes.robots.drive_declaration import DriveDeclaration
+from sim_nodes.robots.kinematics import AT_REST, Velocity, base_motion, wheel_joints
 from sim_nodes.sensors.sensor_pipeline import Sensor, Values
 from sim_nodes.ticks import TICK
 
 STILL = 1e-5  # [m], [rad]; less motion in a tick is rest, without errors
 
-ReadWheels = Callable[[], tuple[float, float]]
-"""Returns the angles that the left and right wheel have turned [rad]."""
+ReadWheels = Callable[[], tuple[float, ...]]
+"""Returns the angles that the motors have turned [rad], in the order of `robots/kinematics.py`."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ AT_START = Odometer(Pose2(0.0, 0.0, 0.0), 0.0, AT_REST)
 
 
 class Odometry(Sensor[Odometer]):
-    """The odometry of a differential drive.
+    """The odometry of a drive.
 
     Args:
         drive: Declaration of the drive.
@@ -62,7 +63,8 @@ class Odometry(Sensor[Odometer]):
         self._declaration = declaration
         self._noise = noise
         self._wheels = wheels
-        self._angles: tuple[float, float] | None = None
+        self._count = len(wheel_joints(drive))
+        self._angles: tuple[float, ...] | None = None
         self._now = AT_START
         self._tick: int | None = None  # of the last reading; idle robots are read less often
 
@@ -70,16 +72,23 @@ class Odometry(Sensor[Odometer]):
         """Update with the motion of the wheels since the last reading."""
         angles = self._wheels()
         last, self._angles = self._angles or angles, angles
-        distance, turn = base_motion(self._drive, angles[0] - last[0], angles[1] - last[1])
+        turned = (now - before for now, before in zip(angles[: self._count], last, strict=False))
+        moved = base_motion(self._drive, (*turned, *angles[self._count :]))
+        distance, turn, sideways = moved
         ticks = 1 if self._tick is None else tick - self._tick
         self._tick = tick
-        velocity = Velocity(distance / (ticks * TICK), turn / (ticks * TICK))
-        if abs(distance) > ticks * STILL or abs(turn) > ticks * STILL:
-            distance, turn = self._disturbed(distance, turn, tick)
+        velocity = Velocity(*(part / (ticks * TICK) for part in moved))
+        if any(abs(part) > ticks * STILL for part in moved):
+            distance, turn, sideways = self._disturbed(moved, tick)
         x, y, yaw = self._now.pose
         middle = yaw + turn / 2.0
-        pose = Pose2(x + distance * math.cos(middle), y + distance * math.sin(middle), wrap(yaw + turn))
-        self._now = Odometer(pose, self._now.travelled + abs(distance), velocity)
+        ahead, left = math.cos(middle), math.sin(middle)
+        pose = Pose2(x + distance * ahead, y + distance * left, wrap(yaw + turn))
+        way = abs(distance)
+        if sideways:
+            pose = Pose2(pose.x - sideways * left, pose.y + sideways * ahead, pose.yaw)
+            way = math.hypot(distance, sideways)
+        self._now = Odometer(pose, self._now.travelled + way, velocity)
         return self._now
 
     def values(self, data: Odometer) -> Values:
@@ -91,13 +100,15 @@ class Odometry(Sensor[Odometer]):
         (x, y), (yaw,) = values[Quantity.LENGTH].tolist(), values[Quantity.ANGLE].tolist()
         return Odometer(Pose2(x, y, wrap(yaw)), data.travelled, data.velocity)
 
-    def _disturbed(self, distance: float, turn: float, tick: int) -> tuple[float, float]:
+    def _disturbed(self, moved: Velocity, tick: int) -> Velocity:
         errors = self._declaration
-        a, b, c = self._noise.at(tick).standard_normal(3).tolist()
-        way = math.sqrt(abs(distance))
-        return (
+        a, b, c, d = self._noise.at(tick).standard_normal(4).tolist()
+        distance, turn, sideways = moved
+        way = math.sqrt(math.hypot(distance, sideways) if sideways else abs(distance))
+        return Velocity(
             distance + a * errors.distance_noise * way,
             turn + b * errors.turn_noise * math.sqrt(abs(turn)) + c * errors.drift_noise * way,
+            sideways + d * errors.distance_noise * way if self._drive.max_lateral_speed else 0.0,
         )
 
 

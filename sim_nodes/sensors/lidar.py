@@ -40,6 +40,11 @@ class Scan:
         return hit
 
 
+_NOTHING = np.zeros(0)
+BLIND = Scan(_NOTHING, _NOTHING, Pose2(0.0, 0.0, 0.0), _NOTHING, _NOTHING)
+"""The scan of a robot without a lidar."""
+
+
 class Lidar(Sensor[Scan]):
     """The lidar of a robot.
 

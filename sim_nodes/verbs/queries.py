@@ -10,7 +10,7 @@ from sim_nodes.entities import EntityInfo
 from sim_nodes.listing import find_spawnables, find_worlds
 from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
 from sim_nodes.outcomes import operation_failed, unknown
-from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, LidarDeclaration
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.entities import check_categories, check_tags, check_tags_filter, filter_entities, has_tags
 from sim_nodes.worlds.schema import MAX_DESCRIPTION
@@ -117,7 +117,7 @@ def get_robot_description(simulator: Simulator, request: wire.RobotName) -> wire
         urdf=declaration.source,
         base_link=declaration.base_link,
         sensors=tuple(robot.sensors),
-        lidar=None if mobile is None else _lidar(mobile),
+        lidar=None if mobile is None or mobile.lidar is None else _lidar(mobile.lidar),
         arm=None if arm is None else _arm(arm),
         max_speed=0.0 if mobile is None else mobile.drive.max_speed,
         max_turn_rate=0.0 if mobile is None else mobile.drive.max_turn_rate,
@@ -125,8 +125,7 @@ def get_robot_description(simulator: Simulator, request: wire.RobotName) -> wire
     )
 
 
-def _lidar(mobile: MobileDeclaration) -> wire.LidarDescription:
-    lidar = mobile.lidar
+def _lidar(lidar: LidarDeclaration) -> wire.LidarDescription:
     return wire.LidarDescription(
         link=lidar.link, yaw=lidar.yaw, range_min=lidar.min_range, range_max=lidar.max_range, rate=lidar.rate
     )

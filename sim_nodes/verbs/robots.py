@@ -13,7 +13,7 @@ from sim_nodes.messages import body_state, check_pose, feedback_message, flat_po
 from sim_nodes.navigation.navigator import Goal
 from sim_nodes.outcomes import incorrect_state, operation_failed
 from sim_nodes.physics import BodyState
-from sim_nodes.robots.drive import Velocity
+from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.simulator import Simulator
 from sim_nodes.watches import DistanceWatch, JointWatch, LocalisationWatch, ProximityWatch
 
@@ -79,7 +79,7 @@ def get_relative_pose(simulator: Simulator, request: wire.RelativePose) -> wire.
 
 
 def drive(simulator: Simulator, request: wire.Drive) -> None:
-    velocity = Velocity(request.linear, request.angular)
+    velocity = Velocity(request.linear, request.angular, request.lateral)
     check_finite("velocity", *velocity)
     check_drive_duration(request.duration)
     simulator.simulation.drive(request.robot, request.id, velocity, request.duration)
@@ -88,9 +88,9 @@ def drive(simulator: Simulator, request: wire.Drive) -> None:
 def cmd_vel(simulator: Simulator, request: wire.CmdVel) -> None:
     linear, angular = request.twist.linear, request.twist.angular
     check_finite("twist", linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
-    if any((linear.y, linear.z, angular.x, angular.y)):
-        raise operation_failed("unsupported twist of a differential drive; expected only linear x and angular z")
-    simulator.simulation.command_velocity(request.robot, Velocity(linear.x, angular.z))
+    if any((linear.z, angular.x, angular.y)):
+        raise operation_failed("unsupported twist of a base; expected only linear x and y, and angular z")
+    simulator.simulation.command_velocity(request.robot, Velocity(linear.x, angular.z, linear.y))
 
 
 def reinitialize_global_localization(simulator: Simulator, request: wire.RobotName) -> None:

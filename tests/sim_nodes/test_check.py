@@ -79,21 +79,21 @@ class Careless(MujocoEngine):
 class Fast(MujocoEngine):
     """Its wheels are 3 % too large, as wheels made of hulls."""
 
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
-        super().command_wheels(robot, 1.04 * left, 1.04 * right)
+    def command_wheels(self, robot: str, *targets: float) -> None:
+        super().command_wheels(robot, *(1.04 * target for target in targets))
 
 
 class Swapped(MujocoEngine):
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
-        super().command_wheels(robot, right, left)
+    def command_wheels(self, robot: str, *targets: float) -> None:
+        super().command_wheels(robot, *reversed(targets))
 
 
 class Shared(MujocoEngine):
     """Commands are for all robots."""
 
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
+    def command_wheels(self, robot: str, *targets: float) -> None:
         for name in self._drives:
-            super().command_wheels(name, left, right)
+            super().command_wheels(name, *targets)
 
 
 class Tireless(MujocoEngine):
@@ -108,9 +108,9 @@ class Braked(MujocoEngine):
         self.command_wheels(robot, 0.0, 0.0)
         self._off = not on
 
-    def command_wheels(self, robot: str, left: float, right: float) -> None:
+    def command_wheels(self, robot: str, *targets: float) -> None:
         if not getattr(self, "_off", False):
-            super().command_wheels(robot, left, right)
+            super().command_wheels(robot, *targets)
 
 
 class Forgetful(MujocoEngine):

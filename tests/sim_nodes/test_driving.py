@@ -10,7 +10,7 @@ from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.noise import Noise
-from sim_nodes.robots.drive import Velocity, wheel_angular_speeds
+from sim_nodes.robots.kinematics import Velocity, motor_commands
 from sim_nodes.sensors.base import AT_START, Odometer, Odometry
 from sim_nodes.ticks import TICK
 from sim_nodes.worlds.loader import load_world
@@ -27,7 +27,7 @@ def drive(name: str, velocity: Velocity, seconds: float, seed: int = 0) -> tuple
     noise = Noise(seed, "odometry")
     odometry = Odometry(DECLARATION.drive, DECLARATION.odometry, noise, partial(engine.wheel_angles, ROBOT))
     reading = AT_START
-    engine.command_wheels(ROBOT, *wheel_angular_speeds(DECLARATION.drive, velocity))
+    engine.command_wheels(ROBOT, *motor_commands(DECLARATION.drive, velocity))
     tick_steps = round(TICK * engine.steps_per_second)
     for step in range(1, round(seconds * engine.steps_per_second) + 1):
         engine.step()

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from sim_nodes.check.bench import BASE
+from sim_nodes.check.bench import LIDAR
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyModel, BodyState, Box, Engine, Part
 from sim_nodes.sensors.lidar import Lidar, Scan
@@ -14,7 +14,6 @@ from sim_nodes.worlds.loader import load_world, parse_world
 from tests.sim_nodes.engines import make_engine
 
 ROBOT = "turtlebot4"
-LIDAR = BASE.lidar
 EXACT = LIDAR.model_copy(update={"noise": 0.0})
 ROOM = """
 name: room

@@ -12,7 +12,7 @@ from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.navigation.obstacles import HITS, ObstacleLayer
 from sim_nodes.navigation.planner import Plan, plan_to
 from sim_nodes.physics import Wall
-from sim_nodes.robots.drive import Velocity
+from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.sensors.lidar import Scan
 
 EXTENT = (-3.0, -3.0, 3.0, 3.0)

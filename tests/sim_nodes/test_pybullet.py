@@ -164,8 +164,8 @@ def test_repeated_motor_commands_are_not_journaled() -> None:
     engine.power_wheels(ROBOT, False)
     engine.command_wheels(ROBOT, 2.0, 2.0)
     assert list(calls_of(engine.save())) == [
-        (3, "set_motor_speeds", (ROBOT, 1.0, 1.0)),
-        (9, "set_motor_speeds", (ROBOT, 2.0, 2.0)),
+        (3, "set_motor_targets", (ROBOT, 1.0, 1.0)),
+        (9, "set_motor_targets", (ROBOT, 2.0, 2.0)),
         (15, "power_wheels", (ROBOT, False)),
     ]
 

@@ -14,7 +14,7 @@ from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.navigator import ControlInput, Goal, Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.physics import Wall
-from sim_nodes.robots.drive import AT_REST, Velocity
+from sim_nodes.robots.kinematics import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 
 INTERVAL = 0.04  # [s]

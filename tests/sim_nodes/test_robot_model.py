@@ -4,9 +4,10 @@ import math
 
 import pytest
 
-from sim_nodes.check.bench import BASE
+from sim_nodes.check.bench import BASE, LIDAR
 from sim_nodes.geometry import yaw_of
-from sim_nodes.robots.drive import Velocity, base_motion, wheel_angular_speeds
+from sim_nodes.robots.drive_declaration import DifferentialDrive
+from sim_nodes.robots.kinematics import Velocity, base_motion, motor_commands
 from sim_nodes.robots.reading import available_robots, load_robot
 
 pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
@@ -35,7 +36,8 @@ def test_engines_load_all_links_and_masses(model: mujoco.MjModel) -> None:
 
 def test_declarations_match_their_urdf(model: mujoco.MjModel) -> None:
     declaration = BASE
-    drive, lidar = declaration.drive, declaration.lidar
+    drive, lidar = declaration.drive, LIDAR
+    assert isinstance(drive, DifferentialDrive)
     left, right = (model.body(f"{side}_wheel") for side in ("left", "right"))
     assert left.pos[1] - right.pos[1] == pytest.approx(drive.wheel_separation)
     assert left.pos[2] == pytest.approx(drive.wheel_radius)
@@ -49,6 +51,5 @@ def test_declarations_match_their_urdf(model: mujoco.MjModel) -> None:
 
 def test_wheel_speeds_and_base_motion_are_inverse() -> None:
     drive = BASE.drive
-    left, right = wheel_angular_speeds(drive, Velocity(0.2, -0.7))
-    assert base_motion(drive, left, right) == pytest.approx((0.2, -0.7))
-    assert wheel_angular_speeds(drive, Velocity(0.0, math.pi))[0] < 0.0
+    assert base_motion(drive, motor_commands(drive, Velocity(0.2, -0.7))) == pytest.approx((0.2, -0.7, 0.0))
+    assert motor_commands(drive, Velocity(0.0, math.pi))[0] < 0.0

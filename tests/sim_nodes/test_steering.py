@@ -120,8 +120,10 @@ def test_invalid_velocities_are_refused(
 
 
 def test_velocities_beyond_the_limits_are_refused(empty: Client) -> None:
-    with pytest.raises(RequestRefused, match="only linear x and angular z"):
+    with pytest.raises(RequestRefused, match=r"unsupported motion of turtlebot4 sideways: .* differential"):
         command(empty, 0.1, y=0.1)
+    with pytest.raises(RequestRefused, match="only linear x and y, and angular z"):
+        command(empty, 0.1, z=0.1)
     with pytest.raises(RequestRefused, match="finite number"):
         command(empty, math.nan)
     with pytest.raises(RequestRefused, match="unknown robot 'other'; robots: turtlebot4"):

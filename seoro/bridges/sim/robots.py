@@ -80,10 +80,23 @@ class RobotRequests(Requests):
             check_deviation(self.name, f"the error of the localisation of '{robot:.100}'", error)
         return error
 
-    async def drive(self, robot: str, linear: float, angular: float, duration: float, report: Reporter) -> str:
+    async def drive(
+        self,
+        robot: str,
+        linear: float,
+        angular: float,
+        duration: float,
+        report: Reporter,
+        lateral: float = 0.0,
+    ) -> str:
         """See `DrivenRobots`."""
         request = wire.Drive(
-            id=self.new_id("goal"), robot=robot, linear=linear, angular=angular, duration=duration
+            id=self.new_id("goal"),
+            robot=robot,
+            linear=linear,
+            angular=angular,
+            duration=duration,
+            lateral=lateral,
         )
         return await self.start(wire.DRIVE, request, report)
 

@@ -118,13 +118,14 @@ class Localization(Message):
 class Drive(TrackedRequest):
     """Drive with a velocity for a duration [s], then stop; the end is reported as the `Occurrence` with this `id`.
 
-    `linear` [m/s] is ahead, `angular` [rad/s] to the left. `cancel_goal` ends it early.
+    `linear` [m/s] is ahead, `angular` [rad/s] and `lateral` [m/s] are to the left. `cancel_goal` ends it early.
     """
 
     robot: str
     linear: float
     angular: float
     duration: float
+    lateral: float = 0.0
 
 
 class CmdVel(Message):

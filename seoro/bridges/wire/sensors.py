@@ -22,12 +22,13 @@ class LaserScan(Message):
 
 
 class OdometrySample(Message):
-    """Pose of the base in `odom`, length of its path [m], velocity ahead [m/s] and to the left [rad/s]."""
+    """Pose of the base in `odom`, length of its path [m], velocity ahead [m/s] and to the left [rad/s], [m/s]."""
 
     pose: Pose3D
     travelled: float
     linear: float
     angular: float
+    lateral: float = 0.0
 
 
 class ImuSample(Message):

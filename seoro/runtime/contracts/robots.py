@@ -59,8 +59,19 @@ class LocalisedRobots(Protocol):
 class DrivenRobots(Protocol):
     """Robots driven by velocity commands, without localization."""
 
-    async def drive(self, robot: str, linear: float, angular: float, duration: float, report: Reporter) -> str:
-        """Drive at `linear` [m/s] and `angular` [rad/s] for a duration [s], then stop; return the goal's id."""
+    async def drive(
+        self,
+        robot: str,
+        linear: float,
+        angular: float,
+        duration: float,
+        report: Reporter,
+        lateral: float = 0.0,
+    ) -> str:
+        """Drive at a velocity for a duration [s], then stop; return the goal's id.
+
+        `linear` [m/s] is ahead; `angular` [rad/s] and `lateral` [m/s] are to the left.
+        """
 
     async def cancel_goal(self, goal: str) -> None:
         """Cancel a goal and stop. Goals that have ended are ignored."""

@@ -45,7 +45,9 @@ def odometry(sample: wire.OdometrySample, base: str, time: float) -> Fields:
         "header": header(ODOM, time),
         "child_frame_id": base,
         "pose": {"pose": pose_message(sample.pose)},
-        "twist": {"twist": {"linear": {"x": sample.linear}, "angular": {"z": sample.angular}}},
+        "twist": {
+            "twist": {"linear": {"x": sample.linear, "y": sample.lateral}, "angular": {"z": sample.angular}}
+        },
     }
 
 

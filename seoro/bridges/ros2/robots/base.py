@@ -93,6 +93,8 @@ class DrivingBase:
 
     async def _drive(self, request: wire.Drive) -> None:
         check_drive_duration(request.duration)
+        if request.lateral:
+            raise RequestRefused(Result.OPERATION_FAILED, f"unsupported motion of {self._link.name} sideways")
         await self._velocity.check(request.linear, request.angular)
         self._was_driven = True
 
