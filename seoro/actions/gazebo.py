@@ -1,13 +1,14 @@
 """Actions of `osc.gazebo`: entities in a simulated world, in any simulator.
 
 The names are those of scenario files for Gazebo. `world_name` selects a world of a server with several worlds; a
-run has one world, so only the default is accepted. Macros in models (`xacro_arguments`) are not supported.
+run has one world, so only the default is accepted. `xacro_arguments` are pairs `key:=value` between commas.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from urllib.parse import urlencode
 
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
@@ -17,6 +18,7 @@ from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
 DEFAULT_WORLD = "default"
+XACRO = ".xacro"
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,9 @@ async def spawn(
     ctx: ActionContext, actor: Actor, spawn_pose: Pose3D, model: str, world_name: str, xacro_arguments: str
 ) -> None:
     """Spawn the actor's model."""
-    _check(world_name, xacro_arguments)
-    await ctx.ask(ctx.anywhere(Simulation).spawn_entity(_entity(actor), model, spawn_pose))
+    _check(world_name)
+    uri = _with_arguments(model, xacro_arguments)
+    await ctx.ask(ctx.anywhere(Simulation).spawn_entity(_entity(actor), uri, spawn_pose))
 
 
 @action("osc_actor.relative_spawn", anywhere=Simulation, uris=("model",))
@@ -50,10 +53,11 @@ async def relative_spawn(
     xacro_arguments: str,
 ) -> None:
     """Spawn the actor's model at a distance ahead of a frame."""
-    _check(world_name, xacro_arguments)
+    _check(world_name)
+    uri = _with_arguments(model, xacro_arguments)
     simulation = ctx.anywhere(Simulation)
     pose = await ctx.ask(simulation.relative_pose(frame_id, parent_frame_id, distance))
-    await ctx.ask(simulation.spawn_entity(_entity(actor), model, pose))
+    await ctx.ask(simulation.spawn_entity(_entity(actor), uri, pose))
 
 
 @action("osc_actor.delete", anywhere=Simulation)
@@ -66,9 +70,11 @@ async def delete(ctx: ActionContext, actor: Actor, entity_name: str, world_name:
 @action("spawn_multiple", anywhere=Simulation)
 async def spawn_multiple(ctx: ActionContext, entities: Sequence[SpawnEntity], world_name: str) -> None:
     """Spawn several entities, in their order."""
-    for entity in entities:
-        _check(world_name, entity.xacro_arguments)
-    wanted = [(entity.entity_name, entity.model, entity.spawn_pose) for entity in entities]
+    _check(world_name)
+    wanted = [
+        (entity.entity_name, _with_arguments(entity.model, entity.xacro_arguments), entity.spawn_pose)
+        for entity in entities
+    ]
     await ctx.ask(ctx.anywhere(Simulation).spawn_entities(wanted))
 
 
@@ -88,11 +94,30 @@ async def wait_for_sim(ctx: ActionContext, timeout: float, world_name: str) -> N
     await ctx.ask(ctx.anywhere(Simulation).entities())
 
 
-def _check(world_name: str, xacro_arguments: str = "") -> None:
+def _check(world_name: str) -> None:
     if world_name != DEFAULT_WORLD:
         raise ActionFailed(f"unknown world '{world_name}'; expected '{DEFAULT_WORLD}': a run has one world")
-    if xacro_arguments:
-        raise ActionFailed("`xacro_arguments` are not supported; expand the macros of the model beforehand")
+
+
+def _with_arguments(model: str, arguments: str) -> str:
+    """Return the URI of a model with arguments of xacro.
+
+    Args:
+        model: URI of the model.
+        arguments: Pairs `key:=value` between commas, or nothing.
+
+    Raises:
+        ActionFailed: The arguments are invalid, or the model is not a xacro file.
+    """
+    if not arguments.strip():
+        return model
+    if not model.endswith(XACRO):
+        raise ActionFailed(f"unexpected `xacro_arguments` for '{model}'; expected a model in a {XACRO} file")
+    pairs = [pair.strip().partition(":=") for pair in arguments.split(",")]
+    wrong = next((key for key, separator, _ in pairs if not key or not separator), None)
+    if wrong is not None:
+        raise ActionFailed(f"invalid `xacro_arguments` '{arguments}'; expected `key:=value`, with commas between")
+    return f"{model}?{urlencode([(key.strip(), value.strip()) for key, _, value in pairs])}"
 
 
 def _entity(actor: Actor) -> str:

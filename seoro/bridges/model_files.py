@@ -1,4 +1,4 @@
-"""Model files (URDF, SDF, MJCF) with all files that they name: included models, meshes, materials, textures.
+"""Model files (URDF, xacro, SDF, MJCF) with all files that they name: models, meshes, materials, textures.
 
 Files have virtual paths, which are the same on every machine. A virtual path is relative to the model file, begins
 with `package/NAME/` or `model/NAME/` for URIs of these schemes, or is absolute.
@@ -10,12 +10,13 @@ import os
 import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Final
 from urllib.parse import unquote
 
+from seoro.bridges.xacro_files import SUFFIX, InvalidXacro, expand, split_arguments
 from seoro.files.inputs import Kind, failure_reason, read_input, read_input_text, resolved
 
 MAX_FILES: Final = 2000
@@ -31,6 +32,7 @@ _COMPILER: Final = re.compile(r"<compiler\s[^>]*>")
 _FOLDER: Final = re.compile(r"""\s(?:mesh|texture|asset)dir\s*=\s*["']([^"']*)["']""")
 _MTLLIB: Final = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
 _MAP: Final = re.compile(rb"^\s*map_Kd\s+(?:-\S+\s+\S+\s+)*(.+?)\s*$", re.MULTILINE)
+_PACKAGE: Final = re.compile(r"<name>([^<]+)</name>")
 _IMAGE: Final = re.compile(rb"<init_from>([^<]+\.[A-Za-z]{3,4})</init_from>")
 
 
@@ -73,24 +75,42 @@ def virtual_path(named: str, folder: str = "") -> str:
     return posixpath.normpath(posixpath.join(folder, named.strip().replace("\\", "/")))
 
 
-def gather(path: Path, within: Sequence[Path] | None = None) -> ModelFiles:
+def gather(path: Path, within: Sequence[Path] | None = None, *, expands: bool = False) -> ModelFiles:
     """Read a model with all files that it names.
 
     Args:
-        path: The model file.
+        path: The model file; that of a xacro file may end with arguments, such as `?arm=left`.
         within: Folders that the named files must be in; None for any.
+        expands: Whether a xacro file may be expanded, which evaluates expressions in it.
 
     Raises:
         InvalidModel: A file is unreadable, or the files are too many or too large.
     """
     try:
-        return _gather(path, within)
+        named, arguments = split_arguments(str(path))
+        if not named.endswith(SUFFIX):
+            return _gather(path, read_input_text(path, Kind.MODEL), within)
+        if not expands:
+            raise InvalidModel(f"{path} is a xacro file, which only scenarios and world files name; expand it")
+        return _gather_xacro(Path(named), arguments, within)
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidModel(f"cannot read {path}: {failure_reason(error)}") from error
 
 
-def _gather(path: Path, within: Sequence[Path] | None) -> ModelFiles:
-    text = read_input_text(path, Kind.MODEL)
+def _gather_xacro(path: Path, arguments: Mapping[str, str], within: Sequence[Path] | None) -> ModelFiles:
+    read_input_text(path, Kind.MODEL)  # of a suitable kind and size
+    try:
+        expanded = expand(path, arguments)
+    except InvalidXacro as error:
+        raise InvalidModel(f"cannot expand {path}: {error}") from error
+    outside = [each for each in expanded.paths if not _is_within(each, within)]
+    if outside:
+        raise InvalidModel(f"{path} includes {outside[0]}, which is outside of the folders of models")
+    found = _gather(path, expanded.text, within)
+    return replace(found, paths=(*(each for each in expanded.paths if each != resolved(path)), *found.paths))
+
+
+def _gather(path: Path, text: str, within: Sequence[Path] | None) -> ModelFiles:
     names, files, paths, size = _Names(), dict[str, bytes](), list[Path](), 0
     searched: set[str] = set()
     names.add_xml(text, "")
@@ -112,9 +132,11 @@ def _gather(path: Path, within: Sequence[Path] | None) -> ModelFiles:
 
 
 def _is_readable(path: Path, within: Sequence[Path] | None) -> bool:
-    if not path.is_file():
-        return False
-    return within is None or any(resolved(path).is_relative_to(resolved(folder)) for folder in within)
+    return path.is_file() and _is_within(path, within)
+
+
+def _is_within(path: Path, folders: Sequence[Path] | None) -> bool:
+    return folders is None or any(resolved(path).is_relative_to(resolved(folder)) for folder in folders)
 
 
 class _Names:
@@ -172,11 +194,37 @@ def _candidates(name: str, model: Path) -> Iterator[Path]:
         yield model.parent / name.lstrip("/")
         return
     package, _, inside = rest.partition("/")
-    above = [model.parent, *model.parent.parents][:ANCESTORS]
+    above = _above(model)
     for folder in (*above, *_search_path()):
         yield folder / package / inside
     for folder in above:
         yield folder / inside
+
+
+def package_folder(name: str, model: Path) -> Path | None:
+    """Return the folder of a package that a model names; None if it is missing.
+
+    Packages are searched as for `package://NAME`. A folder above the model may have another name than its package.
+    """
+    above = _above(model)
+    found = (folder / name for folder in (*above, *_search_path()))
+    return next(
+        (folder for folder in found if folder.is_dir()),
+        next((folder for folder in above if _package_in(folder) == name), None),
+    )
+
+
+def _above(model: Path) -> list[Path]:
+    return [model.parent, *model.parent.parents][:ANCESTORS]
+
+
+def _package_in(folder: Path) -> str | None:
+    """Return the name of the ROS package in a folder."""
+    manifest = folder / "package.xml"
+    if not manifest.is_file():
+        return None
+    found = _PACKAGE.search(read_input_text(manifest, Kind.MODEL))
+    return None if found is None else found[1].strip()
 
 
 def _search_path() -> Iterator[Path]:

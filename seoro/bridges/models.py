@@ -15,6 +15,7 @@ from pathlib import Path
 from urllib.parse import quote, unquote
 
 from seoro.bridges.model_files import InvalidModel, ModelFiles, gather
+from seoro.bridges.xacro_files import MARK, SUFFIX
 from seoro.files.path_mapping import Locate, unchanged_path
 
 OWN_MODELS = Path(__file__).resolve().parent.parent / "models"
@@ -31,16 +32,18 @@ class ModelPath:
     Args:
         folders: Folders of the user, searched first.
         locate: Maps absolute paths of files.
+        expands: Whether xacro files may be expanded, which evaluates expressions in them.
     """
 
     folders: Sequence[Path] = ()
     locate: Locate = unchanged_path
+    expands: bool = False
 
     def read(self, uri: str) -> ModelFiles:
         """Return a model with the files that it names; these are in the folders of models, or beside the model.
 
         Args:
-            uri: `name://path` or `file:///path`.
+            uri: `name://path` or `file:///path`; that of a xacro file may end with arguments, such as `?arm=left`.
 
         Raises:
             ModelNotFound: The model is missing or too large, or the path leaves its folder.
@@ -49,19 +52,27 @@ class ModelPath:
         name, separator, rest = uri.partition("://")
         if not separator or not name or not rest:
             raise ModelNotFound(f"invalid model '{uri}': expected `name://path`, or `file:///path` for a file")
-        relative = unquote(rest)
+        file, arguments = rest.partition(MARK)[::2]
+        relative = unquote(f"{file}{SUFFIX}" if arguments else rest)
         if name == "file":
             path = self.locate(Path(relative))
-            return _read(path, uri, None if self.locate is unchanged_path else (path.parent,))
+            return self._gather(path, arguments, uri, None if self.locate is unchanged_path else (path.parent,))
         searched = []
         for root in self._roots(name):
             path = (root / relative).resolve()
             if not path.is_relative_to(root.resolve()):
                 raise ModelNotFound(f"'{uri}' leads out of the folder of its models")
             if path.is_file():
-                return _read(path, uri, (*self.folders, root))
+                return self._gather(path, arguments, uri, (*self.folders, root))
             searched.append(str(path))
         raise ModelNotFound(f"unknown model '{uri}' (searched: {', '.join(searched)})")
+
+    def _gather(self, path: Path, arguments: str, uri: str, within: Sequence[Path] | None) -> ModelFiles:
+        named = Path(f"{path}?{arguments}") if arguments else path
+        try:
+            return gather(named, within, expands=self.expands)
+        except InvalidModel as error:
+            raise ModelNotFound(f"cannot read the model '{uri}': {error}") from error
 
     def files(self, suffixes: Container[str]) -> Iterator[tuple[str, Path]]:
         """Yield all files that `read` finds and that have one of some suffixes, each with its URI."""
@@ -99,10 +110,3 @@ def files_in(folder: Path, suffixes: Container[str]) -> Iterator[Path]:
     for path in sorted(folder.rglob("*")):
         if path.suffix in suffixes and path.is_file() and path.resolve().is_relative_to(root):
             yield path
-
-
-def _read(path: Path, uri: str, within: Sequence[Path] | None) -> ModelFiles:
-    try:
-        return gather(path, within)
-    except InvalidModel as error:
-        raise ModelNotFound(f"cannot read the model '{uri}': {error}") from error

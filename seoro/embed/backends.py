@@ -64,7 +64,7 @@ async def open_backends(
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
-        models = ModelPath(options.lab.model_path, options.locate)
+        models = ModelPath(options.lab.model_path, options.locate, expands=True)
         world = lab.world and str(models.locate(Path(lab.world)))
         simulation = SimulatorOptions(world, seed, models)
         opening = partial(
@@ -127,7 +127,9 @@ def _open(
     from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415
 
     snapshot = read_snapshot(simulator.snapshot) if simulator.snapshot is not None else None
-    options = SimulatorOptions(simulator.world, seed, ModelPath(simulator.model_path, settings.locate), snapshot)
+    options = SimulatorOptions(
+        simulator.world, seed, ModelPath(simulator.model_path, settings.locate, expands=True), snapshot
+    )
     if simulator.endpoint is not None:
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 

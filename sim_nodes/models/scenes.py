@@ -16,6 +16,7 @@ from sim_nodes.views import Colour
 MAX_BODIES = 200  # of a file
 LONGEST = 48  # [characters] of the name of a body, so that those of entities can begin with another name
 FLOORS = {"plane"}
+XACRO = "{http://www.ros.org/wiki/xacro}"
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,8 @@ def read_bodies(
 def _bodies(root: Any, files: Mapping[str, bytes], *, apart: bool) -> Iterator[_Body]:
     match root.tag:
         case "robot":
+            if any(str(element.tag).startswith(XACRO) for element in root.iter()):
+                raise xml.invalid("found macros of xacro in the model; expected a file with the suffix .xacro")
             yield _Body(root.get("name") or "", root, files, xml.ORIGIN)
         case "sdf":
             yield from _sdf_bodies(root, files, apart=apart)

@@ -37,7 +37,7 @@ def read_robot(path: Path) -> RobotDeclaration:
     if not isinstance(content, dict) or not isinstance(content.get("urdf"), str):
         raise FileError(f"{path}: missing `urdf`; expected a file relative to its folder")
     try:
-        found = gather(path.parent / content["urdf"])
+        found = gather(path.parent / content["urdf"], expands=True)
     except InvalidModel as error:
         raise FileError(str(error)) from error
     try:

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from seoro.bridges.model_files import gather
+from seoro.bridges.xacro_files import split_arguments
 from seoro.files.yaml_lines import read_text, read_yaml
 from sim_nodes.worlds.loader import WorldError, load_world, read_world_file
 
@@ -45,8 +46,8 @@ def files_of_world(path: Path) -> Iterator[Path]:
 
 def _model_files(path: Path) -> Iterator[Path]:
     """Yield a model file, and the files that it names."""
-    yield path
-    yield from gather(path).paths
+    yield Path(split_arguments(str(path))[0])
+    yield from gather(path, expands=True).paths
 
 
 def _relative_file(path: Path, name: str) -> Path:

@@ -71,7 +71,7 @@ def _bodies(prop: PropFile, index: int, folder: Path) -> tuple[SceneBody, ...]:
         model = BodyModel(parts, prop.mass or 1.0, prop.friction, static=static, colour=colour)
         return (SceneBody(prop.name, model, BodyState((0.0, 0.0, 0.0))),)
     try:
-        found = gather(folder / prop.model)
+        found = gather(folder / prop.model, expands=True)
         return parse_bodies(found.text, found.files, static=prop.static, colour=colour)
     except InvalidModel as error:
         raise FileError(f"props.{index}.model: {error}") from error

@@ -9,6 +9,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Final
 
+from seoro.bridges.xacro_files import SWITCH
 from seoro.security.keys import VARIABLE as KEYS
 from seoro.security.keys.folder import chosen_folder, default_folder
 
@@ -60,3 +61,4 @@ def enter(more: Collection[str], home: Path) -> None:
     kept = passed(os.environ, more) | {name: os.environ[name] for name in (USER_SITE, KEYS) if name in os.environ}
     os.environ.clear()
     os.environ.update(kept, HOME=str(home))
+    os.environ[SWITCH] = "off"  # xacro files are programs, and runs may be those of others

@@ -162,6 +162,10 @@ def test_a_body_with_its_mass_beside_its_foot_tips_over(engine: str) -> None:
         (urdf(link(BALL), link(BALL, "k"), joint("l", "k"), joint("k", "l")), "found 0 root links"),
         (urdf(link(""), link("", "k"), link("", "m"), joint("k", "m"), joint("m", "k")), "is its own ancestor"),
         (urdf(link(MASS)), "no shapes in the model"),
+        (
+            '<robot name="r" xmlns:x="http://www.ros.org/wiki/xacro"><x:macro name="m"/></robot>',
+            "found macros of xacro in the model; expected a file with the suffix .xacro",
+        ),
         (urdf(link('<inertial><mass value=""/></inertial>' + BALL)), "invalid mass of <link name='l'>: ''"),
         (urdf(link('<inertial><mass value="nan"/></inertial>' + BALL)), "0 to 100000"),
         (urdf(link(MASS + BALL.replace("sphere", "cone"))), "unsupported <cone>"),
