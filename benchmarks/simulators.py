@@ -178,7 +178,7 @@ def measure_scan(name: str) -> float:
     engine.build(load_world("maze").scene)
     start = time.perf_counter()
     for _ in range(SCANS):
-        engine.cast_rays(ROBOT, DIRECTIONS, LIMIT)
+        engine.cast_rays(ROBOT, "rplidar_link", DIRECTIONS, LIMIT)
     return 1e3 * (time.perf_counter() - start) / SCANS
 
 

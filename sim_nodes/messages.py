@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
+import numpy as np
+
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
@@ -13,6 +15,7 @@ from sim_nodes.navigation.navigator import Feedback
 from sim_nodes.physics import BodyState
 from sim_nodes.sensors.base import Bumps, Inertial, Odometer
 from sim_nodes.sensors.lidar import Scan
+from sim_nodes.sensors.ranging import Cloud, Echo
 from sim_nodes.sensors.sensor_pipeline import Sample
 from sim_nodes.strikes import JudgedContact, Pair
 
@@ -94,6 +97,14 @@ def feedback_message(robot: str, time: float, feedback: Feedback) -> wire.Naviga
     return wire.NavigationFeedback(robot=robot, time=time, **asdict(feedback))
 
 
+def cloud_message(cloud: Cloud) -> wire.PointCloud:
+    """Convert a scan of a 3D lidar to a message; beams without a return have no number (NaN)."""
+    hit = np.isfinite(cloud.ranges)
+    points = np.where(hit, cloud.ranges, np.nan)[:, None] * cloud.directions
+    beams = len(points) // cloud.rings
+    return wire.PointCloud(rings=cloud.rings, beams=beams, points=points.astype("<f4").tobytes())
+
+
 def sample_message(sample: Sample[object], time_of_tick: Callable[[int], float]) -> wire.SensorSample:
     """Convert a sample to a message.
 
@@ -118,6 +129,10 @@ def sample_message(sample: Sample[object], time_of_tick: Callable[[int], float])
         case Inertial(acceleration=acceleration, angular_rate=rate):
             imu = wire.ImuSample(acceleration=vector3(acceleration.tolist()), angular_rate=vector3(rate.tolist()))
             return wire.SensorSample(time=time, imu=imu)
+        case Cloud():
+            return wire.SensorSample(time=time, cloud=cloud_message(sample.data))
+        case Echo(distance=distance):
+            return wire.SensorSample(time=time, echo=wire.RangeSample(range=distance))
         case Bumps(bumps=bumps):
             pressed = (
                 wire.Bump(zone=bump.zone, entity=bump.entity, since=time_of_tick(bump.since)) for bump in bumps

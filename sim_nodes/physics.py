@@ -333,13 +333,17 @@ class Engine(Protocol):
         `build` and `reset` switch it on.
         """
 
-    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
-        """Return the distances along rays from a robot's lidar to the first hit, ignoring the robot itself.
+    def cast_rays(
+        self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
+        """Return the distances along rays from a point of a robot to the first hit, ignoring the robot itself.
 
         Args:
             robot: Name of the robot.
-            directions: Unit vectors in the frame of the lidar, shape (n, 3).
+            link: Link of the robot.
+            directions: Unit vectors in the frame of the link, shape (n, 3).
             limit: Maximum range [m].
+            position: Origin of the rays in the frame of the link [m].
 
         Returns:
             Distances [m], shape (n,); infinite without a hit.

@@ -12,11 +12,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from seoro.bridges.wire import DeadSector, Outcome
+from seoro.bridges.wire import DeadSector, Outcome, Quantity
 from sim_nodes.geometry import Pose2
 from sim_nodes.outcomes import GoalResult, operation_failed, unknown
 from sim_nodes.sensors.base import Bumps
-from sim_nodes.sensors.lidar import Scan
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline, dead_beams
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
@@ -251,7 +250,7 @@ class BumperWatch(SensorWatch):
 
 @dataclass(frozen=True)
 class RangeWatch(SensorWatch):
-    """True when a lidar has a range below a distance [m] between two bearings [rad]."""
+    """True when a ranging sensor has a range below a distance [m] between two bearings [rad]."""
 
     distance: float
     start: float
@@ -262,9 +261,9 @@ class RangeWatch(SensorWatch):
         pipeline = world.pipeline(self.robot, self.sensor)
         if pipeline.latest is None:
             return False
-        assert isinstance(pipeline.latest.data, Scan)
+        ranges = pipeline.sensor.values(pipeline.latest.data)[Quantity.LENGTH]
         beams = dead_beams(DeadSector(start=self.start, end=self.end), pipeline.sensor.bearings)
-        return bool(np.min(pipeline.latest.data.ranges[beams], initial=np.inf) < self.distance)
+        return bool(np.min(ranges[beams], initial=np.inf) < self.distance)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from sim_nodes.geometry import Array, Pose2, quaternion, yaw_of
+from sim_nodes.geometry import Array, Pose2, Vector, quaternion, yaw_of
 from sim_nodes.physics import (
     MAX_OVERLAP,
     BodyModel,
@@ -283,8 +283,10 @@ class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering):
         """See `Engine.power_wheels`."""
         self._robots[robot] = replace(self._robots[robot], power=on)
 
-    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
-        """See `Engine.cast_rays`."""
+    def cast_rays(
+        self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
+        """See `Engine.cast_rays`; all rays are those of the lidar."""
         lidar = self._mobile(robot).lidar
         origin = self._robots[robot].state.planar.compose(Pose2(lidar.x, lidar.y, lidar.yaw))
         angles = np.arctan2(directions[:, 1], directions[:, 0])

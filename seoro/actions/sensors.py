@@ -29,7 +29,7 @@ async def wait_for_bump(ctx: ActionContext, robot: Actor, zone: str, entity: str
 async def wait_for_range(
     ctx: ActionContext, robot: Actor, nearer_than: float, from_bearing: float, to_bearing: float, sensor: str
 ) -> None:
-    """Wait until a lidar measures a distance below a limit."""
+    """Wait until a ranging sensor measures a distance below a limit."""
     sensors, name = ctx.home(robot, Sensors)
     watch = partial(sensors.watch_range, name, sensor, nearer_than, from_bearing, to_bearing)
     await finish(ctx, watch, sensors.cancel_sensor_watch)

@@ -10,6 +10,7 @@ import numpy as np
 from sim_nodes.check.bench import (
     CUBE,
     EDGE,
+    LIDAR,
     ORIGIN,
     OTHER,
     ROBOT,
@@ -50,7 +51,7 @@ def observe(engine: Engine, names: Sequence[str] = ()) -> list[object]:
     seen: list[object] = [engine.body_state(name) for name in (ROBOT, OTHER, *names)]
     seen += [engine.wheel_angles(ROBOT), engine.wheel_angles(OTHER), sorted(engine.touching())]
     seen += [engine.overlaps(name) for name in (ROBOT, *names)]
-    seen.append(engine.cast_rays(ROBOT, DIRECTIONS, LIMIT).tobytes())
+    seen.append(engine.cast_rays(ROBOT, LIDAR.link, DIRECTIONS, LIMIT).tobytes())
     return seen
 
 

@@ -50,7 +50,9 @@ def range_to(engine: Engine, x: float, y: float, limit: float = LIMIT) -> float:
     """Return the range of the robot's lidar in the direction of a point of the world [m]."""
     lidar = engine.body_state(ROBOT).planar.compose(MOUNT)
     angle = math.atan2(y - lidar.y, x - lidar.x) - lidar.yaw
-    [distance] = engine.cast_rays(ROBOT, np.array([[math.cos(angle), math.sin(angle), 0.0]]), limit).tolist()
+    [distance] = engine.cast_rays(
+        ROBOT, LIDAR.link, np.array([[math.cos(angle), math.sin(angle), 0.0]]), limit
+    ).tolist()
     return float(distance)
 
 
@@ -70,11 +72,11 @@ def rays_end_at_walls(make: Make) -> None:
         engine = built(make, pose, walls=ROOM)
         run(engine, 0.5)
         wanted = room_ranges(engine.body_state(ROBOT).planar.compose(MOUNT))
-        found = engine.cast_rays(ROBOT, DIRECTIONS, LIMIT)
+        found = engine.cast_rays(ROBOT, LIDAR.link, DIRECTIONS, LIMIT)
         expect(found.shape == (360,), f"360 rays gave an array of shape {found.shape} instead of (360,)")
         for angle, distance, expected in zip(ANGLES, found, wanted, strict=True):
             expect_near(f"the ray at {angle:.3f} rad from {pose} [m]", float(distance), float(expected), EXACT)
-        short = engine.cast_rays(ROBOT, DIRECTIONS, 1.0)
+        short = engine.cast_rays(ROBOT, LIDAR.link, DIRECTIONS, 1.0)
         wrong = np.flatnonzero(
             np.isinf(short) & (wanted < 1.0 - EXACT) | ~np.isinf(short) & (wanted > 1.0 + EXACT)
         )
@@ -88,7 +90,7 @@ def rays_start_at_the_present_pose(make: Make) -> None:
     for _ in range(5):
         run(engine, 0.2)
         wanted = room_ranges(engine.body_state(ROBOT).planar.compose(MOUNT))
-        found = engine.cast_rays(ROBOT, DIRECTIONS, LIMIT)
+        found = engine.cast_rays(ROBOT, LIDAR.link, DIRECTIONS, LIMIT)
         expect_near("the greatest error of a ray of a turning robot [m]", np.abs(found - wanted).max(), 0.0, EXACT)
 
 
@@ -118,7 +120,7 @@ def robots_do_not_see_themselves(make: Make) -> None:
         run(engine, 0.1)
         if step == 10:
             engine.set_body_state(ROBOT, BodyState((3.0, 3.0, 0.0), quaternion(0.0, 0.0, 1.0)))
-        ranges = engine.cast_rays(ROBOT, DIRECTIONS, limit)
+        ranges = engine.cast_rays(ROBOT, LIDAR.link, DIRECTIONS, limit)
         seen = ranges[np.isfinite(ranges)]
         if len(seen):
             raise AssertionError(
@@ -132,7 +134,7 @@ def robots_see_each_other(make: Make) -> None:
     run(engine, 0.5)
     tower = 0.145  # [m], radius of the collision shape at the lidar's height
     expect_near("the ray from one robot to another [m]", range_to(engine, 2.0, 0.0), 2.0 - MOUNT.x - tower, EXACT)
-    back = engine.cast_rays(OTHER, DIRECTIONS, LIMIT)
+    back = engine.cast_rays(OTHER, LIDAR.link, DIRECTIONS, LIMIT)
     expect(bool(np.isfinite(back).any()), "the second robot does not see the first")
 
 

@@ -39,7 +39,7 @@ from sim_nodes.views import Picture, View
 
 
 class _DriveAddresses:
-    """Addresses of a robot's wheels and lidar in the arrays of a model."""
+    """Addresses of a robot's wheels in the arrays of a model."""
 
     def __init__(
         self, model: Any, robot: str, base: int, declaration: RobotDeclaration, mobile: MobileDeclaration
@@ -47,7 +47,6 @@ class _DriveAddresses:
         prefix, drive = f"{robot}/", mobile.drive
         joints = [model.joint(prefix + name) for name in motor_joints(drive)]
         self.base = base
-        self.lidar: int | None = None if mobile.lidar is None else model.body(prefix + mobile.lidar.link).id
         self.wheel_positions = [int(joint.qposadr[0]) for joint in joints]
         self.wheel_angular_speeds = [int(joint.dofadr[0]) for joint in joints]
         self.motors = [model.actuator(joint.name).id for joint in joints]
@@ -292,23 +291,24 @@ class MujocoEngine:
         (self._without_power.discard if on else self._without_power.add)(robot)
         self._drives[robot].power(self._model, on=on)
 
-    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+    def cast_rays(
+        self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
         """See `Engine.cast_rays`."""
-        addresses, data = self._drives[robot], self._data
-        assert addresses.lidar is not None, "only lidars cast rays"
+        data, body = self._data, self._model.body(f"{robot}/{link}").id
         mujoco.mj_kinematics(self._model, data)  # after a step, positions are still those before it
-        count = len(directions)
-        vectors = (directions @ data.xmat[addresses.lidar].reshape(3, 3).T).ravel()
+        count, turn = len(directions), data.xmat[body].reshape(3, 3)
+        vectors = (directions @ turn.T).ravel()
         hit = np.zeros(count, dtype=np.int32)
         distance = np.zeros(count)
         mujoco.mj_multiRay(
             self._model,
             data,
-            data.xpos[addresses.lidar],
+            data.xpos[body] + turn @ position,
             vectors,
             self._ray_groups,
             1,
-            addresses.base,
+            self._bases[robot],
             hit,
             distance,
             None,

@@ -57,6 +57,7 @@ GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
 FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; Bullet uses those below
 ALL_GROUPS = -1
+MAX_RAYS = pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE  # of one call
 POSITION = 5  # field of a contact point: its position on the first body
 NORMAL = 7  # field of a contact point: normal from the second body to the first
 NO_SHAPE = -1  # body without a collision shape
@@ -136,6 +137,7 @@ class PybulletEngine:
         self._arms: dict[str, PybulletArm] = {}
         self._placed_shapes = PlacedShapes(bullet)
         self._links: dict[str, dict[str, int]] = {}
+        self._groups: dict[str, int] = {}  # collision group of each robot alone
         for index, robot in enumerate(self._scene.robots):
             self._load_robot(index, robot)
         for name, (model, state) in self._added.items():
@@ -161,14 +163,14 @@ class PybulletEngine:
         number, links = load_robot(self._bullet, robot)
         self._register(robot.name, number, static=robot.declaration.fixed)
         self._links[robot.name] = links.links
-        group = 1 << (FIRST_ROBOT_GROUP + index)
+        self._groups[robot.name] = group = 1 << (FIRST_ROBOT_GROUP + index)
         for link in links.shapes:
             self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
         compound = {links.links[name]: parts for name, parts in links.compound.items()}
         self._broadphase.add_moving(number, compound, fixed=robot.declaration.fixed)
         mobile = robot.declaration.mobile
         if mobile is not None:
-            drive = PybulletDrive(self._bullet, number, links, mobile, group)
+            drive = PybulletDrive(self._bullet, number, links, mobile)
             self._drives[robot.name] = drive
             if isinstance(mobile.drive, PlanarDrive):
                 traction = traction_of(robot.declaration, mobile.drive)
@@ -335,15 +337,19 @@ class PybulletEngine:
         drive = self._drives[robot]
         drive.apply_command(replace(drive.command, has_power=on))
 
-    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
+    def cast_rays(
+        self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
         """See `Engine.cast_rays`."""
-        drive, bullet = self._drives[robot], self._bullet
-        assert drive.lidar is not None, "only lidars cast rays"
-        origin, orientation = link_frame(bullet, drive.body, drive.lidar)
-        ends = origin + limit * directions @ rotation_matrix(orientation).T
-        hits = bullet.rayTestBatch(
-            [origin] * len(ends), ends.tolist(), collisionFilterMask=ALL_GROUPS & ~drive.group
-        )
+        place, orientation = self.link_pose(robot, link)
+        turn = rotation_matrix(orientation)
+        origin = np.add(place, turn @ position)
+        ends = (origin + limit * directions @ turn.T).tolist()
+        starts, others = [origin.tolist()] * len(ends), ALL_GROUPS & ~self._groups[robot]
+        hits = []
+        for first in range(0, len(ends), MAX_RAYS):
+            some = slice(first, first + MAX_RAYS)
+            hits += self._bullet.rayTestBatch(starts[some], ends[some], collisionFilterMask=others)
         return np.array([hit[2] * limit if hit[0] >= 0 else np.inf for hit in hits])
 
     def joint_states(self, robot: str) -> JointStates:

@@ -44,26 +44,22 @@ class DriveCommand:
 
 
 class PybulletDrive:
-    """The wheels and the lidar of a robot.
+    """The wheels of a robot.
 
     Args:
         bullet: The Bullet client.
         body: Number of the robot's body.
         links: Its links and joints.
         mobile: Declaration of its base.
-        group: Collision group of the robot alone.
 
     Attributes:
         body: Number of the robot's body.
-        group: Collision group of the robot alone.
-        lidar: Link of the lidar; None without one.
         motors: Joint numbers of the motors.
         command: The last command.
     """
 
-    def __init__(self, bullet: Any, body: int, links: Links, mobile: MobileDeclaration, group: int) -> None:
-        self._bullet, self.body, self.group = bullet, body, group
-        self.lidar = None if mobile.lidar is None else links.links[mobile.lidar.link]
+    def __init__(self, bullet: Any, body: int, links: Links, mobile: MobileDeclaration) -> None:
+        self._bullet, self.body = bullet, body
         self.drive: DriveDeclaration = mobile.drive
         self.motors = motors(links, mobile.drive)
         self._count = len(wheel_joints(mobile.drive))

@@ -10,10 +10,11 @@ from sim_nodes.files import NAME, Declared
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.footprint import Footprint, read_footprint
+from sim_nodes.robots.sensor_declarations import MAX_SENSORS, SensorDeclaration
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
 
 OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motors", "odometry", "robot"})
-"""Names of devices of robots besides cameras."""
+"""Names of devices of robots besides cameras and the sensors of the list."""
 
 
 class OdometryDeclaration(Declared):
@@ -219,11 +220,13 @@ class RobotDeclaration(Declared):
     mobile: MobileDeclaration | None = None
     arm: ArmDeclaration | None = None
     cameras: tuple[CameraDeclaration, ...] = ()
+    sensors: tuple[SensorDeclaration, ...] = Field((), max_length=MAX_SENSORS)
 
     @model_validator(mode="after")
-    def _names_of_cameras(self) -> Self:
-        names = [camera.name for camera in self.cameras]
-        for name in names:
-            if name in OTHER_DEVICES or names.count(name) > 1:
-                raise ValueError(f"duplicate name {name!r} of a camera; names of a robot's devices are unique")
+    def _names_of_devices(self) -> Self:
+        cameras, sensors = ([each.name for each in some] for some in (self.cameras, self.sensors))
+        for what, names in (("camera", cameras), ("sensor", sensors)):
+            for name in names:
+                if name in OTHER_DEVICES or (cameras + sensors).count(name) > 1:
+                    raise ValueError(f"duplicate name {name!r} of a {what}; names of a robot's devices are unique")
         return self

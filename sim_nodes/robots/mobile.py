@@ -54,7 +54,8 @@ def base_sensors(
     odometry = Odometry(declaration.drive, declaration.odometry, noise("odometry"), wheels.encoders)
     sensors: dict[str, Sensor[Any]] = {}
     if declaration.lidar is not None:
-        sensors["lidar"] = Lidar(declaration.lidar, noise("lidar"), partial(engine.cast_rays, robot))
+        cast = partial(engine.cast_rays, robot, declaration.lidar.link)
+        sensors["lidar"] = Lidar(declaration.lidar, noise("lidar"), cast)
     sensors["odometry"] = odometry
     if declaration.imu is not None:
         sensors["imu"] = Imu(declaration.imu, noise("imu"), noise("imu/bias"), state)

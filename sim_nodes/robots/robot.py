@@ -19,6 +19,7 @@ from sim_nodes.outcomes import GoalResult, feature_unsupported
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.robots.mobile import MobileBase
 from sim_nodes.sensors.base import Bumper
+from sim_nodes.sensors.mounted import mounted_sensors
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 
@@ -44,7 +45,7 @@ class Robot(Stateful):
         seed: Seed of the simulation.
     """
 
-    STATE = ("_mobile", "_arm", "faults")
+    STATE = ("_mobile", "_arm", "_mounted", "faults")
 
     def __init__(
         self, placed: PlacedRobot, engine: Engine, entities: Entities, known: NavigationMap, seed: int
@@ -55,6 +56,7 @@ class Robot(Stateful):
         mobile, arm = declaration.mobile, declaration.arm
         self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
         self._arm = Arm(placed, arm, engine, entities.is_movable) if arm is not None else None
+        self._mounted = mounted_sensors(placed, engine, seed)
         self._drives = dict(self._make_actuators(seed))
         self.faults = FaultRegistry(self.name, self._devices(entities.cameras))
         self._moving = tuple(part for part in (self._mobile, self._arm) if part is not None)
@@ -115,12 +117,14 @@ class Robot(Stateful):
         """Whether no part needs every tick."""
         if self.faults.goals or any(drive.is_busy for drive in self._drives.values()):
             return False
+        if any(pipeline.faults or pipeline.in_use for pipeline in self._mounted.values()):
+            return False
         return all(part.is_idle for part in self._moving)
 
     @property
     def sensors(self) -> Mapping[str, SensorPipeline[Any]]:
         """Pipelines of its sensors by name."""
-        return self._mobile.sensors if self._mobile is not None else {}
+        return {**(self._mobile.sensors if self._mobile is not None else {}), **self._mounted}
 
     def update_bumper(self, tick: int) -> None:
         """Update its bumper with the present contacts, before a tick."""
@@ -165,6 +169,8 @@ class Robot(Stateful):
         """Update with a tick; yields the results of goals that ended."""
         for part in self._moving:
             yield from part.tick(tick)
+        for pipeline in self._mounted.values():
+            pipeline.update(tick)
         for drive in self._drives.values():
             drive.update(tick)
         yield from self.faults.tick(tick)

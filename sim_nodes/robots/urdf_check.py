@@ -50,7 +50,8 @@ def _check_root(declaration: RobotDeclaration, links: Mapping[str, Any], joints:
 
 def _check_names(declaration: RobotDeclaration, links: Mapping[str, Any], joints: Mapping[str, Any]) -> None:
     mobile, arm = declaration.mobile, declaration.arm
-    wanted_links = {*declaration.low_friction_links, *(camera.link for camera in declaration.cameras)}
+    carried = (*declaration.cameras, *declaration.sensors)
+    wanted_links = {*declaration.low_friction_links, *(each.link for each in carried)}
     wanted_joints: set[str] = set()
     if mobile is not None:
         if mobile.lidar is not None:

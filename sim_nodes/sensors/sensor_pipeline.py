@@ -87,6 +87,11 @@ def dead_pixels(
             assert_never(fault)
 
 
+def period_of(rate: float) -> int:
+    """Return the ticks between two samples of a sensor with a rate [Hz]."""
+    return max(1, round(1.0 / rate / TICK))
+
+
 T = TypeVar("T")
 
 Values = Mapping[Quantity, Array]

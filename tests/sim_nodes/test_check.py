@@ -122,20 +122,26 @@ class Forgetful(MujocoEngine):
 
 
 class ShortSighted(MujocoEngine):
-    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
-        return super().cast_rays(robot, directions, limit) - 0.02
+    def cast_rays(
+        self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
+        return super().cast_rays(robot, link, directions, limit) - 0.02
 
 
 class Boundless(MujocoEngine):
-    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
-        return super().cast_rays(robot, directions, 100.0)
+    def cast_rays(
+        self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
+        return super().cast_rays(robot, link, directions, 100.0)
 
 
 class Vain(MujocoEngine):
     """It sees itself."""
 
-    def cast_rays(self, robot: str, directions: Array, limit: float) -> Array:
-        return np.minimum(super().cast_rays(robot, directions, limit), 0.1)
+    def cast_rays(
+        self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
+    ) -> Array:
+        return np.minimum(super().cast_rays(robot, link, directions, limit), 0.1)
 
 
 class Stubborn(MujocoEngine):

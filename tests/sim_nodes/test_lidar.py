@@ -33,7 +33,7 @@ def engine_with(world: str) -> Engine:
 
 def scan(engine: Engine, tick: int = 0, declaration: object = EXACT) -> Scan:
     assert isinstance(declaration, type(LIDAR))
-    return Lidar(declaration, Noise(0, "lidar"), partial(engine.cast_rays, ROBOT)).read(tick)
+    return Lidar(declaration, Noise(0, "lidar"), partial(engine.cast_rays, ROBOT, declaration.link)).read(tick)
 
 
 def test_beams_without_a_hit_are_infinite() -> None:

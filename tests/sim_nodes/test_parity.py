@@ -54,7 +54,7 @@ def test_lidars_measure_the_same_ranges_in_the_maze(engines: tuple[Engine, Engin
         for place in PLACES:
             state = BodyState((place.x, place.y, 0.0), quaternion(0.0, 0.0, place.yaw))
             engine.set_body_state("turtlebot4", state)
-            scans[-1].append(engine.cast_rays("turtlebot4", DIRECTIONS, LIMIT))
+            scans[-1].append(engine.cast_rays("turtlebot4", "rplidar_link", DIRECTIONS, LIMIT))
     np.testing.assert_allclose(scans[0], scans[1], atol=0.01)
 
 

@@ -58,7 +58,7 @@ class Trial:
             [engine.body_state(name) for name in self._names],
             [engine.wheel_angles(name) for name in self._robots],
             [sorted(map(repr, engine.contact_points(name))) for name in self._robots],
-            [engine.cast_rays(name, DIRECTIONS, LIMIT).tobytes() for name in self._robots],
+            [engine.cast_rays(name, "rplidar_link", DIRECTIONS, LIMIT).tobytes() for name in self._robots],
             engine.touching(),
         ]
 

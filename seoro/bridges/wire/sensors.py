@@ -52,6 +52,23 @@ class BumperSample(Message):
     bumps: tuple[Bump, ...]
 
 
+class PointCloud(Message):
+    """Points of a 3D lidar in the sensor's frame [m], ring by ring from below.
+
+    `points` are little-endian floats of 32 bits: x, y and z of each point; not a number without a return.
+    """
+
+    rings: int
+    beams: int  # of a ring
+    points: bytes
+
+
+class RangeSample(Message):
+    """Distance that a sonar measures [m]; infinite without an echo."""
+
+    range: float
+
+
 class SensorSample(Message):
     """Latest sample and its time [s]; exactly one of the other fields is set."""
 
@@ -60,6 +77,8 @@ class SensorSample(Message):
     odometry: OdometrySample | None = None
     imu: ImuSample | None = None
     bumper: BumperSample | None = None
+    cloud: PointCloud | None = None
+    echo: RangeSample | None = None
 
 
 class WatchSensor(TrackedRequest):
@@ -78,7 +97,7 @@ class WatchBumper(TrackedRequest):
 
 
 class WatchRange(TrackedRequest):
-    """Report when a lidar range between two bearings [rad] is below `distance` [m]."""
+    """Report when a range of a sensor between two bearings [rad] is below `distance` [m]."""
 
     robot: str
     sensor: str

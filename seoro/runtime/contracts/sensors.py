@@ -27,7 +27,7 @@ class Sensors(Protocol):
     async def watch_range(
         self, robot: str, sensor: str, distance: float, start: float, end: float, report: Reporter
     ) -> str:
-        """Report when a lidar measures less than `distance` [m] between two bearings [rad]."""
+        """Report when a ranging sensor measures less than `distance` [m] between two bearings [rad]."""
 
     async def check_rate(
         self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
