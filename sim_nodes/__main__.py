@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import gc
+
+if __name__ == "__main__":
+    gc.disable()  # until `main` starts: what is imported stays
+
 import argparse
 import math
 import sys
@@ -45,6 +50,7 @@ INSTALLED = "seoro.engines"  # entry point group of packages with other engines
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a node until it is stopped; returns the exit status."""
+    gc.enable()
     options = _parser().parse_args(arguments)
     log_to_stderr("%(name)s: %(levelname)s: %(message)s")
     listen = None if options.connect else options.listen or DEFAULT_ENDPOINT
@@ -142,4 +148,5 @@ def _parser() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
+    gc.freeze()  # else each full collection would visit all modules
     sys.exit(main())

@@ -26,7 +26,7 @@ M = TypeVar("M", bound=BaseModel)
 class Declared(BaseModel):
     """Base of the parts of a file. Unknown keys are errors."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 def resolve_folders(sources: Sequence[str]) -> tuple[list[Path], list[str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -42,8 +43,12 @@ class Lines:
     """
 
     def __init__(self, text: str, source: str) -> None:
-        self._root = yaml.compose(text, yaml.SafeLoader)
+        self._text = text
         self._source = source
+
+    @cached_property
+    def _root(self) -> yaml.Node | None:
+        return yaml.compose(self._text, yaml.SafeLoader)  # a second parse, needed for messages only
 
     def at(self, place: Sequence[int | str]) -> str:
         """Return the location of a value, or of its nearest existing parent, such as `hall.yaml:7`."""

@@ -1,17 +1,20 @@
 """The MuJoCo engine; the only folder that imports mujoco.
 
-If MUJOCO_GL is set, MuJoCo loads its rendering libraries on import, and fails where they are missing. Simulation
-does not need them: they are loaded for the first image (`camera.py`).
+MuJoCo loads rendering libraries on import, also where MUJOCO_GL names missing ones. Simulation does not need them:
+they are loaded for the first image (`camera.py`).
 """
 
 import logging
 import os
 
-_chosen = os.environ.pop("MUJOCO_GL", None)
+_chosen = os.environ.get("MUJOCO_GL")
+os.environ["MUJOCO_GL"] = "disabled"
 try:
-    import mujoco  # so that the variable is not there when the modules of this folder import it
+    import mujoco  # before the modules of this folder import it
 finally:
-    if _chosen is not None:
+    if _chosen is None:
+        del os.environ["MUJOCO_GL"]
+    else:
         os.environ["MUJOCO_GL"] = _chosen
 
 # Otherwise MuJoCo writes warnings to a file in the working directory.

@@ -19,7 +19,7 @@ MAX_PENDING = 1024  # requests without a reply at a server
 class Message(BaseModel):
     """Base of everything that crosses a process boundary."""
 
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    model_config = ConfigDict(frozen=True, extra="ignore", defer_build=True)
 
 
 M = TypeVar("M", bound=Message)
