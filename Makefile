@@ -94,6 +94,7 @@ editors:  ## install what the tests of the grammar for editors need, with Node.j
 bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/obstacle.py
 	@$(BIN)/python benchmarks/simulators.py
+	@$(BIN)/python benchmarks/nodes.py
 	@$(BIN)/python benchmarks/films.py
 	@$(BIN)/python benchmarks/snapshots.py
 	@$(BIN)/python benchmarks/editor.py

@@ -6,6 +6,7 @@ If a request fails, also through a defect of the node, the client gets a refusal
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import queue
@@ -75,6 +76,12 @@ class Wake(Enum):
     SESSION_OPENED = auto()  # tokens are reported anew
     SIGNAL_RECEIVED = auto()  # the main thread handles it when it next waits
 
+
+REPLACING = frozenset(
+    verb.name
+    for verb in (wire.LOAD_WORLD, wire.CHANGE_WORLD, wire.UNLOAD_WORLD, wire.RESET_SIMULATION, wire.RESTORE_STATE)
+)
+"""Names of the verbs after which the simulation before is garbage."""
 
 InboxItem = Request | TokenChanged | Wake
 """Item of the queue from Zenoh's threads to the main thread."""
@@ -230,6 +237,8 @@ class RequestLoop:
             with self._authorizer.admitted(request, self.leasing.leases.key_of) as sender:
                 answer = self._carry_out(sender, verb, request.payload)
             request.reply(answer)
+            if verb in REPLACING:
+                gc.collect()  # worlds are large, and refer to themselves in cycles
         except RequestRefused as refused:
             refuse(request, refused.code, refused.message)
         except Exception as error:

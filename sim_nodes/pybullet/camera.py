@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,22 +17,37 @@ from sim_nodes.views import FAR, FLOOR_TILES, LIGHT_DIRECTION, NEAR, SKY, TILE, 
 SUN = tuple(-part for part in LIGHT_DIRECTION)  # direction towards the light
 SUN_DISTANCE = 20.0  # [m]
 BACKGROUND = 1.0  # of the depth buffer
-UP = (0.0, 0.0, 1.0)
+NO_SHAPE = -1  # of a body that nothing touches
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 TRIANGLES = (0, 1, 2, 0, 2, 3)  # of a tile, by its corners
 
 Extent = tuple[float, float, float, float]
 
 
-def floor_shapes(bullet: Any, extent: Extent) -> tuple[int, int]:
-    """Add a floor of tiles in two colours; returns the numbers of both shapes. Bullet's own is infinite."""
-    first, second = (
-        bullet.createVisualShape(
-            pybullet.GEOM_MESH, vertices=vertices, normals=[UP] * len(vertices), indices=indices, rgbaColor=colour
+def add_floor(bullet: Any, extent: Extent) -> int:
+    """Add a floor, drawn as tiles in two colours; returns the number of its body."""
+    plane = bullet.createCollisionShape(pybullet.GEOM_PLANE)
+    with tempfile.TemporaryDirectory() as folder:  # Bullet reads the files for each body
+        first, second = (
+            bullet.createVisualShape(pybullet.GEOM_MESH, fileName=str(path), rgbaColor=colour)
+            for path, colour in zip(_write_tiles(Path(folder), extent), FLOOR_TILES, strict=True)
         )
-        for colour, (vertices, indices) in zip(FLOOR_TILES, (_tiles(extent, odd) for odd in (1, 0)), strict=True)
-    )
-    return first, second
+        floor: int = bullet.createMultiBody(0.0, plane, first)
+        bullet.createMultiBody(0.0, NO_SHAPE, second)
+    return floor
+
+
+def _write_tiles(folder: Path, extent: Extent) -> Iterator[Path]:
+    """Write the tiles of each colour as a file in OBJ; Bullet never frees meshes that it gets as lists."""
+    for odd in (1, 0):
+        vertices, indices = _tiles(extent, odd)
+        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices]
+        lines.append("vn 0 0 1")
+        corners = [f"{index + 1}//1" for index in indices]
+        lines += [f"f {' '.join(corners[first : first + 3])}" for first in range(0, len(corners), 3)]
+        path = folder / f"{odd}.obj"
+        path.write_text("\n".join(lines))
+        yield path
 
 
 def _tiles(extent: Extent, odd: int) -> tuple[list[tuple[float, float, float]], list[int]]:

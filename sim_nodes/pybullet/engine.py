@@ -22,6 +22,7 @@ from pybullet_utils.bullet_client import BulletClient
 
 from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix, vector
 from sim_nodes.journal import Journal, journaled, replay
+from sim_nodes.outcomes import feature_unsupported
 from sim_nodes.physics import (
     FLOOR,
     MAX_OVERLAP,
@@ -35,7 +36,7 @@ from sim_nodes.physics import (
     Scene,
 )
 from sim_nodes.pybullet import captured_output
-from sim_nodes.pybullet.camera import draw, floor_shapes
+from sim_nodes.pybullet.camera import add_floor, draw
 from sim_nodes.pybullet.joints import (
     BODY_B,
     DISTANCE,
@@ -56,11 +57,11 @@ from sim_nodes.views import WALL, Picture, View, colour_of
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
 FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; Bullet uses those below
+MAX_ROBOTS = 23  # a group is a signed number of 32 bits
 ALL_GROUPS = -1
 MAX_RAYS = pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE  # of one call
 POSITION = 5  # field of a contact point: its position on the first body
 NORMAL = 7  # field of a contact point: normal from the second body to the first
-NO_SHAPE = -1  # body without a collision shape
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,13 @@ class PybulletEngine:
         self._client: int = self._bullet._client  # for direct calls, without the slower wrapper
 
     def build(self, scene: Scene) -> None:
-        """See `Engine.build`."""
+        """See `Engine.build`.
+
+        Raises:
+            RequestRefused: The scene has too many robots.
+        """
+        if (count := len(scene.robots)) > MAX_ROBOTS:
+            raise feature_unsupported(f"found {count} robots; PyBullet simulates at most {MAX_ROBOTS}")
         self._scene = scene
         self._added: dict[str, tuple[BodyModel, BodyState]] = {}
         self._load()
@@ -121,10 +128,7 @@ class PybulletEngine:
         self._static: set[int] = set()  # numbers of the bodies with a static base
         self._jointed: dict[int, tuple[int, ...]] = {}  # joints of arms, and of bodies that have some
         self._broadphase = BroadPhase(bullet)
-        plane = bullet.createCollisionShape(pybullet.GEOM_PLANE)
-        tiles, others = floor_shapes(bullet, self._scene.extent)
-        floor = bullet.createMultiBody(0.0, plane, tiles)
-        bullet.createMultiBody(0.0, NO_SHAPE, others)
+        floor = add_floor(bullet, self._scene.extent)
         bullet.changeDynamics(floor, BASE, lateralFriction=1.0)
         self._owners[floor] = FLOOR
         self._static.add(floor)

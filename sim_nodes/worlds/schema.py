@@ -14,7 +14,7 @@ from sim_nodes.robots.declaration import BatteryDeclaration
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
 
 MAX_WALLS = 500
-MAX_ROBOTS = 16
+MAX_ROBOTS = 64
 MAX_CAMERAS = 16
 MAX_PROPS = 100
 MAX_POSES = 200

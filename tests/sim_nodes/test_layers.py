@@ -3,11 +3,28 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
+from sim_nodes.__main__ import ENGINES
+
 MODULES = ("node", "simulation", "verbs", "__main__", "check")
 CORE = "".join(f"import sim_nodes.{name}; " for name in MODULES) + "import sys; "
 
 
 def test_the_core_imports_no_engine_and_no_plotting() -> None:
     check = CORE + "sys.exit(', '.join({'mujoco', 'pybullet', 'matplotlib'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stderr.strip() == ""
+
+
+@pytest.mark.parametrize("engine", [pytest.param(name, marks=pytest.mark.engine(name)) for name in ENGINES])
+def test_a_node_starts_without_libraries_for_pictures_meshes_and_statistics(engine: str) -> None:
+    heavy = {"glfw", "matplotlib", "OpenGL", "PIL", "scipy", "trimesh", "av"}
+    start = f"from sim_nodes.simulator import Simulator; Simulator(main.ENGINES[{engine!r}](), 'maze', 0); "
+    check = (
+        "import sys; import sim_nodes.__main__ as main; "
+        + start
+        + f"sys.exit(', '.join({heavy} & set(sys.modules)))"
+    )
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=False, timeout=60)
     assert done.stderr.strip() == ""

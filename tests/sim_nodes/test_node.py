@@ -6,10 +6,11 @@ import signal
 import subprocess
 import sys
 import time
+import weakref
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import cast
+from typing import Generic, cast
 
 import pytest
 
@@ -133,16 +134,19 @@ def test_a_manually_started_node_prints_its_endpoint_and_exits_on_ctrl_c(tmp_pat
         process.communicate()
 
 
-class RecordedRequest:
+class RecordedRequest(Generic[Q, A]):
     """A request that keeps its answer."""
 
-    key = node_command("default", "sim", "get_simulator_features")
-    payload = encode(Empty())
     attachment = b""
+    answer: bytes | None = None
     refusal: Refusal | None = None
 
+    def __init__(self, verb: wire.Verb[Q, A], request: Q) -> None:
+        self.key = node_command("default", "sim", verb.name)
+        self.payload = encode(request)
+
     def reply(self, payload: bytes) -> None:
-        raise AssertionError("it was carried out")
+        self.answer = payload
 
     def refuse(self, payload: bytes) -> None:
         self.refusal = decode(Refusal, payload)
@@ -155,12 +159,21 @@ def test_a_fault_in_a_handler_is_refused_and_logged(
         raise ZeroDivisionError("a wheel came off")
 
     monkeypatch.setattr(maze.simulator, "features", fault)
-    request = RecordedRequest()
+    request = RecordedRequest(wire.GET_SIMULATOR_FEATURES, Empty())
     RequestLoop(maze.simulator, NodeAuthorizer()).answer(cast("Request", request))
+    assert request.answer is None
     assert request.refusal is not None
     assert request.refusal.code == LabResult.FAULT
     assert request.refusal.message == "fault in the simulator node: ZeroDivisionError: a wheel came off"
     assert "fault in get_simulator_features" in caplog.text
+
+
+def test_a_replaced_simulation_leaves_no_garbage(maze: Client) -> None:
+    request = RecordedRequest(wire.LOAD_WORLD, wire.LoadWorld(world="empty"))
+    before = weakref.ref(maze.simulator.simulation)
+    RequestLoop(maze.simulator, NodeAuthorizer()).answer(cast("Request", request))
+    assert maze.simulator.simulation.world.name == "empty"
+    assert before() is None
 
 
 def test_a_fault_while_playing_pauses_the_simulation(empty: Client, monkeypatch: pytest.MonkeyPatch) -> None:

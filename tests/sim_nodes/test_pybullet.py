@@ -6,16 +6,19 @@ import os
 import sys
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.check.arms import HOME, OUTSTRETCHED, PLACED, UR10E
 from sim_nodes.check.bench import BASE, CUBE, EXTENT, ORIGIN, ROBOT, SHAPES, TURTLEBOT, at, body, built, drive, run
-from sim_nodes.geometry import quaternion
+from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.journal import Journal, calls_of
-from sim_nodes.physics import BodyModel, BodyState, Box, Part, SavesState, Scene, UnsavableState, Wall
+from sim_nodes.physics import BodyModel, BodyState, Box, Part, PlacedRobot, SavesState, Scene, UnsavableState, Wall
+from sim_nodes.robots.reading import load_robot
 from tests.sim_nodes.engines import make_engine
 
 pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
@@ -220,3 +223,25 @@ def test_a_base_of_several_shapes_rests_without_contacts() -> None:
     assert engine.touching() == frozenset()
     assert engine.link_contacts(ROBOT) == frozenset()
     assert engine.checkpoint() is not None
+
+
+def test_building_scenes_again_takes_no_more_memory() -> None:
+    engine = make()
+    wide = Scene((), (), (-20.0, -20.0, 20.0, 20.0))
+    for _ in range(5):
+        engine.build(wide)
+    before = resident()
+    for _ in range(30):
+        engine.build(wide)
+    assert resident() - before < 4_000  # [KiB]; a floor has 500
+
+
+def resident() -> int:
+    return int(Path("/proc/self/status").read_text().partition("VmRSS:")[2].split()[0])
+
+
+def test_worlds_with_too_many_robots_are_refused() -> None:
+    declared = load_robot("turtlebot4")
+    robots = tuple(PlacedRobot(f"robot{index}", declared, Pose2(float(index), 0.0, 0.0)) for index in range(24))
+    with pytest.raises(RequestRefused, match="found 24 robots; PyBullet simulates at most 23"):
+        make().build(Scene((), robots, (-1.0, -1.0, 25.0, 1.0)))
