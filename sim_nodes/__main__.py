@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 
 if __name__ == "__main__":
-    gc.disable()  # until `main` starts: what is imported stays
+    gc.disable()  # until `main` starts: imports leave no garbage
 
 import argparse
 import math
