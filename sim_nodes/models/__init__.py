@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 from types import MappingProxyType
 
 from seoro.bridges.wire.refusal import name_list
+from sim_nodes.models.cache import ModelCache, key_of
 from sim_nodes.models.scenes import SceneBody, read_bodies
 from sim_nodes.models.xml_reading import invalid
 from sim_nodes.physics import BodyModel
 from sim_nodes.views import Colour
 
 FORMATS = ("sdf", "urdf", "mjcf")
-CACHED = 32  # models with the files that they name
+CACHED = 256 << 20  # [bytes] of all models that were read last
 NO_FILES: Mapping[str, bytes] = MappingProxyType({})
 
 
@@ -57,14 +57,11 @@ def parse_bodies(
     Raises:
         RequestRefused: The format is unknown, or the text is invalid or has unsupported parts.
     """
-    return _parsed(text, tuple(sorted(files.items())), static=static, colour=colour)
-
-
-@lru_cache(maxsize=CACHED)
-def _parsed(
-    text: str, files: tuple[tuple[str, bytes], ...], *, static: bool, colour: Colour | None
-) -> tuple[SceneBody, ...]:
-    bodies = read_bodies(text, dict(files), static=static, colour=colour, apart=False)
+    key = key_of(text, files, static, colour)
+    bodies = _cache.get(key, lambda: read_bodies(text, files, static=static, colour=colour, apart=False))
     if not bodies:
         raise invalid("found no shapes besides floors in the model; expected one or more")
     return bodies
+
+
+_cache = ModelCache(CACHED)

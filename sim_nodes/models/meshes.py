@@ -70,6 +70,8 @@ def load_pieces(files: Mapping[str, bytes], path: str, scale: Vector, *, solid: 
             process=False,
             **of_objects,
         )
+        if scene.units not in (None, "meters"):  # given by DAE
+            scene = scene.convert_units("meters")
         pieces = [each for each in scene.dump() if isinstance(each, trimesh.Trimesh) and len(each.faces)]
     except Exception as error:  # each format has its own exceptions
         # Without the text of the error, which may quote the file: a model may name any file of this machine.

@@ -27,6 +27,8 @@ JOINTS = {
 }
 INERTIA = dict.fromkeys(xml.INERTIA, "0") | {"ixx": "1", "iyy": "1", "izz": "1"}  # defaults of the specification
 UNLIMITED = 1e15  # [rad], [m]; SDF's default limit is 1e16
+FAR = 1e3  # [rad], [m] of the missing side of a limit
+FACTORS = (-1e6, 1e6)
 MODEL = "__model__"  # frame of a model
 MAX_INCLUDES = 20  # nested
 LENGTHS = {
@@ -261,18 +263,36 @@ def _joint(out: Element, name: str, joint: _Joint, frame: xml.Frame) -> None:
         raise xml.invalid(f"<joint name={name!r}> has the unsupported type {kind!r}; expected {name_list(JOINTS)}")
     axis = element.find("axis")
     limit = {key: _limit(axis, key) for key in ("lower", "upper", "effort", "velocity")}
-    is_limited = all((value := limit[key]) is not None and abs(value) < UNLIMITED for key in ("lower", "upper"))
-    kind = "continuous" if kind == "revolute" and not is_limited else JOINTS[kind]
+    known = {key: value for key, value in limit.items() if value is not None and abs(value) < UNLIMITED}
+    if "lower" in known or "upper" in known:  # the other side is far away
+        known = {"lower": -FAR, "upper": FAR} | known
+    kind = "continuous" if kind == "revolute" and "lower" not in known else JOINTS[kind]
     written = write_joint(out, name, kind, joint.parent, joint.child, frame)
     if axis is None:
         return
     SubElement(written, "axis", xyz=axis.findtext("xyz", "0 0 1"))
-    known = {key: repr(value) for key, value in limit.items() if value is not None and abs(value) < UNLIMITED}
     if known:
-        SubElement(written, "limit", known)
+        SubElement(written, "limit", {key: repr(value) for key, value in known.items()})
+    mimic = axis.find("mimic")
+    if mimic is not None:
+        _mimic(written, name, mimic)
     dynamics = axis.find("dynamics")
     if dynamics is not None:
         SubElement(written, "dynamics", {key: dynamics.findtext(key, "0") for key in ("damping", "friction")})
+
+
+def _mimic(out: Element, name: str, mimic: Any) -> None:
+    """Write the <mimic> of a joint: it is at multiplier * (leader - reference) + offset."""
+    leader = mimic.get("joint")
+    if not leader:
+        raise xml.invalid(f"missing joint of the <mimic> of <joint name={name!r}>")
+    factor, offset, reference = (
+        xml.numbers(mimic.findtext(key, usual), f"<{key}> of <mimic>", 1, FACTORS)[0]
+        for key, usual in (("multiplier", "1"), ("offset", "0"), ("reference", "0"))
+    )
+    scope = name.rpartition("::")
+    values = {"multiplier": repr(factor), "offset": repr(offset - factor * reference)}
+    SubElement(out, "mimic", {"joint": f"{scope[0]}{scope[1]}{leader}"} | values)
 
 
 def _limit(axis: Any, key: str) -> float | None:

@@ -46,6 +46,7 @@ from sim_nodes.pybullet.joints import (
     PybulletDrive,
     is_touching,
 )
+from sim_nodes.pybullet.mimic import remove_gears
 from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, movable_joints, wxyz, xyzw
 from sim_nodes.pybullet.planar import PlanarForces
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
@@ -280,6 +281,7 @@ class PybulletEngine:
     def remove_body(self, name: str) -> None:
         """See `Engine.remove_body`."""
         number = self._bodies.pop(name).number
+        remove_gears(self._bullet, number)
         self._bullet.removeBody(number)
         del self._owners[number], self._added[name]
         self._static.discard(number)

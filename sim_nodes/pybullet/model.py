@@ -27,6 +27,7 @@ from sim_nodes.physics import (
     PlacedRobot,
 )
 from sim_nodes.pybullet import captured_output
+from sim_nodes.pybullet.mimic import couple_mimics
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration
 from sim_nodes.robots.kinematics import motor_joints, wheel_joints
@@ -149,6 +150,7 @@ def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -
     bullet.changeDynamics(body, BASE, maxJointVelocity=FASTEST)
     if has_joints:
         _release(bullet, body, root)
+        couple_mimics(bullet, body, root)
     _undamp(bullet, body)
     return body
 

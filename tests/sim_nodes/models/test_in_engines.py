@@ -45,6 +45,14 @@ TUMBLER = """<mujoco><compiler angle="radian"/><worldbody><geom type="plane" siz
 <geom type="capsule" size="0.03" fromto="0 0 0 0 0 0.4"/>
 </body></body></worldbody></mujoco>"""
 
+# Two level bars on hinges; the second one follows the first, and balances it if it turns the other way.
+BAR = """<link name="{0}"><inertial><origin xyz="0.5 0 0"/><mass value="1"/></inertial>
+<collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.05 0.05"/></geometry></collision></link>"""
+PAIR = f"""<robot name="pair"><link name="world"/>{BAR.format("a")}{BAR.format("b")}
+<joint name="ja" type="continuous"><parent link="world"/><child link="a"/><axis xyz="0 1 0"/></joint>
+<joint name="jb" type="continuous"><parent link="world"/><child link="b"/><origin xyz="0 1 0"/><axis xyz="0 1 0"/>
+<mimic joint="ja" multiplier="{{multiplier}}"/></joint></robot>"""
+
 
 def built(engine: str) -> Engine:
     made = make_engine(engine)
@@ -99,6 +107,22 @@ def test_a_hinge_lets_its_link_fall(engine: str) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_friction_of_a_hinge_holds_its_link(engine: str) -> None:
     assert not falls_on(built(engine), BARRIER.format(friction=50.0))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("multiplier", "falls"), [(0.5, True), (-1.0, False)])
+def test_a_joint_follows_another(engine: str, multiplier: float, falls: bool) -> None:
+    made = built(engine)
+    made.add_body("pair", parse_model(PAIR.format(multiplier=multiplier)), at(0.0, 0.0, 1.0))
+    made.add_body("box", parse_model(MESH, FILES), at(0.6, 0.0, 0.0))
+    touched = False
+    for _ in range(20):
+        run(made, 0.05)
+        touched |= ("box", "pair") in made.touching()
+    assert touched == falls
+    made.remove_body("pair")
+    made.add_body("pair", parse_model(PAIR.format(multiplier=multiplier)), at(0.0, 0.0, 1.0))
+    run(made, 0.1)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -105,7 +105,7 @@ def test_included_models_are_part_of_the_model() -> None:
         ("<lower>0</lower><upper>1.5</upper>", "revolute"),
         ("<lower>-1.5</lower><upper>0</upper>", "revolute"),
         ("<lower>-1e16</lower><upper>1e16</upper>", "continuous"),
-        ("<upper>1</upper>", "continuous"),
+        ("<upper>1</upper>", "revolute"),
         ("", "continuous"),
     ],
 )
@@ -116,6 +116,31 @@ def test_revolute_joints_with_both_limits_have_them(limit: str, kind: str) -> No
     assert model.urdf is not None
     joint: Any = ElementTree.fromstring(model.urdf.text).find("joint")
     assert joint.get("type") == kind
+
+
+def test_a_limit_may_have_one_side() -> None:
+    slide = f"""<joint name='j' type='prismatic'><parent>l</parent><child>k</child>
+    <axis><xyz>0 0 1</xyz><limit><lower>-1e16</lower><upper>-0.5</upper></limit></axis></joint>
+    <link name='k'>{SPHERE}</link>"""
+    model = parse_model(sdf(SPHERE, slide))
+    assert model.urdf is not None
+    limit: Any = ElementTree.fromstring(model.urdf.text).find("joint/limit")
+    assert (limit.get("lower"), limit.get("upper")) == ("-1000.0", "-0.5")
+
+
+def test_joints_follow_others() -> None:
+    joints = "".join(
+        f"<joint name='{name}' type='revolute'><parent>l</parent><child>{name}l</child><axis>{mimic}</axis>"
+        f"</joint><link name='{name}l'>{SPHERE}</link>"
+        for name, mimic in {
+            "a": "",
+            "b": "<mimic joint='a'><multiplier>2</multiplier><offset>1</offset><reference>0.1</reference></mimic>",
+        }.items()
+    )
+    model = parse_model(sdf(SPHERE, joints))
+    assert model.urdf is not None
+    mimic: Any = ElementTree.fromstring(model.urdf.text).find("joint/mimic")
+    assert (mimic.get("joint"), mimic.get("multiplier"), float(mimic.get("offset"))) == ("a", "2.0", 0.8)
 
 
 @pytest.mark.parametrize("beside", ["", f"<link name='world'>{SPHERE}</link>"])

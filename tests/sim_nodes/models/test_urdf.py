@@ -9,6 +9,7 @@ from defusedxml import ElementTree
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.extents import bounding_box
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
 from sim_nodes.physics import BodyModel, Box, Cylinder, Sphere
@@ -186,3 +187,24 @@ def test_invalid_models_are_refused_with_the_place(text: str, words: str) -> Non
 def test_damaged_meshes_are_refused(data: bytes) -> None:
     with pytest.raises(RequestRefused, match=r"the mesh 'a\.stl' (is damaged|has no triangles)"):
         parse_model(urdf(link(MASS + MESH)), {"a.stl": data})
+
+
+DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.01" name="centimeter"/><up_axis>{up}</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="s"><float_array id="f" count="12">0 0 0 10 0 0 0 20 0 0 0 30</float_array>
+<technique_common><accessor source="#f" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="w"><node><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#w"/></scene></COLLADA>"""
+
+
+@pytest.mark.parametrize("up", ["Y_UP", "Z_UP"])
+def test_coordinates_of_dae_are_those_of_the_file_in_its_unit(up: str) -> None:
+    text = urdf(link(MASS + '<collision><geometry><mesh filename="a.dae"/></geometry></collision>'))
+    box = bounding_box(parse_model(text, {"a.dae": DAE.format(up=up).encode()}).parts)
+    assert box is not None
+    assert box.upper == pytest.approx([0.1, 0.2, 0.3])
