@@ -17,6 +17,7 @@ CORNERS = TypeAdapter(
     Annotated[tuple[Corner, ...], Field(min_length=MIN_CORNERS, max_length=MAX_CORNERS)],
     config=ConfigDict(allow_inf_nan=False),
 )
+FLAT = 5e-4  # [m] of a corner from the line between its neighbours, at which it is left out
 FLATTEST = 1e-4  # [m^2] smallest area
 
 
@@ -43,6 +44,12 @@ class Footprint:
         along = ends - self.points
         areas = self.points[:, 0] * ends[:, 1] - self.points[:, 1] * ends[:, 0]
         return max(0.0, float(np.min(areas / np.hypot(*along.T))))
+
+
+    def contains(self, point: Corner) -> bool:
+        """Whether a point is within the polygon or on its edge."""
+        edges, away = np.roll(self.points, -1, axis=0) - self.points, np.subtract(point, self.points)
+        return bool(np.min(edges[:, 0] * away[:, 1] - edges[:, 1] * away[:, 0]) >= 0.0)
 
 
 def read_footprint(value: object) -> object:
@@ -73,7 +80,7 @@ def convex_footprint(points: Array) -> Footprint:
     Raises:
         ValueError: The points enclose no area.
     """
-    hull = _hull(points)
+    hull = _without_flat_corners(_hull(points))
     while len(hull) > MAX_CORNERS:
         hull = _without_shortest_edge(hull)
     return Footprint(tuple((round(x, 4), round(y, 4)) for x, y in hull.tolist()))
@@ -89,6 +96,19 @@ def _hull(points: Array) -> Array:
     if found.volume < FLATTEST:
         raise ValueError(f"invalid area {found.volume:.3g} m^2 of a footprint; expected {FLATTEST:g} m^2 or more")
     corners: Array = points[found.vertices]
+    return corners
+
+
+def _without_flat_corners(corners: Array) -> Array:
+    """Remove corners that are almost on the line between their neighbours."""
+    index = 0
+    while index < len(corners) and len(corners) > MIN_CORNERS:
+        start, here, end = (corners[(index + step) % len(corners)] for step in (-1, 0, 1))
+        along, away = end - start, here - start
+        if abs(along[0] * away[1] - along[1] * away[0]) <= FLAT * np.hypot(*along):
+            corners = np.delete(corners, index, axis=0)
+        else:
+            index += 1
     return corners
 
 

@@ -1,0 +1,1 @@
+"""Derives declarations of robots from their models: pure functions of canonical URDF."""

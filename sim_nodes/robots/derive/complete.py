@@ -1,0 +1,72 @@
+"""Completes short declarations: those with `drive`, whose other values come from the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from seoro.bridges.wire.refusal import name_list
+from sim_nodes.models import xml_reading as xml
+from sim_nodes.physics import Urdf
+from sim_nodes.robots.derive.mobile import BODY_FRICTION, KINDS, DerivedRobot, derive_mobile
+from sim_nodes.robots.derive.model import read_model
+from sim_nodes.robots.derive.rewriting import source_text
+from sim_nodes.robots.drive_declaration import DriveKind
+
+MOBILE_DRIVES = tuple(kind.value for kind in DriveKind)
+Content = Mapping[str, object]
+
+
+def is_short(content: Content) -> bool:
+    """Whether a declaration is short."""
+    return "drive" in content
+
+
+def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
+    """Return the long form of a short declaration; its own values replace derived ones.
+
+    Args:
+        content: Content of the declaration.
+        urdf: Canonical URDF of its model.
+        text: Text of the model's file.
+
+    Raises:
+        RequestRefused: The drive is unknown, or the model does not fit it.
+    """
+    drive = content["drive"]
+    if drive not in MOBILE_DRIVES:
+        raise xml.invalid(f"unknown `drive` {drive!r}; expected {name_list(MOBILE_DRIVES)}")
+    root = xml.parse_xml(text)
+    robot = derive_mobile(read_model(urdf), DriveKind(str(drive)), root)
+    source = source_text(text, robot.changes) if root.tag == "robot" else robot.urdf.text
+    own = {key: value for key, value in content.items() if key != "drive"}
+    return merged({**long_form(robot), "source": source, "urdf": robot.urdf.text, "notes": robot.notes}, own)
+
+
+def long_form(robot: DerivedRobot) -> dict[str, object]:
+    """Return a derived declaration as the content of a file, without defaults and the files of the model."""
+    mobile = robot.mobile.model_dump(mode="json", exclude_defaults=True)
+    drive = robot.mobile.drive
+    mobile["drive"] = {"kind": drive.kind.value, **drive.model_dump(mode="json", exclude_defaults=True)}
+    if robot.mobile.footprint is not None:
+        mobile["footprint"] = [list(corner) for corner in robot.mobile.footprint.corners]
+    content: dict[str, object] = {
+        "kinds": list(KINDS),
+        "base_link": robot.base_link,
+        "body_friction": BODY_FRICTION,
+        "low_friction_links": list(robot.low_friction_links),
+        "mobile": mobile,
+        "cameras": [camera.model_dump(mode="json", exclude_defaults=True) for camera in robot.cameras],
+    }
+    return {key: value for key, value in content.items() if value != []}
+
+
+def merged(derived: Content, own: Content) -> dict[str, object]:
+    """Return derived content with own values, key by key; lists are replaced as a whole."""
+    result = dict(derived)
+    for key, value in own.items():
+        known = result.get(key)
+        both = isinstance(known, Mapping) and isinstance(value, Mapping)
+        if both and value.get("kind", known.get("kind")) == known.get("kind"):
+            value = merged(known, value)
+        result[key] = value
+    return result

@@ -1,0 +1,139 @@
+"""A robot's model with all joints at zero: links, joints, frames and solid shapes in the frame of its root."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from defusedxml import ElementTree
+
+from sim_nodes.geometry import Vector, rotated
+from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.stl import hull_of_stl
+from sim_nodes.models.urdf import frame_of, read_origin, read_shape
+from sim_nodes.physics import Part, Urdf
+
+
+@dataclass(frozen=True)
+class ModelJoint:
+    """A joint of a model.
+
+    Attributes:
+        name: Its name.
+        kind: Its type in URDF.
+        parent: Link that carries it.
+        child: Link that it moves.
+        axis: Unit vector in the frame of the root.
+        lower: Lower limit [rad], [m]; infinite without one.
+        upper: Upper limit [rad], [m]; infinite without one.
+        effort: Limit of its motor [N m], [N]; infinite without one.
+        velocity: Limit of its speed [rad/s], [m/s]; infinite without one.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    axis: Vector
+    lower: float
+    upper: float
+    effort: float
+    velocity: float
+
+    @property
+    def is_movable(self) -> bool:
+        """Whether it moves."""
+        return self.kind != "fixed"
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A model of a robot.
+
+    Attributes:
+        urdf: Its canonical URDF.
+        root: Name of the root link.
+        joints: Joints by the name of the link that they move.
+        frames: Frames of links in that of the root.
+        solids: Solid shapes of links, in the frame of the root.
+        masses: Masses of links [kg].
+        centres: Centres of mass of links in the frame of the root [m].
+    """
+
+    urdf: Urdf
+    root: str
+    joints: Mapping[str, ModelJoint]
+    frames: Mapping[str, xml.Frame]
+    solids: Mapping[str, tuple[Part, ...]]
+    masses: Mapping[str, float]
+    centres: Mapping[str, Vector]
+
+    @cached_property
+    def mass(self) -> float:
+        """Mass of the robot [kg]."""
+        return sum(self.masses.values())
+
+    def ancestors(self, link: str) -> Iterator[ModelJoint]:
+        """Yield the joints from a link to the root."""
+        while link in self.joints:
+            yield self.joints[link]
+            link = self.joints[link].parent
+
+    def carrier(self, link: str) -> str:
+        """Return the link that a link is fixed to through fixed joints, nearest to the root."""
+        for joint in self.ancestors(link):
+            if joint.is_movable:
+                return joint.child
+        return self.root
+
+
+def read_model(urdf: Urdf) -> RobotModel:
+    """Read a model from canonical URDF."""
+    root: Any = ElementTree.fromstring(urdf.text)
+    links = {str(link.get("name")): link for link in root.findall("link")}
+    elements = {str(joint.find("child").get("link")): joint for joint in root.findall("joint")}
+    hung = {child: (str(each.find("parent").get("link")), read_origin(each)) for child, each in elements.items()}
+    frames = {name: frame_of(name, hung) for name in links}
+    [top] = links.keys() - elements.keys()
+    return RobotModel(
+        urdf,
+        top,
+        {child: _joint(each, child, frames[child]) for child, each in elements.items()},
+        frames,
+        {name: tuple(_solids(link, frames[name], urdf)) for name, link in links.items()},
+        {name: float(link.find("inertial/mass").get("value")) for name, link in links.items()},
+        {
+            name: xml.compose_frames(frames[name], read_origin(link.find("inertial")))[0]
+            for name, link in links.items()
+        },
+    )
+
+
+def _solids(link: Any, frame: xml.Frame, urdf: Urdf) -> Iterator[Part]:
+    for collision in link.findall("collision"):
+        [shape] = collision.find("geometry")
+        if shape.tag == "mesh":
+            solid = Part(hull_of_stl(urdf.meshes[shape.get("filename")]), *read_origin(collision))
+        else:
+            solid = Part(read_shape(shape, xml.label(collision)), *read_origin(collision))
+        yield xml.moved(solid, frame)
+
+
+def _joint(element: Any, child: str, frame: xml.Frame) -> ModelJoint:
+    axis, limit = element.find("axis"), element.find("limit")
+    x, y, z = (1.0, 0.0, 0.0) if axis is None else map(float, axis.get("xyz").split())
+    limits: Mapping[str, str] = {} if limit is None else limit.attrib
+    return ModelJoint(
+        str(element.get("name")),
+        str(element.get("type")),
+        str(element.find("parent").get("link")),
+        child,
+        rotated(frame[1], (x, y, z)),
+        float(limits.get("lower", -math.inf)),
+        float(limits.get("upper", math.inf)),
+        float(limits.get("effort", math.inf)),
+        float(limits.get("velocity", math.inf)),
+    )
