@@ -45,7 +45,6 @@ class Footprint:
         areas = self.points[:, 0] * ends[:, 1] - self.points[:, 1] * ends[:, 0]
         return max(0.0, float(np.min(areas / np.hypot(*along.T))))
 
-
     def contains(self, point: Corner) -> bool:
         """Whether a point is within the polygon or on its edge."""
         edges, away = np.roll(self.points, -1, axis=0) - self.points, np.subtract(point, self.points)

@@ -12,6 +12,7 @@ from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.models import parse_model
 from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.derive.complete import complete, is_short
 from sim_nodes.robots.urdf_check import check_urdf
 
 
@@ -29,6 +30,8 @@ def load_robot(model: str) -> RobotDeclaration:
 def read_robot(path: Path) -> RobotDeclaration:
     """Read a robot declaration and the URDF that it names, relative to its folder.
 
+    Short declarations, those with `drive`, are completed from the model.
+
     Raises:
         FileError: A file is unreadable or invalid, or the URDF does not fit the declaration.
     """
@@ -43,12 +46,12 @@ def read_robot(path: Path) -> RobotDeclaration:
     try:
         model = parse_model(found.text, found.files)
         assert model.urdf is not None
-        content |= {
-            "source": found.text if "<robot" in found.text else model.urdf.text,
-            "urdf": model.urdf.text,
-            "meshes": tuple(model.urdf.meshes.items()),
-            "notes": model.notes,
-        }
+        content |= {"meshes": tuple(model.urdf.meshes.items()), "notes": model.notes}
+        if is_short(content):
+            content = complete(content, model.urdf, found.text)
+        else:
+            source = found.text if "<robot" in found.text else model.urdf.text
+            content |= {"source": source, "urdf": model.urdf.text}
         declaration = validate(RobotDeclaration, content, Lines(text, str(path)))
         check_urdf(declaration)
     except RequestRefused as error:

@@ -15,8 +15,10 @@ from sim_nodes.manipulation.chain import Chain
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
 from sim_nodes.models.urdf import frame_of, read_origin, read_shape
-from sim_nodes.physics import BodyState, Engine, Part, PlacedRobot, Shape
+from sim_nodes.physics import BodyState, Engine, Part, PlacedRobot, Shape, Urdf
 from sim_nodes.robots.declaration import ArmDeclaration, LidarDeclaration, MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.derive.model import read_model
+from sim_nodes.robots.derive.wheels import wheel_place
 from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration, PlanarDrive
 from sim_nodes.robots.kinematics import motor_joints
 
@@ -34,7 +36,7 @@ def check_urdf(declaration: RobotDeclaration) -> None:
     _check_root(declaration, links, joints)
     _check_names(declaration, links, joints)
     if declaration.mobile is not None:
-        _check_base(declaration.mobile, joints)
+        _check_base(declaration, declaration.mobile, joints)
         _check_wheels(declaration.mobile.drive, links, joints)
     if declaration.arm is not None:
         _check_arm(declaration, declaration.arm)
@@ -87,13 +89,14 @@ def _check_known(what: str, wanted: Iterable[str], known: Mapping[str, Any]) -> 
         raise xml.invalid(f"unknown {what} {missing[0]!r} in the declaration; the URDF has {', '.join(known)}")
 
 
-def _check_base(mobile: MobileDeclaration, joints: Mapping[str, Any]) -> None:
+def _check_base(declaration: RobotDeclaration, mobile: MobileDeclaration, joints: Mapping[str, Any]) -> None:
     """Check that wheels and lidar are where the declaration has them, which odometry and scans rely on."""
+    model = read_model(Urdf(declaration.urdf, dict(declaration.meshes), (), {}))
     for name, *wanted in _declared_wheels(mobile.drive):
         joint = joints[name]
         if joint.get("type") != "continuous":
             raise xml.invalid(f"{xml.label(joint)} turns a wheel; expected type 'continuous'")
-        (x, y, _), _ = _place(joint.find("child").get("link"), joints)
+        x, y = wheel_place(model, joint.find("child").get("link"))
         if math.dist((x, y), wanted) > TOLERANCE:
             declared = "wheel_separation" if isinstance(mobile.drive, DifferentialDrive) else "wheels"
             raise xml.invalid(

@@ -38,8 +38,11 @@ def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
     root = xml.parse_xml(text)
     robot = derive_mobile(read_model(urdf), DriveKind(str(drive)), root)
     source = source_text(text, robot.changes) if root.tag == "robot" else robot.urdf.text
-    own = {key: value for key, value in content.items() if key != "drive"}
-    return merged({**long_form(robot), "source": source, "urdf": robot.urdf.text, "notes": robot.notes}, own)
+    notes = content.get("notes")
+    known = tuple(notes) if isinstance(notes, tuple) else ()
+    own = {key: value for key, value in content.items() if key not in ("drive", "urdf", "notes")}
+    files = {"source": source, "urdf": robot.urdf.text, "notes": (*known, *robot.notes)}
+    return merged({**long_form(robot), **files}, own)
 
 
 def long_form(robot: DerivedRobot) -> dict[str, object]:
@@ -65,8 +68,13 @@ def merged(derived: Content, own: Content) -> dict[str, object]:
     result = dict(derived)
     for key, value in own.items():
         known = result.get(key)
-        both = isinstance(known, Mapping) and isinstance(value, Mapping)
-        if both and value.get("kind", known.get("kind")) == known.get("kind"):
-            value = merged(known, value)
-        result[key] = value
+        if isinstance(known, Mapping) and isinstance(value, Mapping) and _is_alike(known, value):
+            result[key] = merged(known, value)
+        else:
+            result[key] = value
     return result
+
+
+def _is_alike(derived: Content, own: Content) -> bool:
+    """Whether values are of the same kind; a drive of another kind replaces the derived one as a whole."""
+    return own.get("kind", derived.get("kind")) == derived.get("kind")

@@ -63,15 +63,16 @@ def _check_wheels(kind: DriveKind, used: Sequence[Wheel], found: Sequence[Wheel]
     if len(used) < least:
         names = name_list(wheel.joint.name for wheel in found) if found else "none"
         raise xml.invalid(
-            f"found {len(used)} wheels of an {kind.value} drive (round links on the floor with continuous joints about "
-            f"level axes: {names}); expected {least} or more. Declare `mobile` with all keys instead of `drive`, or correct the model"
+            f"found {len(used)} driven wheels of an {kind.value} drive; expected {least} or more. Wheels are "
+            f"round links on the floor with continuous joints about level axes, found: {names}. Declare `mobile` "
+            "with all keys instead of `drive`, or correct the model"
         )
     if kind is DriveKind.ACKERMANN:
         steered = [wheel for wheel in used if wheel.steering is not None]
         if not steered or len(steered) == len(used):
             raise xml.invalid(
-                f"found {len(steered)} of {len(used)} wheels with a steering joint; expected those of the front axle "
-                "of an ackermann drive"
+                f"found {len(steered)} of {len(used)} wheels with a steering joint; expected those of the front "
+                "axle of an ackermann drive"
             )
 
 
@@ -92,7 +93,7 @@ class _Limits:
 
 def _limits(model: RobotModel, base: BaseFrame, wheels: Sequence[Wheel]) -> _Limits:
     """Return limits and motors: those of the joints, or defaults by mass and radius of the wheels."""
-    speed = min(FASTEST, min(wheel.joint.velocity * wheel.radius for wheel in wheels))
+    speed = min(FASTEST, *(wheel.joint.velocity * wheel.radius for wheel in wheels))
     if math.isinf(min(wheel.joint.velocity for wheel in wheels)):
         speed = min(speed, SPEED)
     lever = max(math.hypot(*base.place(wheel.centre)) for wheel in wheels)
@@ -154,7 +155,7 @@ def _declared(kind: DriveKind, base: BaseFrame, wheels: Sequence[Wheel]) -> Iter
     are_parallel = all(abs(wrap(wheel.heading - base.yaw)) < MECANUM / 2 for wheel in wheels)
     for wheel in wheels:
         x, y = (round(value, DIGITS) for value in base.place(wheel.centre))
-        # The usual mounting, with which the robot turns in place: on the floor, the axes of the rollers form a rhombus.
+        # The usual mounting: on the floor, the axes of the rollers form a rhombus.
         is_mecanum = kind is DriveKind.OMNIDIRECTIONAL and are_parallel
         heading = 0.0 if kind is not DriveKind.OMNIDIRECTIONAL or are_parallel else wrap(wheel.heading - base.yaw)
         yield WheelDeclaration(

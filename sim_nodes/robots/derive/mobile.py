@@ -23,7 +23,7 @@ ODOMETRY = OdometryDeclaration(distance_noise=0.01, turn_noise=0.02, drift_noise
 
 @dataclass(frozen=True)
 class DerivedRobot:
-    """What a model says about a mobile robot.
+    """A mobile robot by its model.
 
     Attributes:
         urdf: Canonical URDF with the changes that the drive needs.
@@ -33,7 +33,7 @@ class DerivedRobot:
         base_link: Link of the base.
         low_friction_links: Links that slide on the floor.
         cameras: Its cameras.
-        notes: Texts on what was changed or left out.
+        notes: Texts on changes of the model and missing parts.
     """
 
     urdf: Urdf

@@ -122,7 +122,9 @@ def _changed(root: Any, changes: Changes, *, is_canonical: bool) -> str:
             moments = dict.fromkeys(("ixx", "iyy", "izz"), FRAME_INERTIA)
             SubElement(inertial, "inertia", {**moments, "ixy": "0", "ixz": "0", "iyz": "0"})
         place, angles = changes.offset
-        write_joint(root, f"{changes.base}_joint", "fixed", changes.base, changes.root, (place, quaternion(*angles)))
+        write_joint(
+            root, f"{changes.base}_joint", "fixed", changes.base, changes.root, (place, quaternion(*angles))
+        )
     return tostring(root, encoding="unicode").replace("><", ">\n<")
 
 

@@ -20,7 +20,7 @@ CAMERAS = re.compile(r"(^|_)(camera|realsense|zed|oakd)(\d*|_|$)", re.I)
 NOT_A_MOUNT = re.compile(r"optical|depth|infra|mount|bracket|holder|support", re.I)
 LEVEL = 0.02  # largest horizontal component of the axis of a lidar
 DIGITS = 6  # of derived numbers
-MAX_BEAMS = 720  # per turn; more cost time and tell little more
+MAX_BEAMS = 720  # per turn; more cost time
 RANGES = (0.1, 12.0)  # [m] of a lidar without values
 IMU = ImuDeclaration(
     rate=50.0, accelerometer_noise=0.02, accelerometer_bias=0.05, gyroscope_noise=0.0005, gyroscope_bias=0.002

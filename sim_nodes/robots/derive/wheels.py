@@ -79,8 +79,22 @@ def _wheel(model: RobotModel, joint: ModelJoint) -> Wheel | None:
     steering = next((each for each in model.ancestors(joint.parent) if _steers(each)), None)
     is_exact = any(isinstance(part.shape, Cylinder | Sphere) for part in parts)
     return Wheel(
-        joint, centre, radius, width, wrap(heading + math.pi) if backwards else heading, backwards, steering, is_exact
+        joint,
+        centre,
+        radius,
+        width,
+        wrap(heading + math.pi) if backwards else heading,
+        backwards,
+        steering,
+        is_exact,
     )
+
+
+def wheel_place(model: RobotModel, link: str) -> tuple[float, float]:
+    """Return where a wheel stands in the frame of the root [m]: at the middle of its width."""
+    joint, (x, y, _) = model.joints[link], model.frames[link][0]
+    wheel = _wheel(model, joint)
+    return (x, y) if wheel is None else (wheel.centre[0], wheel.centre[1])
 
 
 def _steers(joint: ModelJoint) -> bool:
