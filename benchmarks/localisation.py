@@ -18,8 +18,8 @@ import numpy as np
 from seoro.bridges.wire import GaussianNoise, Occurrence, Quantity
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.mujoco.engine import MujocoEngine
-from sim_nodes.navigation import controller, obstacles
-from sim_nodes.navigation.navigator import Goal
+from sim_nodes.navigation import arcs, obstacles
+from sim_nodes.navigation.goals import Goal
 from sim_nodes.physics import BodyState
 from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.simulator import Simulator
@@ -87,10 +87,10 @@ def main() -> None:
     print(f"in {statistics.median(found):.1f} s (median), {max(found):.1f} s at most\n")
 
     print("noise  count  neighbours  seed  ended      simulated  path    error")
-    hits, most, neighbours = obstacles.HITS, obstacles.MOST, controller.NEIGHBOURS
+    hits, most, neighbours = obstacles.HITS, obstacles.MOST, arcs.NEIGHBOURS
     for count, agree in ((True, True), (False, True), (True, False), (False, False)):
         obstacles.HITS, obstacles.MOST = (hits, most) if count else (1, 1)
-        controller.NEIGHBOURS = neighbours if agree else 1
+        arcs.NEIGHBOURS = neighbours if agree else 1
         for std in (0.2, 0.4, 0.6):
             for seed in range(options.seeds):
                 ended, time, path, error = drive(std, seed)

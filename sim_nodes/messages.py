@@ -11,7 +11,7 @@ import numpy as np
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
-from sim_nodes.navigation.navigator import Feedback
+from sim_nodes.navigation.goals import Feedback
 from sim_nodes.physics import BodyState
 from sim_nodes.sensors.base import Bumps, Inertial, Odometer
 from sim_nodes.sensors.lidar import Scan

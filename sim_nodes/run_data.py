@@ -14,7 +14,7 @@ from seoro.bridges.wire import Measurements, Outcome, RobotMeasurements
 from sim_nodes.entities import Entities
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Array, Pose2, Vector, rotation_matrix, wrap
-from sim_nodes.navigation.navigator import Goal
+from sim_nodes.navigation.goals import Goal
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Engine, Hull, Part, Sphere, Wall
 from sim_nodes.robots.robot import Robot

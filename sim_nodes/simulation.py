@@ -23,8 +23,8 @@ from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.messages import contact_message, feedback_message
+from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
-from sim_nodes.navigation.navigator import Goal
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
 from sim_nodes.physics import BodyState, Engine

@@ -1,10 +1,13 @@
 """The obstacle layer: objects seen by the lidar that are not on the map.
 
 Each cell counts the scans that hit it minus the scans that passed through it. So a stray beam does not create an
-obstacle, and a missed one does not remove it. Hits next to walls of the map belong to the walls.
+obstacle, and a missed one does not remove it. Hits next to walls of the map belong to the walls. Cells keep the
+mean place of their hits, so that distances are more precise than cells.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,69 +22,127 @@ MOST = 8  # limit of the count, so that obstacles that leave are cleared in abou
 RANGE = 3.0  # [m] up to which scans are used
 WALL_BAND = 0.15  # [m] from a wall of the map within which hits belong to it
 MARGIN = 0.1  # [m] before a hit that a beam does not clear
-STRIDE = 0.05  # [m] between cleared points of a beam
+SAFETY = 0.035  # [m] by which obstacles are taken to be nearer than their points, because cells are a sample
+SHARE = 0.3  # of the latest hits in the mean place of a cell
+
+Indices = NDArray[np.int64]
 
 
 class ObstacleLayer(Stateful):
-    """Counts of hits on the grid of a map, and distances to the obstacles.
+    """Counts of hits on the grid of a map.
 
     Attributes:
-        distance: Distance of each cell to the nearest wall or obstacle [m].
         changes: Number of changes of the set of obstacles.
     """
 
-    STATE = ("changes", "_count", "_obstacles", "distance")
+    STATE = ("changes", "_cells", "_counts", "_places")
 
     def __init__(self, known: NavigationMap) -> None:
         self._map = known
-        self._free = known.distance > WALL_BAND
-        self._steps = np.arange(0.2, RANGE, STRIDE)
+        self._free = (known.distance > WALL_BAND).ravel()
         self.changes = 0
         self.clear()
 
     def clear(self) -> None:
         """Clear all obstacles."""
-        self._count = np.zeros(self._map.distance.shape, dtype=np.int8)
-        self._obstacles = np.zeros(self._map.distance.shape, dtype=np.bool_)
-        self.distance = self._map.distance
+        self._cells: Indices = np.zeros(0, dtype=np.int64)  # with a count, sorted, as indices of the flat grid
+        self._counts: Indices = np.zeros(0, dtype=np.int64)
+        self._places = np.zeros((0, 2))  # mean places of the hits of each cell [m]
         self.changes += 1
+
+    @property
+    def points(self) -> Array:
+        """Points of obstacles in `map`, one for each cell, shape (n, 2) [m]."""
+        points: Array = self._places[self._counts >= HITS]
+        return points
 
     def update(self, pose: Pose2, scan: Scan) -> None:
         """Update with a scan at a pose of the base in `map`."""
-        seen = np.zeros(self._count.shape, dtype=np.bool_)
-        hit = np.zeros(self._count.shape, dtype=np.bool_)
-        lidar = pose.compose(scan.mount)
-        angles = scan.angles + pose.yaw
-        cos, sin = np.cos(angles), np.sin(angles)
-        self._mark_seen(seen, lidar, scan, cos, sin)
-        near = scan.ranges < RANGE
-        x = lidar.x + scan.ranges[near] * cos[near]
-        y = lidar.y + scan.ranges[near] * sin[near]
-        inside = self._map.grid.inside(x, y)
-        hit[self._map.grid.cells(x[inside], y[inside])] = True
-        hit &= self._free
-        self._count[seen & ~hit & (self._count > 0)] -= 1
-        self._count[hit & (self._count < MOST)] += 1
-        obstacles = self._count >= HITS
-        if not np.array_equal(obstacles, self._obstacles):
-            self._obstacles = obstacles
+        before = self._cells[self._counts >= HITS]
+        hits, places = self._hits(pose, scan)
+        counts = self._counts - self._seen_through(pose, scan)
+        if len(hits):
+            self._merge(counts, hits, places)
+        else:
+            self._keep(self._cells, counts, self._places)
+        if not np.array_equal(before, self._cells[self._counts >= HITS]):
             self.changes += 1
-            self.distance = self._distances()
 
-    def _mark_seen(self, seen: NDArray[np.bool_], lidar: Pose2, scan: Scan, cos: Array, sin: Array) -> None:
-        reach = np.minimum(scan.ranges, RANGE) - MARGIN
-        beam, step = np.nonzero(self._steps[None, :] < reach[:, None])
-        x = lidar.x + self._steps[step] * cos[beam]
-        y = lidar.y + self._steps[step] * sin[beam]
-        seen[self._map.grid.cells(x, y)] = True
+    def _hits(self, pose: Pose2, scan: Scan) -> tuple[Indices, Array]:
+        """Return the cells that a scan hits, sorted, and the mean place of the hits of each."""
+        near = scan.ranges < RANGE
+        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+        bx, by = scan.x[near], scan.y[near]
+        x, y = pose.x + cos * bx - sin * by, pose.y + sin * bx + cos * by
+        grid = self._map.grid
+        columns, rows = grid.cells(x, y)
+        cells = columns * grid.rows + rows
+        apart = self._free[cells] & grid.inside(x, y)
+        if not apart.any():
+            return np.zeros(0, dtype=np.int64), np.zeros((0, 2))
+        hits, which, counts = np.unique(cells[apart], return_inverse=True, return_counts=True)
+        sums = [np.bincount(which, weights=values[apart]) for values in (x, y)]
+        return hits, np.column_stack(sums) / counts[:, None]
 
-    def _distances(self) -> Array:
-        if not self._obstacles.any():
+    def _merge(self, counts: Indices, hits: Indices, places: Array) -> None:
+        """Merge hits: one for each cell, which did not see through it."""
+        cells = np.union1d(self._cells, hits)
+        merged, mean = np.zeros(len(cells), dtype=np.int64), np.zeros((len(cells), 2))
+        old, new = np.searchsorted(cells, self._cells), np.searchsorted(cells, hits)
+        merged[old], mean[old] = self._counts, self._places
+        known = merged[new] > 0
+        mean[new] += np.where(known, SHARE, 1.0)[:, None] * (places - mean[new])
+        after = np.zeros(len(cells), dtype=np.int64)
+        after[old] = counts
+        after[new] = np.minimum(merged[new] + 1, MOST)
+        self._keep(cells, after, mean)
+
+    def _keep(self, cells: Indices, counts: Indices, places: Array) -> None:
+        kept = counts > 0
+        self._cells, self._counts, self._places = cells[kept], counts[kept], places[kept]
+
+    def _seen_through(self, pose: Pose2, scan: Scan) -> NDArray[np.bool_]:
+        """Return whether a beam passed through each cell."""
+        if len(self._cells) == 0:
+            return np.zeros(0, dtype=np.bool_)
+        lidar = pose.compose(scan.mount)
+        distances = np.hypot(self._places[:, 0] - lidar.x, self._places[:, 1] - lidar.y)
+        through: NDArray[np.bool_] = np.minimum(self._ranges_there(pose, scan), RANGE) - MARGIN > distances
+        return through
+
+    def _ranges_there(self, pose: Pose2, scan: Scan) -> Array:
+        """Return the range of the beam towards each cell [m]."""
+        lidar = pose.compose(scan.mount)
+        bearings = np.arctan2(self._places[:, 1] - lidar.y, self._places[:, 0] - lidar.x)
+        count = len(scan.ranges)
+        turns = (bearings - pose.yaw - scan.angles[0]) / (2.0 * math.pi)
+        ranges: Array = scan.ranges[np.rint(turns * count).astype(np.int64) % count]
+        return ranges
+
+    def hidden_points(self, pose: Pose2, scan: Scan) -> Array:
+        """Return the points of obstacles that a scan does not see, shape (n, 2) [m]."""
+        if len(self._cells) == 0:
+            return self._places
+        hidden = ~np.isfinite(self._ranges_there(pose, scan)) & (self._counts >= HITS)
+        points: Array = self._places[hidden]
+        return points
+
+    def distance(self) -> Array:
+        """Return the distance of each cell to the nearest wall or obstacle [m], shape (columns, rows)."""
+        points = self.points
+        if len(points) == 0:
             return self._map.distance
         from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load
 
-        resolution = self._map.grid.resolution
-        # The transform measures between centres; an obstacle begins at the border of its cell.
-        distance = distance_transform_edt(~self._obstacles) * resolution - resolution / 2
+        grid = self._map.grid
+        shape = self._map.distance.shape
+        place = np.zeros((*shape, 2))
+        empty = np.ones(shape, dtype=np.bool_)
+        where = np.unravel_index(self._cells[self._counts >= HITS], shape)
+        empty[where], place[where] = False, points
+        nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
+        obstacle = place[nearest[0], nearest[1]]
+        xs, ys = grid.centres()
+        distance = np.hypot(xs - obstacle[..., 0], ys - obstacle[..., 1]) - SAFETY
         combined: Array = np.minimum(self._map.distance, distance.clip(0.0, FAR))
         return combined

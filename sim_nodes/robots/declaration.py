@@ -10,6 +10,7 @@ from sim_nodes.files import NAME, Declared
 from sim_nodes.geometry import Quaternion, Vector, quaternion
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.footprint import Footprint, read_footprint
+from sim_nodes.robots.navigation import NavigationDeclaration
 from sim_nodes.robots.sensor_declarations import MAX_SENSORS, SensorDeclaration
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
 
@@ -156,6 +157,7 @@ class MobileDeclaration(Declared):
     bumper: BumperDeclaration | None = None
     battery: BatteryDeclaration | None = None
     localisation: LocalisationDeclaration = LocalisationDeclaration()
+    navigation: NavigationDeclaration = NavigationDeclaration()
 
 
 class JointDeclaration(Declared):

@@ -1,7 +1,7 @@
 """A wheeled base: sensors, localisation, navigation and wheels.
 
 It is updated in ticks of simulated time: odometry in every tick; scan, localisation and obstacle layer at the rate
-of its lidar; control every `CONTROL_TICKS`. An idle base is updated less often.
+of its lidar; decisions of the navigation at its own. An idle base is updated less often.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ from typing import Any
 from seoro.bridges.wire import Outcome
 from sim_nodes.faults.motor_checks import Motion
 from sim_nodes.geometry import Pose2
+from sim_nodes.navigation.contracts import ControlInput
+from sim_nodes.navigation.goals import Feedback, Goal
 from sim_nodes.navigation.localisation import Localisation
 from sim_nodes.navigation.maps import NavigationMap
-from sim_nodes.navigation.navigator import ControlInput, Feedback, Goal, Navigator
+from sim_nodes.navigation.navigator import Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, feature_unsupported, incorrect_state
@@ -25,13 +27,10 @@ from sim_nodes.physics import Engine
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.drive import Battery, Steering, VelocityCommand, Wheels
 from sim_nodes.robots.kinematics import AT_REST, Velocity, base_motion, motor_commands, side_speeds
-from sim_nodes.sensors.base import AT_START, Bumper, Imu, Odometer, Odometry
+from sim_nodes.sensors.base import AT_START, Bumper, Bumps, Imu, Odometer, Odometry
 from sim_nodes.sensors.lidar import BLIND, Lidar, Scan
 from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
-from sim_nodes.ticks import TICK
-
-CONTROL_TICKS = 2  # 25 Hz
 
 
 def base_sensors(
@@ -96,9 +95,10 @@ class MobileBase(Stateful):
         self.sensors = base_sensors(name, declaration, engine, self.wheels, seed)
         self._lidar: SensorPipeline[Scan] | None = self.sensors.get("lidar")
         self._odometry: SensorPipeline[Odometer] = self.sensors["odometry"]
+        self._bumper: SensorPipeline[Bumps] | None = self.sensors.get("bumper")
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
-        self._navigator = Navigator(known, self._obstacles, declaration, CONTROL_TICKS * TICK)
+        self._navigator = Navigator(known, self._obstacles, declaration, Noise(seed, f"{name}/navigation"))
         self._steering = Steering(declaration.drive)
         self._scan: Scan | None = self._first_scan
 
@@ -188,8 +188,10 @@ class MobileBase(Stateful):
         if self.battery is not None:
             self.battery.update(tick, drives=self.wheels.are_driven)
         self.wheels.update(tick)
-        if self._lidar is not None:
-            self._lidar.in_use |= self.localisation.running
+        if self.localisation.running:
+            for used in (self._lidar, self._bumper):
+                if used is not None:
+                    used.in_use = True
         for pipeline in self.sensors.values():
             pipeline.update(tick)
         ended: GoalResult | None = None
@@ -198,13 +200,21 @@ class MobileBase(Stateful):
             self._command(velocity)
         if self._lidar is not None and self.localisation.running and self._lidar.arrived is not None:
             self._process_scan(self._lidar.arrived.data, tick)
-        pose = self.localised_pose()
-        is_due = self._navigator.goal is not None and tick % CONTROL_TICKS == 0
-        if is_due and self._scan is not None and pose is not None:
-            velocity, ended = self._navigator.control(ControlInput(pose, self.odometry.velocity, self._scan))
-            self._command(velocity)
+        if self._navigator.goal is not None and self._scan is not None:
+            ended = self._navigate(self._scan, tick)
         if ended is not None:
             yield ended
+
+    def _navigate(self, scan: Scan, tick: int) -> GoalResult | None:
+        """Drive towards the goal of the navigation; returns its result if it ends."""
+        ended: GoalResult | None = None
+        pose = self.localised_pose() if tick % self._navigator.period == 0 else None
+        if pose is not None:
+            hidden = self._obstacles.hidden_points(pose, scan)
+            touched = self._bumper is not None and bool(self._bumper.latest and self._bumper.latest.data.bumps)
+            ended = self._navigator.decide(ControlInput(pose, self.odometry.velocity, scan, hidden, touched, tick))
+        self._command(self._navigator.velocity())
+        return ended
 
     def _process_scan(self, scan: Scan, tick: int) -> None:
         """Update localisation and obstacles with a scan."""

@@ -10,7 +10,7 @@ from sim_nodes.manipulation.arm import MotionOptions
 from sim_nodes.manipulation.chain import pose_matrix
 from sim_nodes.manipulation.gripper import GripperGoal
 from sim_nodes.messages import body_state, check_pose, feedback_message, flat_pose, planar, pose_of
-from sim_nodes.navigation.navigator import Goal
+from sim_nodes.navigation.goals import Goal
 from sim_nodes.outcomes import incorrect_state, operation_failed
 from sim_nodes.physics import BodyState
 from sim_nodes.robots.kinematics import Velocity

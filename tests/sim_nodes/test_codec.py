@@ -14,7 +14,8 @@ import pytest
 from seoro.bridges import wire
 from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.geometry import Pose2
-from sim_nodes.navigation.navigator import Goal, Phase
+from sim_nodes.navigation.goals import Goal
+from sim_nodes.navigation.navigator import Phase
 from sim_nodes.physics import BodyModel, Box, Part
 from sim_nodes.worlds.loader import load_world
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,34 +11,39 @@ import pytest
 from seoro.bridges.wire import Outcome
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
+from sim_nodes.navigation.contracts import ControlInput
+from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
-from sim_nodes.navigation.navigator import ControlInput, Goal, Navigator
+from sim_nodes.navigation.navigator import Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
+from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
 from sim_nodes.robots.kinematics import AT_REST, Velocity
 from sim_nodes.sensors.lidar import Scan
 
-INTERVAL = 0.04  # [s]
+INTERVAL = 0.02  # [s]
 ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 NOTHING = Scan(np.full(360, np.inf), ANGLES, Pose2(0.0, 0.0, 0.0), np.full(360, np.inf), np.full(360, np.inf))
-HERE = ControlInput(Pose2(-1.0, 0.0, 0.0), AT_REST, NOTHING)
+HERE = ControlInput(Pose2(-1.0, 0.0, 0.0), AT_REST, NOTHING, np.zeros((0, 2)), touched=False, tick=0)
 
 
 @pytest.fixture
 def navigator() -> Navigator:
     """Return the navigator of a robot on the wrong side of a wall."""
     known = build_map((-3.0, -3.0, 3.0, 3.0), (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5),))
-    navigator = Navigator(known, ObstacleLayer(known), BASE, INTERVAL)
+    navigator = Navigator(known, ObstacleLayer(known), BASE, Noise(0, "test"))
     navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
     return navigator
 
 
-def moved(navigator: Navigator, limit: float = 60.0) -> tuple[list[Velocity], Outcome | None]:
-    """Return the velocities until the goal ends."""
+def moved(
+    navigator: Navigator, limit: float = 60.0, now: ControlInput = HERE
+) -> tuple[list[Velocity], Outcome | None]:
+    """Return the velocities until the goal ends, tick by tick."""
     velocities = []
-    for _ in range(round(limit / INTERVAL)):
-        velocity, ended = navigator.control(HERE)
-        velocities.append(velocity)
+    for tick in range(round(limit / INTERVAL)):
+        ended = navigator.decide(replace(now, tick=tick)) if tick % navigator.period == 0 else None
+        velocities.append(navigator.velocity())
         if ended is not None:
             return velocities, ended.outcome
     return velocities, None
@@ -62,7 +68,7 @@ def test_a_robot_too_close_to_a_rear_obstacle_leaves_forwards() -> None:
         (-3.0, -3.0, 3.0, 3.0),
         (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5), Wall("behind", -1.2, 0.0, math.pi / 2, 1.0, 0.1, 0.5)),
     )
-    navigator = Navigator(known, ObstacleLayer(known), BASE, INTERVAL)
+    navigator = Navigator(known, ObstacleLayer(known), BASE, Noise(0, "test"))
     navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
     velocities, _ = moved(navigator, 2.0)
     ahead = sum(velocity.linear for velocity in velocities) * INTERVAL
@@ -75,7 +81,29 @@ def test_a_robot_with_no_room_behind_stands_still_instead_of_backing_up() -> Non
         (-3.0, -3.0, 3.0, 3.0),
         (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5), Wall("behind", -1.25, 0.0, math.pi / 2, 1.0, 0.1, 0.5)),
     )
-    navigator = Navigator(known, ObstacleLayer(known), BASE, INTERVAL)
+    navigator = Navigator(known, ObstacleLayer(known), BASE, Noise(0, "test"))
     navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
     velocities, _ = moved(navigator, 2.0)
     assert all(velocity == AT_REST for velocity in velocities)
+
+
+def test_a_robot_that_touches_something_backs_up_at_once() -> None:
+    known = build_map((-3.0, -3.0, 3.0, 3.0), ())
+    navigator = Navigator(known, ObstacleLayer(known), BASE, Noise(0, "test"))
+    navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
+    driving, _ = moved(navigator, 0.5)
+    assert driving[-1].linear > 0.2
+    touching, _ = moved(navigator, 1.0, replace(HERE, touched=True))
+    assert max(velocity.linear for velocity in touching) < 0.0
+    assert min(velocity.linear for velocity in touching) == pytest.approx(-0.1)
+
+
+def test_without_recoveries_a_blocked_goal_is_aborted_at_once() -> None:
+    known = build_map((-3.0, -3.0, 3.0, 3.0), (Wall("w", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5),))
+    never = BASE.navigation.model_copy(update={"number_of_retries": 0})
+    declaration = BASE.model_copy(update={"navigation": never})
+    navigator = Navigator(known, ObstacleLayer(known), declaration, Noise(0, "test"))
+    navigator.start(Goal("goal", (Pose2(1.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
+    velocities, outcome = moved(navigator)
+    assert outcome is Outcome.ABORTED
+    assert navigator.recoveries == 0 and len(velocities) * INTERVAL < 1.0

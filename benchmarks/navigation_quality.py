@@ -1,0 +1,249 @@
+"""Quality of navigation in situations that are hard for it, over seeds and engines.
+
+    python benchmarks/navigation_quality.py [SITUATION ...] [--seeds N] [--first N] [--engines ENGINE ...] [--runs]
+
+Each run is in this process, without Zenoh. The table has, over all seeds of a situation:
+
+- ends: runs that end as expected;
+- contact: runs in which the robot touches something;
+- nearest: least distance of the robot's outline to anything;
+- path: longest path, relative to the shortest one that keeps the planner's clearance;
+- error: largest true distance to the goal at the end;
+- time, recoveries: the most of a run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from importlib.util import find_spec
+
+import numpy as np
+
+from seoro.bridges.wire import Contact, Occurrence, Outcome
+from sim_nodes.__main__ import ENGINES
+from sim_nodes.geometry import Pose2, quaternion
+from sim_nodes.models import parse_bodies
+from sim_nodes.navigation.contracts import PlanRequest, Setup
+from sim_nodes.navigation.goals import Goal
+from sim_nodes.navigation.maps import build_map
+from sim_nodes.navigation.planner import GridPlanner, smooth
+from sim_nodes.noise import Noise
+from sim_nodes.physics import BodyState, Wall
+from sim_nodes.simulation import Simulation
+from sim_nodes.spawning import SpawnRequest
+from sim_nodes.worlds.loader import load_world
+
+ROBOT = "turtlebot4"
+LATEST = 120.0  # [s]
+START = Pose2(0.0, 0.0, 0.0)
+GOAL = Pose2(3.0, -3.0, 0.0)
+HALF = 0.15  # [m] of the box
+TOUCHES_BOX = 0.164 + HALF  # [m] ahead of the robot's origin where a box touches it
+
+Spawn = Callable[[Simulation], Pose2]
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box that appears when the robot is near a point, or at once.
+
+    Args:
+        place: Returns its pose.
+        near: Point [m]; None to spawn it before the start.
+        within: Distance of the robot to that point [m].
+    """
+
+    place: Spawn
+    near: tuple[float, float] | None = (1.5, -1.5)
+    within: float = 0.4
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A drive with boxes in the way.
+
+    Args:
+        boxes: Boxes that are on no map.
+        succeeds: Whether the goal can be reached.
+        goal: Goal in `map`.
+        world: YAML of a world; the maze by default.
+        may_touch: Whether a contact cannot be avoided.
+        detour: Whether the shortest path is meaningless, because the box appears late.
+    """
+
+    boxes: tuple[Box, ...] = ()
+    succeeds: bool = True
+    goal: Pose2 = GOAL
+    world: str = ""
+    may_touch: bool = False
+    detour: bool = False
+
+
+def at(x: float, y: float, yaw: float = 0.0) -> Spawn:
+    """Return a fixed pose."""
+    return lambda _: Pose2(x, y, yaw)
+
+
+def ahead(gap: float) -> Spawn:
+    """Return the pose of a box in front of the robot, with a gap between them [m]."""
+
+    def place(simulation: Simulation) -> Pose2:
+        robot = simulation.frames.true_pose(ROBOT)
+        return robot.compose(Pose2(TOUCHES_BOX + gap, 0.0, 0.0))
+
+    return place
+
+
+def doorway(width: float) -> tuple[Box, ...]:
+    """Return boxes that leave a gap of a width across the corridor at x = 1.5 [m]."""
+    return tuple(Box(at(1.5 + sign * (width / 2 + HALF), 0.0), near=None) for sign in (-1.0, 1.0))
+
+
+SITUATIONS = {
+    "no box": Situation(),
+    "box": Situation((Box(at(2.0, -2.0)),)),
+    "box, turned": Situation((Box(at(2.0, -2.0, 0.4)),)),
+    "box, nearer": Situation((Box(at(1.8, -1.8, math.pi / 4)),)),
+    "box 9 cm ahead": Situation((Box(ahead(0.09), (1.5, -1.5), 0.6),), detour=True),
+    "box 14 cm ahead": Situation((Box(ahead(0.14), (1.5, -1.5), 0.6),), detour=True),
+    "box 6 mm ahead": Situation((Box(ahead(0.006), (1.5, -1.5), 0.6),), may_touch=True, detour=True),
+    "box before start": Situation((Box(ahead(0.14), None),)),
+    "gap of 0.47 m": Situation(doorway(0.47)),
+    "box near goal": Situation((Box(at(3.0 - 0.35, -3.0 + 0.35, math.pi / 4)),)),
+    "box on goal": Situation((Box(at(3.0, -3.0)),), succeeds=False),
+    "blocked": Situation(
+        tuple(Box(at(x, -1.2), (1.5, 0.0), 0.5) for x in (1.2, 1.5, 1.8)), succeeds=False, detour=True
+    ),
+    "far corner": Situation(goal=Pose2(4.5, 4.5, 1.57)),
+    "slalom": Situation(
+        tuple(Box(at(0.2 * (-1) ** n, -0.9 - 0.62 * n), None) for n in range(3)), goal=Pose2(0.0, -3.0, -1.57)
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Run:
+    """Result of a run."""
+
+    ends: bool
+    contacts: int
+    nearest: float
+    path: float
+    error: float
+    time: float
+    recoveries: int
+    message: str
+
+
+def spawn_box(simulation: Simulation, place: Pose2, name: str) -> None:
+    """Spawn the box of the example at a pose."""
+    box = resources.files("seoro").joinpath("models/example_simulation/models/box.sdf")
+    state = BodyState((place.x, place.y, 0.15), quaternion(0.0, 0.0, place.yaw))
+    bodies = parse_bodies(box.read_text(encoding="utf-8"))
+    simulation.entities.spawn(SpawnRequest(name, bodies, state, rename=False), simulation.time)
+
+
+def drive(situation: Situation, engine: str, seed: int) -> Run:
+    """Drive once."""
+    simulation = Simulation(ENGINES[engine](), load_world(situation.world or "maze"), seed)
+    base = simulation.robot(ROBOT).mobile
+    start = simulation.frames.true_pose(ROBOT)
+    base.set_initial_pose(start, simulation.tick)
+    waiting, boxes = list(situation.boxes), []
+    contacts, outcome, message = 0, None, "under way"
+    goal = Goal("goal", (situation.goal,), stop_at_each=False)
+    goes = False
+    while outcome is None and simulation.time < LATEST:
+        robot = simulation.frames.true_pose(ROBOT)
+        for box in [each for each in waiting if each.near is None or robot.distance(*each.near) < each.within]:
+            waiting.remove(box)
+            place = box.place(simulation)
+            spawn_box(simulation, place, f"box{len(boxes)}")
+            boxes.append(place)
+        if not goes:
+            goes = True
+            simulation.navigate(ROBOT, goal)
+        simulation.run(simulation.time + 0.02)
+        for event in simulation.collect():
+            contacts += isinstance(event, Contact) and ROBOT in (event.first, event.second)
+            if isinstance(event, Occurrence) and event.id == "goal":
+                outcome, message = event.outcome, event.message
+    measured = simulation.measurements().robots[ROBOT]
+    truth = simulation.frames.true_pose(ROBOT)
+    expected = Outcome.SUCCEEDED if situation.succeeds else Outcome.ABORTED
+    shortest = math.inf if situation.detour else shortest_path(simulation, start, situation.goal, boxes)
+    return Run(
+        outcome is expected,
+        contacts,
+        measured.closest_approach or 0.0,
+        measured.path_length / shortest,
+        truth.distance(situation.goal.x, situation.goal.y),
+        simulation.time,
+        base.recoveries,
+        message,
+    )
+
+
+def shortest_path(simulation: Simulation, start: Pose2, goal: Pose2, boxes: Sequence[Pose2]) -> float:
+    """Return the length of the shortest path at the planner's clearance [m]."""
+    world = simulation.world
+    sides = [Wall("box", box.x, box.y, box.yaw, 2 * HALF, 2 * HALF, 1.0) for box in boxes]
+    known = build_map(world.extent, [*world.walls, *sides], world.outlines)
+    declaration = simulation.robot(ROBOT).mobile.declaration
+    cheap = declaration.model_copy(
+        update={"navigation": declaration.navigation.model_copy(update={"inflation_cost": 0.0})}
+    )
+    planner = GridPlanner(Setup(cheap, known, {}, Noise(0, "shortest")))
+    path = planner.plan(PlanRequest(known.grid, known.distance, start, goal, 0))
+    if path is None:
+        return math.inf
+    points = path.points
+    for _ in range(5):
+        points = smooth(known.grid, known.distance, points, declaration.clearance)
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())
+
+
+HEAD = ("situation", "engine", "ends", "contact", "nearest", "path", "error", "time", "recoveries")
+
+
+def rows(names: Sequence[str], engines: Sequence[str], seeds: range, *, each: bool) -> Iterator[str]:
+    """Yield the rows of the table."""
+    yield "| " + " | ".join(HEAD) + " |\n|" + "---|" * len(HEAD)
+    for name in names:
+        for engine in engines:
+            situation = SITUATIONS[name]
+            runs = [drive(situation, engine, seed) for seed in seeds]
+            if each:
+                yield from (f"  {run}" for run in runs)
+            figures = (
+                f"{sum(run.ends for run in runs)} of {len(runs)}",
+                f"{sum(run.contacts > 0 for run in runs)}",
+                f"{min(run.nearest for run in runs):.3f} m",
+                "" if situation.detour or not situation.succeeds else f"{max(run.path for run in runs):.2f}",
+                f"{100 * max(run.error for run in runs):.1f} cm" if situation.succeeds else "",
+                f"{max(run.time for run in runs):.1f} s",
+                f"{max(run.recoveries for run in runs)}",
+            )
+            yield f"| {name} | {engine} | " + " | ".join(figures) + " |"
+
+
+def main() -> None:
+    """Drive and print."""
+    parser = argparse.ArgumentParser(description="Measure the quality of navigation.")
+    parser.add_argument("situations", metavar="SITUATION", nargs="*", default=list(SITUATIONS))
+    parser.add_argument("--seeds", type=int, default=30, metavar="N")
+    parser.add_argument("--first", type=int, default=1000, metavar="N")
+    parser.add_argument("--engines", nargs="+", default=[name for name in ENGINES if find_spec(name)])
+    parser.add_argument("--runs", action="store_true", help="print each run, too")
+    options = parser.parse_args()
+    seeds = range(options.first, options.first + options.seeds)
+    for row in rows(options.situations, options.engines, seeds, each=options.runs):
+        print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()

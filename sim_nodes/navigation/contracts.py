@@ -1,0 +1,165 @@
+"""The contract of planners and controllers, the replaceable parts of a robot's navigation.
+
+A plugin is a class below `Planner` or `Controller`. Its package registers it as an entry point of the group
+`seoro.navigation.planners` or `seoro.navigation.controllers`; a robot's file may also name it as `module:Class`.
+It is made once for each robot, with a `Setup`.
+
+Results depend on inputs and declared state only, so that a run is the same again. Attributes that change are named
+in `STATE` (see `stateful.py`). Random numbers come from `Setup.noise`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sim_nodes.geometry import Array, Pose2
+from sim_nodes.navigation.maps import Grid, NavigationMap
+from sim_nodes.noise import Noise
+from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.robots.kinematics import Velocity
+from sim_nodes.robots.navigation import Parameter
+from sim_nodes.sensors.lidar import Scan
+from sim_nodes.stateful import Stateful
+
+
+class InvalidParameter(ValueError):
+    """A parameter of a plugin is unknown or invalid."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Robot, map and parameters for a plugin.
+
+    Attributes:
+        declaration: Declaration of the robot's base: clearance, drive and `navigation`.
+        known: Map of the world.
+        parameters: Own parameters of the plugin, from the robot's file.
+        noise: Source of random numbers.
+    """
+
+    declaration: MobileDeclaration
+    known: NavigationMap
+    parameters: Mapping[str, Parameter]
+    noise: Noise
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """Inputs of a planner.
+
+    Attributes:
+        grid: Grid of the map.
+        distance: Distance of each cell's centre to the nearest wall or obstacle [m], shape (columns, rows),
+            read-only.
+        start: Pose of the robot in `map`; it may be closer to obstacles than the clearance.
+        goal: Goal in `map`.
+        tick: Tick of the request, for random numbers.
+    """
+
+    grid: Grid
+    distance: Array
+    start: Pose2
+    goal: Pose2
+    tick: int
+
+
+@dataclass(frozen=True)
+class Path:
+    """A path in `map` from the robot to the goal.
+
+    Attributes:
+        points: Points of the path, in order, shape (n, 2), n >= 1 [m].
+    """
+
+    points: Array
+
+    @cached_property
+    def to_go(self) -> Array:
+        """Length of the path from each point to its end [m], shape (n,)."""
+        steps = np.hypot(*np.diff(self.points, axis=0).T)
+        lengths: Array = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+        return lengths
+
+    def nearest(self, x: float, y: float) -> int:
+        """Return the index of the point nearest to another one."""
+        away = self.points - (x, y)
+        return int(np.einsum("ij,ij->i", away, away).argmin())
+
+    def length(self, x: float, y: float) -> float:
+        """Return the length of the way from a point along the path to its end [m]."""
+        index = self.nearest(x, y)
+        return float(self.to_go[index] + np.hypot(*(self.points[index] - (x, y))))
+
+
+class Planner(Stateful, ABC):
+    """Finds paths.
+
+    Args:
+        setup: Robot, map and parameters.
+
+    Raises:
+        InvalidParameter: A parameter is unknown or invalid.
+    """
+
+    @abstractmethod
+    def __init__(self, setup: Setup) -> None: ...
+
+    @abstractmethod
+    def plan(self, request: PlanRequest) -> Path | None:
+        """Return a path whose first point is at the start and whose last one is the goal; None without one.
+
+        All points keep the clearance from walls and obstacles, except around a start that is closer.
+        """
+
+
+@dataclass(frozen=True)
+class ControlInput:
+    """Inputs of a controller.
+
+    Attributes:
+        pose: Localised pose in `map`.
+        velocity: Velocity by odometry.
+        scan: Last scan.
+        remembered: Points of obstacles in `map` that the scan cannot see, shape (n, 2) [m].
+        touched: Whether the bumper is pressed.
+        tick: Present tick.
+    """
+
+    pose: Pose2
+    velocity: Velocity
+    scan: Scan
+    remembered: Array
+    touched: bool
+    tick: int
+
+
+class Controller(Stateful, ABC):
+    """Chooses velocities along a path.
+
+    Args:
+        setup: Robot, map and parameters.
+
+    Raises:
+        InvalidParameter: A parameter is unknown or invalid.
+    """
+
+    @abstractmethod
+    def __init__(self, setup: Setup) -> None: ...
+
+    @abstractmethod
+    def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:
+        """Return the velocity along a path, within the limits of the drive; None to stop because it is blocked.
+
+        Args:
+            path: The path.
+            now: Present inputs.
+            stops: Whether the robot stops at the end of the path.
+        """
+
+    def begin(self) -> None:
+        """Forget the path before: a new goal, or the end of a recovery."""

@@ -1,0 +1,86 @@
+"""Navigation goals, their feedback, and the check of their poses on the map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim_nodes.geometry import Array, Pose2
+from sim_nodes.navigation.maps import Grid, NavigationMap
+from sim_nodes.navigation.planner import ESCAPE_RADIUS
+from sim_nodes.outcomes import operation_failed
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A navigation goal."""
+
+    id: str
+    poses: tuple[Pose2, ...]
+    stop_at_each: bool
+    feedback_period: float = 0.0  # [s]; 0 for no feedback
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """Progress of a goal, with the names of Nav2's feedback."""
+
+    navigation_time: float  # [s] since the goal was accepted
+    distance_remaining: float  # [m] along the plan, then straight between later poses
+    estimated_time_remaining: float  # [s] at the average speed
+    number_of_recoveries: int
+    number_of_poses_remaining: int
+
+
+def check_reachable(poses: tuple[Pose2, ...], start: Pose2, known: NavigationMap, clearance: float) -> None:
+    """Refuse poses that are invalid or unreachable on the map.
+
+    Args:
+        poses: Poses to drive through [m].
+        start: Pose of the robot [m].
+        known: The map.
+        clearance: Distance that the base's origin keeps from walls [m].
+
+    Raises:
+        RequestRefused: The message names the pose and the reason.
+    """
+    from scipy.ndimage import label  # noqa: PLC0415 - slow to load, and not needed until a robot navigates
+
+    numbers: Array
+    numbers, _ = label(known.distance >= clearance, structure=np.ones((3, 3)))
+    regions = _regions_about(start, numbers, known.grid)
+    for pose in poses:
+        regions = regions & {int(numbers[_cell_of_goal(pose, known, clearance)])}
+        if not regions:
+            raise operation_failed(
+                f"goal ({pose.x:.2f}, {pose.y:.2f}) is unreachable on the map from ({start.x:.2f}, {start.y:.2f})"
+            )
+
+
+def _cell_of_goal(pose: Pose2, known: NavigationMap, clearance: float) -> tuple[int, int]:
+    grid = known.grid
+    where = f"goal ({pose.x:.2f}, {pose.y:.2f})"
+    if not grid.contains(pose.x, pose.y):
+        right, top = grid.x + grid.columns * grid.resolution, grid.y + grid.rows * grid.resolution
+        raise operation_failed(
+            f"{where} is outside of the map: x {grid.x:.2f} to {right:.2f} and y {grid.y:.2f} to {top:.2f}"
+        )
+    cell = grid.cell(pose.x, pose.y)
+    room = float(known.distance[cell])
+    if room < clearance:
+        place = "inside" if room == 0.0 else f"{room:.2f} m from"
+        raise operation_failed(
+            f"{where} is {place} an obstacle of the map; expected a clearance of {clearance:.2f} m or more"
+        )
+    return cell
+
+
+def _regions_about(start: Pose2, numbers: Array, grid: Grid) -> set[int]:
+    """Return the connected regions of free floor that a robot can leave to."""
+    column, row = grid.cell(start.x, start.y)
+    if numbers[column, row]:
+        return {int(numbers[column, row])}
+    reach = round(ESCAPE_RADIUS / grid.resolution)
+    near = numbers[max(column - reach, 0) : column + reach + 1, max(row - reach, 0) : row + reach + 1]
+    return {int(region) for region in np.unique(near)} - {0}

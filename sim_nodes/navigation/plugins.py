@@ -1,0 +1,87 @@
+"""Planners and controllers by name: those of seoro, entry points of installed packages, and `module:Class`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import TypeVar
+
+from seoro.bridges.wire.refusal import name_list
+from sim_nodes.navigation.contracts import Controller, InvalidParameter, Planner, Setup
+from sim_nodes.navigation.controller import ArcController
+from sim_nodes.navigation.planner import GridPlanner
+from sim_nodes.outcomes import operation_failed
+
+PLANNERS: Mapping[str, type[Planner]] = {"grid": GridPlanner}
+CONTROLLERS: Mapping[str, type[Controller]] = {"arcs": ArcController}
+
+P = TypeVar("P", bound=Planner | Controller)
+
+
+def find_planner(name: str) -> type[Planner]:
+    """Return a planner by name.
+
+    Raises:
+        RequestRefused: It is unknown, or no planner.
+    """
+    return _find(name, "planner", Planner, PLANNERS)
+
+
+def find_controller(name: str) -> type[Controller]:
+    """Return a controller by name.
+
+    Raises:
+        RequestRefused: It is unknown, or no controller.
+    """
+    return _find(name, "controller", Controller, CONTROLLERS)
+
+
+def make_plugin(kind: type[P], name: str, setup: Setup) -> P:
+    """Make a planner or controller.
+
+    Args:
+        kind: Its class.
+        name: Its name, for messages.
+        setup: Robot, map and parameters.
+
+    Raises:
+        RequestRefused: Its parameters are invalid.
+    """
+    try:
+        return kind(setup)
+    except InvalidParameter as error:
+        raise operation_failed(f"invalid parameters of the navigation plugin {name!r}: {error}") from error
+
+
+def _find(name: str, role: str, base: type[P], own: Mapping[str, type[P]]) -> type[P]:
+    if name in own:
+        return own[name]
+    found = _import(name, role) if ":" in name else _entry_point(name, role, own)
+    if not (isinstance(found, type) and issubclass(found, base)):
+        raise operation_failed(
+            f"{name!r} is not a {role}; expected a class below sim_nodes.navigation.contracts.{base.__name__}"
+        )
+    return found
+
+
+def _import(name: str, role: str) -> object:
+    module, _, attribute = name.partition(":")
+    try:
+        return vars(import_module(module)).get(attribute)
+    except ImportError as error:
+        raise operation_failed(f"cannot import the {role} {name!r}: {error}") from error
+
+
+def _entry_point(name: str, role: str, own: Mapping[str, type[P]]) -> object:
+    group = f"seoro.navigation.{role}s"
+    known = {point.name: point for point in entry_points(group=group)}
+    if name not in known:
+        raise operation_failed(
+            f"unknown {role} {name!r} (known: {name_list({*own, *known})}); expected one of them, an entry point "
+            f"of the group {group}, or module:Class"
+        )
+    try:
+        return known[name].load()
+    except (ImportError, AttributeError) as error:
+        raise operation_failed(f"cannot load the {role} {name!r}: {error}") from error

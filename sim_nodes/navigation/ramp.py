@@ -1,0 +1,40 @@
+"""Limits of accelerations between decisions."""
+
+from __future__ import annotations
+
+from sim_nodes.robots.drive_declaration import DriveDeclaration
+from sim_nodes.robots.kinematics import AT_REST, Velocity
+from sim_nodes.stateful import Stateful
+from sim_nodes.ticks import TICK
+
+
+class Ramp(Stateful):
+    """The velocity of a base, which follows the wanted one within the limits of its drive, tick by tick.
+
+    Attributes:
+        velocity: Present velocity.
+        wanted: Wanted velocity.
+    """
+
+    STATE = ("velocity", "wanted")
+
+    def __init__(self, drive: DriveDeclaration) -> None:
+        self._drive = drive
+        self.velocity = self.wanted = AT_REST
+
+    def stop(self) -> None:
+        """Stop at once, regardless of accelerations."""
+        self.velocity = self.wanted = AT_REST
+
+    def follow(self) -> Velocity:
+        """Return the velocity from this tick on."""
+        dv, dw = self._drive.max_acceleration * TICK, self._drive.max_turn_acceleration * TICK
+        v, w, u = self.velocity
+        limit = self._drive.max_turn_rate
+        turn = min(max(self.wanted.angular, -limit), limit)
+        self.velocity = Velocity(
+            min(max(self.wanted.linear, v - dv), v + dv),
+            min(max(turn, w - dw), w + dw),
+            min(max(self.wanted.lateral, u - dv), u + dv),
+        )
+        return self.velocity
