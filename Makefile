@@ -78,6 +78,7 @@ format: $(VENV)/.dev  ## format the code
 	@$(BIN)/ruff check --fix .
 
 goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the difference
+	@$(BIN)/python -m seoro.bridges.wire.schema
 	@SEORO_UPDATE_GOLDENS=1 $(BIN)/pytest tests/lang/test_diagnostics.py tests/lang/test_explain.py \
 		tests/lang/format/test_formatter.py tests/editors/test_textmate.py
 

@@ -9,7 +9,7 @@ from seoro.actions.ros_support import as_action_failure, member, next_message, s
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.robots import DrivenRobots
+from seoro.runtime.contracts.robots import VelocityCommands
 from seoro.runtime.contracts.ros2 import Ros2System, RosPublisher
 from seoro.runtime.execution.background import BackgroundResource
 from seoro.runtime.functions.actions import action
@@ -36,7 +36,7 @@ class Publishers:
         return self._open[key].value
 
 
-@action("topic_publish", anywhere=Ros2System | DrivenRobots)
+@action("topic_publish", anywhere=Ros2System | VelocityCommands)
 async def topic_publish(
     ctx: ActionContext, topic_name: str, topic_type: str, value: object, qos_profile: EnumValue
 ) -> None:
@@ -63,7 +63,7 @@ async def _command(ctx: ActionContext, topic: str, topic_type: str, value: objec
     with as_action_failure():
         velocity = to_twist(to_members(value, f"a message of {topic}"))
     robot, _, _ = topic.strip("/").rpartition("/")
-    await ctx.ask(ctx.by_name(robot, DrivenRobots).command_velocity(topic, velocity))
+    await ctx.ask(ctx.by_name(robot, VelocityCommands).command_velocity(topic, velocity))
 
 
 @action("wait_for_data", anywhere=Ros2System)

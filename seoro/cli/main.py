@@ -30,6 +30,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "explain": "explain error codes, with examples",
     "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
     "serve": "run an executor: accept scenarios over the network and run them",
+    "check-node": "check whether a simulator node keeps the rules of the protocol",
     "doctor": "check the installation and the network, and suggest fixes",
     "ps": "list the runs of executors",
     "attach": "follow a run on an executor from its first record to its end",
@@ -125,7 +126,7 @@ def _parser(arguments: Sequence[str]) -> Parser:
             if not comes_first:
                 commands.add_parser(name, help=what, add_help=False)
             continue
-        module = import_module(f"seoro.cli.{name}_command")
+        module = import_module(f"seoro.cli.{name.replace('-', '_')}_command")
         command = commands.add_parser(
             name,
             help=what,

@@ -21,11 +21,13 @@ import anyio
 from seoro.bridges.conformance import arms, devices, robots, worlds
 from seoro.bridges.conformance.arms import ArmBench, ArmFacts
 from seoro.bridges.conformance.bench import RULES, Make, Rule, SimulatedBackend, has, started, started_with
+from seoro.bridges.conformance.levels import LEVELS, highest_level, rules_of, unsupported
 from seoro.errors import BackendError, BackendLost, BackendRefused
 from seoro.runtime.contracts.robots import Arms
 
 __all__ = [
     "ARM_RULES",
+    "LEVELS",
     "RULES",
     "ArmFacts",
     "Make",
@@ -36,7 +38,11 @@ __all__ = [
     "check_loss",
     "check_rule",
     "devices",
+    "highest_level",
+    "requirement",
     "robots",
+    "rules_of",
+    "unsupported",
     "worlds",
 ]
 
@@ -66,14 +72,14 @@ async def check_backend(make: Make) -> tuple[str, ...]:
     Raises:
         AssertionError: A rule is broken; the message has the rule, the observed and the expected value.
     """
+    contracts = dict.fromkeys(contract for needed in RULES.values() for contract in needed)
     try:
         async with make() as backend:
-            missing = {contract for needed in RULES.values() for contract in needed if not has(backend, contract)}
+            missing = unsupported(backend, contracts)
     except BackendLost as error:
         raise AssertionError(f"A backend starts at time zero, with its robots at rest. But {error}") from error
-    for rule, needed in RULES.items():
-        if missing.isdisjoint(needed):
-            await check_rule(rule, make)
+    for rule in rules_of(contracts.keys() - set(missing)):
+        await check_rule(rule, make)
     return tuple(sorted(contract.__name__ for contract in missing))
 
 
@@ -94,6 +100,11 @@ async def check_arm(make: Make, facts: ArmFacts) -> None:
         await check_rule(rule, make, facts)
 
 
+def requirement(rule: Rule) -> str:
+    """Return the sentence that a rule checks."""
+    return str(rule.__doc__).partition("\n")[0]
+
+
 async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> None:
     """Check a backend by one rule.
 
@@ -105,7 +116,6 @@ async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> N
     Raises:
         AssertionError: The rule is broken.
     """
-    demand = str(rule.__doc__).partition("\n")[0]
     try:
         if "make" in rule.__annotations__:
             await rule(make)
@@ -116,11 +126,11 @@ async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> N
             async with started_with(make, arms.ARM, partial(ArmBench, facts)) as arm:
                 await rule(arm)
     except AssertionError as error:
-        raise AssertionError(f"{demand} But {error}") from error
+        raise AssertionError(f"{requirement(rule)} But {error}") from error
     except BackendRefused as refused:
-        raise AssertionError(f"{demand} But a request is refused: {refused}") from refused
+        raise AssertionError(f"{requirement(rule)} But a request is refused: {refused}") from refused
     except BackendLost as lost:
-        raise AssertionError(f"{demand} But {lost}") from lost
+        raise AssertionError(f"{requirement(rule)} But {lost}") from lost
 
 
 async def check_loss(make: Make, kill: Callable[[], None]) -> None:

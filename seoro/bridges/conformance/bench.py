@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 from seoro.errors import BackendError, BackendRefused
 from seoro.robotics.geometry import Orientation3D, Pose3D, Position3D, Velocity6D
 from seoro.runtime.contracts.backends import Backend, GoalStatus, Report
-from seoro.runtime.contracts.worlds import Simulation
+from seoro.runtime.contracts.worlds import Frames
 from seoro.runtime.kernel.clock import TimeServer
 
 BOX = "example_simulation://models/box.sdf"  # a cube of 0.3 m, its origin in the middle of its underside
@@ -127,7 +127,7 @@ class Bench:
 
     async def truth(self) -> tuple[float, float, float]:
         """Return the true pose of the robot: x, y [m] and yaw [rad]."""
-        found = await self.cast(Simulation).relative_pose(self.truth_frame, "map", 0.0)
+        found = await self.cast(Frames).relative_pose(self.truth_frame, "map", 0.0)
         return found.position.x, found.position.y, found.orientation.yaw
 
     async def expect_still(self, what: str) -> None:

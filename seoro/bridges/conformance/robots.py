@@ -26,7 +26,7 @@ from seoro.bridges.wire import Result
 from seoro.robotics.geometry import Position3D
 from seoro.runtime.contracts.backends import GoalStatus
 from seoro.runtime.contracts.robots import DrivenRobots, MobileRobots
-from seoro.runtime.contracts.worlds import Simulation
+from seoro.runtime.contracts.worlds import Frames, Simulation
 
 PAUSE = 0.1  # [s] of the machine's clock
 
@@ -48,7 +48,7 @@ async def time_never_goes_back(bench: Bench) -> None:
         expect(found == bench.time, f"at {bench.time} s, a grant to {until} s reached {found} s")
 
 
-@rule(DrivenRobots, Simulation)
+@rule(DrivenRobots, Frames)
 async def time_stands_still_without_grants(bench: Bench) -> None:
     """Between grants nothing moves, even while requests are answered."""
     await bench.cast(DrivenRobots).drive(bench.robot, 0.2, 0.0, 10.0, Reports())
@@ -61,7 +61,7 @@ async def time_stands_still_without_grants(bench: Bench) -> None:
     expect(found == bench.time, f"the time changed from {bench.time} s to {found} s without a grant")
 
 
-@rule(DrivenRobots, Simulation)
+@rule(DrivenRobots, Frames)
 async def requests_apply_at_the_time_of_the_run(make: Make) -> None:
     """Requests apply at the time of the last grant, for short and long grants."""
     poses = []
@@ -222,7 +222,7 @@ async def invalid_watches_are_refused(bench: Bench) -> None:
         await expect_refused(f"a watch for a distance of {length} m", watch)
 
 
-@rule(DrivenRobots, Simulation)
+@rule(DrivenRobots, Frames)
 async def drives_have_their_speed_and_duration(bench: Bench) -> None:
     """A robot that is driven at 0.2 m/s for 2 s has moved 0.4 m within 10 %, has stopped, and reports it once."""
     reports = Reports()
@@ -235,7 +235,7 @@ async def drives_have_their_speed_and_duration(bench: Bench) -> None:
     expect_reported("an ended drive", reports, SUCCEEDED)
 
 
-@rule(DrivenRobots, Simulation)
+@rule(DrivenRobots, Frames)
 async def robots_stand_still_after_a_run(bench: Bench) -> None:
     """Robots stop when the run ends, even in motion, and the run may be ended twice."""
     await bench.cast(DrivenRobots).drive(bench.robot, 0.25, 0.3, 30.0, Reports())

@@ -15,9 +15,9 @@ from seoro.bridges.sim.world import WorldRequests
 from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
-from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots
+from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots, VelocityCommands
 from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
-from seoro.runtime.contracts.worlds import Simulation, Snapshots, Worlds
+from seoro.runtime.contracts.worlds import Frames, Simulation, Snapshots, Worlds
 
 ANY_ACTOR = "osc_actor"
 WORLD_FILES = frozenset({".yaml", ".yml"})
@@ -36,7 +36,9 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
         wire.GET_LOCALIZATION,
         wire.CANCEL_WATCH,
     ),
-    DrivenRobots: (wire.DRIVE, wire.CMD_VEL, wire.CANCEL_GOAL),
+    DrivenRobots: (wire.DRIVE, wire.CANCEL_GOAL),
+    VelocityCommands: (wire.CMD_VEL,),
+    Frames: (wire.GET_RELATIVE_POSE,),
     Arms: (
         wire.FOLLOW_JOINT_TRAJECTORY,
         wire.MOVE_TO_POSE,
@@ -96,7 +98,12 @@ class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
 
     def serves(self, contract: type) -> bool:
         """Whether the node serves all verbs of a contract."""
-        return all(verb.name in self.features.features for verb in CAPABILITIES.get(contract, ()))
+        return not self.missing_verbs(contract)
+
+    def missing_verbs(self, contract: type) -> tuple[str, ...]:
+        """Return the names of the verbs of a contract that the node does not serve."""
+        needed = CAPABILITIES.get(contract, ())
+        return tuple(verb.name for verb in needed if verb.name not in self.features.features)
 
     def senses_contacts(self, robot: str) -> bool:
         """See `ContactSensing`."""

@@ -101,7 +101,7 @@ class RobotRequests(Requests):
         return await self.start(wire.DRIVE, request, report)
 
     async def command_velocity(self, topic: str, velocity: Velocity6D) -> None:
-        """See `DrivenRobots`. A topic without the name of a robot belongs to the first driven robot."""
+        """See `VelocityCommands`. A topic without the name of a robot belongs to the first driven robot."""
         robot, _, name = topic.strip("/").rpartition("/")
         if name != CMD_VEL:
             raise BackendRefused(

@@ -26,7 +26,7 @@ class RobotInfo(Message):
 
     name: str
     kinds: tuple[str, ...]
-    frames: tuple[str, ...]
+    frames: tuple[str, ...] = ()
     devices: tuple[str, ...] = ()
     senses_contacts: bool = False
 
@@ -44,17 +44,17 @@ class SimulatorFeatures(Message):
     keeps the number. Nodes that do not count worlds send 0.
     """
 
-    engine: str
-    engine_version: str
-    version: str  # of seoro
     features: tuple[str, ...]  # names of the served verbs
-    spawn_formats: tuple[str, ...]  # such as "sdf"
-    world: str
-    available_worlds: tuple[str, ...]
     robots: tuple[RobotInfo, ...]
     time: float
     step: float  # length of one physics step [s]
     state: SimulationState
+    world: str
+    available_worlds: tuple[str, ...] = ()
+    spawn_formats: tuple[str, ...] = ()  # such as "sdf"
+    engine: str = ""
+    engine_version: str = ""
+    version: str = ""  # of seoro, or of the node
     world_number: int = 0
     warnings: tuple[str, ...] = ()  # about ignored parts of the files of the world
 

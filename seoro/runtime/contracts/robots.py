@@ -76,6 +76,11 @@ class DrivenRobots(Protocol):
     async def cancel_goal(self, goal: str) -> None:
         """Cancel a goal and stop. Goals that have ended are ignored."""
 
+
+@runtime_checkable
+class VelocityCommands(Protocol):
+    """Robots that follow velocity commands of a topic."""
+
     async def command_velocity(self, topic: str, velocity: Velocity6D) -> None:
         """Publish a velocity command on a robot's topic `cmd_vel`; it is valid for 0.5 s at most."""
 

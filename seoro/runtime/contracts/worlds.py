@@ -9,7 +9,15 @@ from seoro.robotics.geometry import Pose3D, Velocity6D
 
 
 @runtime_checkable
-class Simulation(Protocol):
+class Frames(Protocol):
+    """A simulated world with frames; the true frame of a robot is called NAME_base_link_gt."""
+
+    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
+        """Return the pose `distance` [m] ahead of a frame, in the parent frame."""
+
+
+@runtime_checkable
+class Simulation(Frames, Protocol):
     """A simulated world; terms of ROS `simulation_interfaces`."""
 
     async def spawn_entity(self, name: str, model: str, pose: Pose3D, *, allow_renaming: bool = False) -> str:
@@ -17,9 +25,6 @@ class Simulation(Protocol):
 
     async def spawn_entities(self, entities: Sequence[tuple[str, str, Pose3D]]) -> None:
         """Spawn entities (name, model, pose) in order. A failure does not remove those already spawned."""
-
-    async def relative_pose(self, frame: str, parent_frame: str, distance: float) -> Pose3D:
-        """Return the pose `distance` [m] ahead of a frame, in the parent frame."""
 
     async def delete_entity(self, name: str) -> None:
         """Delete an entity."""

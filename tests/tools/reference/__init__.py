@@ -14,7 +14,7 @@ from tests.tools.reference.codes import codes
 from tests.tools.reference.commands import commands
 from tests.tools.reference.libraries import libraries
 from tests.tools.reference.schemas import lab_file, profile_file, robot_file, world_file
-from tests.tools.reference.verbs import executor_verbs, node_verbs
+from tests.tools.reference.verbs import executor_verbs, node_verbs, result_codes
 
 GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "codes": codes,
@@ -24,6 +24,7 @@ GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "libraries": libraries,
     "node verbs": node_verbs,
     "profile file": profile_file,
+    "result codes": result_codes,
     "robot file": robot_file,
     "world file": world_file,
 }

@@ -21,6 +21,19 @@ def executor_verbs() -> str:
     return _table(EXECUTOR_VERBS.values())
 
 
+def result_codes() -> str:
+    """Return a table of the result codes of refusals."""
+    families = (
+        (wire.Result, "all"),
+        (wire.SpawnResult, "spawning"),
+        (wire.StateResult, "`set_simulation_state`"),
+        (wire.WorldResult, "`load_world`, `unload_world`"),
+        (wire.LabResult, "holds of robots, the node"),
+    )
+    rows = [(str(code.value), code.name, where) for family, where in families for code in family]
+    return table(("code", "name", "verbs"), rows)
+
+
 def _table(verbs: Iterable[Verb[Any, Any]]) -> str:
     rows = [
         (

@@ -1,0 +1,35 @@
+"""Levels of conformance of simulator nodes: from a clock to robots that navigate."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
+
+from seoro.bridges.conformance.bench import RULES, Rule, SimulatedBackend, has
+from seoro.runtime.contracts.robots import DrivenRobots, MobileRobots
+from seoro.runtime.contracts.worlds import Frames, Simulation
+
+LEVELS: Mapping[str, tuple[type, ...]] = MappingProxyType(
+    {
+        "time": (),
+        "drive": (Frames, DrivenRobots),
+        "entities": (Frames, DrivenRobots, Simulation),
+        "navigate": (Frames, DrivenRobots, Simulation, MobileRobots),
+    }
+)
+"""Contracts that each level requires, from the lowest level on."""
+
+
+def rules_of(contracts: Collection[type]) -> tuple[Rule, ...]:
+    """Return the rules that require no other contracts."""
+    return tuple(rule for rule, needed in RULES.items() if set(needed) <= set(contracts))
+
+
+def unsupported(backend: SimulatedBackend, contracts: Collection[type]) -> tuple[type, ...]:
+    """Return the contracts that a backend does not support."""
+    return tuple(contract for contract in contracts if not has(backend, contract))
+
+
+def highest_level(backend: SimulatedBackend) -> str:
+    """Return the highest level of which a backend supports all contracts."""
+    return [level for level, contracts in LEVELS.items() if not unsupported(backend, contracts)][-1]

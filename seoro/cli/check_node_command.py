@@ -1,0 +1,115 @@
+"""`seoro check-node`: check whether a simulator node keeps the rules of the protocol."""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+
+from seoro.cli.arguments import add_keys_argument, add_option
+from seoro.cli.exit_status import Exit
+from seoro.cli.files import count
+from seoro.runtime.trace.jsonl import to_json
+from seoro.text.printable import one_line
+
+EVERYTHING = "all"
+
+EXAMPLES = """examples:
+  seoro check-node tcp/127.0.0.1:7450
+  seoro check-node tcp/127.0.0.1:7450 --level drive
+  seoro check-node tcp/127.0.0.1:7450 --world empty --json
+
+levels, each with the rules of the one before:
+  time      the clock
+  drive     a robot that drives, and its true pose
+  entities  spawning, moving and deleting entities
+  navigate  goals, and watches of positions
+  all       everything that the node supports, also cameras, faults and snapshots
+
+The world is a free and level floor. A robot stands at the origin and faces along x.
+
+exit status: 0 if all rules hold, 1 otherwise"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    from seoro.bridges.conformance import LEVELS  # noqa: PLC0415 - Zenoh, for this command only
+
+    parser.add_argument("endpoint", metavar="ENDPOINT", help="Zenoh endpoint of the node, or of its router")
+    parser.add_argument(
+        "--level",
+        choices=[*LEVELS, EVERYTHING],
+        help="level to check (default: the highest of which the node serves all verbs)",
+    )
+    add_option(parser, "--node NODE", "name of the node (default: the only one)")
+    add_option(parser, "--world WORLD", "world to load for each rule (default: that of the node)")
+    add_option(parser, "--json", "print a JSON object with all rules and results")
+    add_keys_argument(parser)
+
+
+async def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from seoro.bridges.conformance import (  # noqa: PLC0415 - Zenoh, for this command only
+        LEVELS,
+        RULES,
+        check_rule,
+        highest_level,
+        requirement,
+        rules_of,
+    )
+    from seoro.bridges.launch import SimulatorOptions, connect_simulator  # noqa: PLC0415 - the same
+    from seoro.bridges.models import ModelPath  # noqa: PLC0415 - the same
+
+    initial = SimulatorOptions(options.world, 0, ModelPath())
+    make = partial(connect_simulator, options.endpoint, initial, options.node, "a check of conformance")
+    async with make() as node:
+        name, level = node.name, options.level or highest_level(node)
+        every = dict.fromkeys(contract for needed in RULES.values() for contract in needed)
+        supported = {contract for contract in every if node.serves(contract)}
+        contracts = supported if level == EVERYTHING else set(LEVELS[level])
+        missing = sorted({verb for contract in contracts for verb in node.missing_verbs(contract)})
+    report = Report(name, level, options.json)
+    for verb in missing:
+        report.add(f"The node serves the verb `{verb}`.", "its features lack it")
+    for rule in rules_of(contracts & supported):
+        try:
+            await check_rule(rule, make)
+        except AssertionError as error:
+            report.add(requirement(rule), str(error).removeprefix(requirement(rule)).removeprefix(" But "))
+        else:
+            report.add(requirement(rule))
+    return report.finish()
+
+
+class Report:
+    """Prints results as they come, or all of them as JSON.
+
+    Args:
+        node: Name of the node.
+        level: Level of conformance.
+        json: Whether to print JSON at the end.
+    """
+
+    def __init__(self, node: str, level: str, json: bool) -> None:
+        self._node, self._level, self._json = node, level, json
+        self._results: list[tuple[str, str]] = []
+        if not json:
+            print(f"{node}, level `{level}`:", flush=True)
+
+    def add(self, rule: str, fault: str = "") -> None:
+        """Add the result of a rule; an empty fault means that it holds."""
+        self._results.append((rule, fault))
+        if not self._json:
+            print(one_line(f"{'BROKEN' if fault else 'ok':7} {rule}"), flush=True)
+            if fault:
+                print(f"{'':7} But {one_line(fault)}", flush=True)
+
+    def finish(self) -> Exit:
+        """Print the summary; returns the exit status."""
+        broken = sum(bool(fault) for _, fault in self._results)
+        if self._json:
+            rules = [{"rule": rule, "holds": not fault, "fault": fault} for rule, fault in self._results]
+            print(to_json({"node": self._node, "level": self._level, "conforms": not broken, "rules": rules}))
+        else:
+            verdict = "does not conform" if broken else "conforms"
+            print(f"{broken} of {count(len(self._results), 'rule')} broken: {verdict} to level `{self._level}`")
+        return Exit.FAILED if broken else Exit.PASSED
