@@ -72,10 +72,20 @@ def lowest_point(model: BodyModel, state: BodyState) -> float:
 
 def lowest_of(part: Part, state: BodyState) -> float:
     """Return the height of the lowest point of a part of a body in a state [m]."""
-    body = rotation_matrix(state.orientation)
-    centre = float((body @ part.position)[2]) + state.position[2]
-    up = (body @ rotation_matrix(part.orientation))[2]  # the world's z axis in the part's frame
+    centre, up = _height(part, state)
     return centre - reach(part.shape, -up)
+
+
+def highest_of(part: Part, state: BodyState) -> float:
+    """Return the height of the highest point of a part of a body in a state [m]."""
+    centre, up = _height(part, state)
+    return centre + reach(part.shape, up)
+
+
+def _height(part: Part, state: BodyState) -> tuple[float, Array]:
+    """Return the height of a part's origin [m], and the world's z axis in the part's frame, shape (3,)."""
+    body = rotation_matrix(state.orientation)
+    return float((body @ part.position)[2]) + state.position[2], (body @ rotation_matrix(part.orientation))[2]
 
 
 def reach(shape: Shape, direction: Array) -> float:

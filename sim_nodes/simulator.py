@@ -77,7 +77,7 @@ class Simulator:
             self._activate(snapshots.resumed(contents, engine, seed))
         else:
             self._origin, self.source, self.state = start, start, wire.SimulationState.STOPPED
-            self._activate(Simulation(engine, _read(start), seed or 0))
+            self._activate(Simulation(engine, _read(start, seed or 0), seed or 0))
 
     @property
     def simulation(self) -> Simulation:
@@ -132,7 +132,7 @@ class Simulator:
             seed: Seed of all randomness.
         """
         origin = world or self._origin
-        loaded = _read(origin)
+        loaded = _read(origin, seed)
         self._check_supported(loaded)
         before = self._simulation
         try:
@@ -155,7 +155,8 @@ class Simulator:
             world: Name or path; it does not change the world that `load` loads without a name.
             robots: Kinds of required robots by name.
         """
-        present, loaded = self.simulation, _read(world)
+        present = self.simulation
+        loaded = _read(world, present.seed)
         self._check_supported(loaded)
         check_world_change(present, loaded, robots)
         self._check_paused("change_world")
@@ -362,11 +363,11 @@ class Simulator:
         return self._pace.wait(clock, self.simulation.time)
 
 
-def _read(world: str | World) -> World:
+def _read(world: str | World, seed: int) -> World:
     if isinstance(world, World):
         return world
     try:
-        return load_world(world)
+        return load_world(world, seed)
     except WorldError as error:
         code = wire.WorldResult.NO_RESOURCE if error.missing else wire.WorldResult.RESOURCE_PARSE_ERROR
         raise RequestRefused(code, str(error)) from error

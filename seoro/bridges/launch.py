@@ -31,6 +31,7 @@ from seoro.bridges.sim.node import SimulatorNode
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.concurrency.background import background
 from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
+from seoro.files.world_names import WorldName
 from seoro.security.keys.roles import MOVING
 from seoro.security.network.endpoint_keys import node_keys, security_of
 from seoro.security.network.peers import node_signer
@@ -212,7 +213,7 @@ async def _open(address: NodeAddress, options: SimulatorOptions) -> SimulatorNod
         known = f"worlds of {node.name}: {', '.join(features.available_worlds) or 'not reported'}"
         if options.world:
             message = f"the world '{options.world}' cannot be loaded: {error}"
-            is_named = not options.world.endswith((".yaml", ".yml"))  # errors of files contain the advice
+            is_named = not WorldName.parse(options.world).is_file  # errors of files contain the advice
             raise UsageError(message, help=known if is_named else "") from error
         raise UsageError(
             f"{node.name} cannot restart: {error}", help=f"`--world` loads a world instead; {known}"

@@ -11,6 +11,7 @@ from seoro.bundle.worlds import FILE_SCHEME, files_of_world, is_file_uri, is_wor
 from seoro.embed.options import Options
 from seoro.embed.scenarios import Scenario
 from seoro.errors import UsageError
+from seoro.files.world_names import WorldName
 from seoro.lab.selectors import split_selectors
 from seoro.lang.frontend import lower
 from seoro.lang.plan import InvokeAction
@@ -61,10 +62,17 @@ def _named_by(invocation: InvokeAction, mark: Mark, folder: Path) -> Iterator[Re
         if name in mark.uris and is_file_uri(text):
             path = Path(unquote(text.removeprefix(FILE_SCHEME)))
             yield ReferencedFiles([_existing(path, value.span)], is_absolute=True)
-        elif name in mark.uris and is_world_file(text) and Path(text).exists():  # else a file of the simulator
+        elif (
+            name in mark.uris and is_world_file(text) and Path(WorldName.parse(text).world).exists()
+        ):  # else a file of the simulator
             yield ReferencedFiles(files_of_world(text), Path(text).is_absolute())
         elif name in mark.files:
             yield ReferencedFiles([_existing(folder / text, value.span)], Path(text).is_absolute())
+
+
+def _is_world_here(text: str) -> bool:
+    """Return whether a text is a world file on this machine; others are files of the simulator."""
+    return is_world_file(text) and Path(WorldName.parse(text).world).exists()
 
 
 def _existing(path: Path, span: Span) -> Path:

@@ -24,6 +24,7 @@ from seoro.embed.time_limit import PROGRAM_LIMIT, Source, WallLimit
 from seoro.embed.video import VideoOptions
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
+from seoro.files.world_names import WorldName
 from seoro.lang import ast
 from seoro.lang.libraries import Origin, folder_around
 from seoro.lang.loader import Sources, path_of
@@ -286,16 +287,19 @@ def _bundled(
 
 def _simulator(given: Simulator, packer: _Packer) -> wire.BundledSimulator:
     file: Path | None = None
+    parameters = ""
     if given.world is not None:
         if given.name == ROS_SIMULATOR:
             file = file_here(given.world)
         elif is_world_file(given.world):
-            file = Path(given.world)
+            name = WorldName.parse(given.world)
+            file, parameters = Path(name.world), name.parameters
     return wire.BundledSimulator(
         name=given.name,
         endpoint=given.endpoint,
         world=given.world if file is None else None,
         world_file=None if file is None else packer.place(file),
+        world_parameters=parameters or None,
         world_by_uri=file is not None and given.world is not None and is_file_uri(given.world),
         rate=given.rate,
         model_path=_places(given.model_path, packer),

@@ -8,6 +8,7 @@ from typing import Final
 
 from seoro.bridges.executor.messages import MAX_PATH
 from seoro.files.path_mapping import Locate, unchanged_path
+from seoro.files.world_names import WorldName
 
 MAX_NAME: Final = 255  # [bytes] of one part of a path, on most file systems
 ROOT: Final = ""  # the root itself, as a path
@@ -19,7 +20,8 @@ class InvalidPath(Exception):
 
 def is_world_name(world: str) -> bool:
     """Return whether a world is a name known to simulators, not a file."""
-    return "/" not in world and "." not in world
+    name = WorldName.parse(world).world
+    return "/" not in name and "." not in name
 
 
 def check_path(path: str) -> PurePosixPath:

@@ -15,6 +15,7 @@ from seoro.embed.time_limit import WallLimit, wall_limit
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate, unchanged_path
+from seoro.files.world_names import WorldName
 from seoro.lab.reading import read_lab
 
 
@@ -159,7 +160,7 @@ def _simulator(given: wire.BundledSimulator, folder: Path) -> Simulator:
 
 
 def _world(given: wire.BundledSimulator, file: Path) -> str:
-    return file.as_uri() if given.world_by_uri else str(file)
+    return file.as_uri() if given.world_by_uri else str(WorldName(str(file), given.world_parameters or ""))
 
 
 def _ros(given: wire.BundledRos, folder: Path) -> Ros:
@@ -169,7 +170,7 @@ def _ros(given: wire.BundledRos, folder: Path) -> Ros:
 def _lab(given: wire.BundledLab, folder: Path, locate: Locate) -> Lab:
     world = read_lab(folder / given.file).world
     if world is not None and not is_world_name(world):
-        path = locate(Path(world))
+        path = locate(Path(WorldName.parse(world).world))
         if not path.is_relative_to(resolved(folder)) or not path.is_file():
             raise UsageError(f"missing world file {world} of the lab in the bundle", help="name a world")
     return Lab(folder / given.file, given.rate, [folder / path for path in given.model_path])

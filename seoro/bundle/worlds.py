@@ -12,9 +12,9 @@ from urllib.parse import unquote
 
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
+from seoro.files.world_names import WORLD_FILES, WorldName
 
 TIMEOUT: Final = 60.0  # [s]
-SUFFIXES: Final = frozenset({".yaml", ".yml"})
 XML_SUFFIXES: Final = frozenset({".sdf", ".urdf", ".world", ".xml"})
 FILE_ATTRIBUTES: Final = ("file", "filename")  # XML attributes that name files, like the text of `uri`
 FILE_SCHEME: Final = "file://"
@@ -22,7 +22,7 @@ FILE_SCHEME: Final = "file://"
 
 def is_world_file(world: str) -> bool:
     """Return whether a world is a file, not a name known to simulators."""
-    return Path(world).suffix in SUFFIXES
+    return WorldName.parse(world).is_file
 
 
 def is_file_uri(world: str) -> bool:
@@ -45,7 +45,7 @@ def files_of_foreign_world(world: Path) -> list[Path]:
     Raises:
         UsageError: As `files_of_world`, or the file cannot be read.
     """
-    return files_of_world(str(world)) if is_world_file(str(world)) else [*_with_named(world, set())]
+    return files_of_world(str(world)) if world.suffix in WORLD_FILES else [*_with_named(world, set())]
 
 
 def _with_named(file: Path, seen: set[Path]) -> Iterator[Path]:

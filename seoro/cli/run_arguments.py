@@ -17,6 +17,7 @@ from seoro.embed.options import ROS_SIMULATOR, Lab, Leasing, OptionFields, Optio
 from seoro.embed.runnable import Runnable
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
+from seoro.files.world_names import WorldName
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
 _OPTION_NAMES = {"snapshot": "--from-snapshot", "lab": "--lab", "ros": "--ros", "timeout": "--timeout SECONDS"}
@@ -207,10 +208,12 @@ def _world(world: str | None, simulator: str | None) -> str | None:
     if world is None:
         return None
     # Simulators of ROS 2 systems have their own names of worlds, which may look like files.
-    path = Path(world)
-    is_file = (path.suffix != "" or simulator == ROS_SIMULATOR) and path.is_file()
-    is_named_so = simulator != ROS_SIMULATOR and path.suffix in {".yaml", ".yml"}
-    return str(resolved(path)) if is_file or is_named_so else world
+    if simulator == ROS_SIMULATOR:
+        return str(resolved(Path(world))) if Path(world).is_file() else world
+    name = WorldName.parse(world)
+    path = Path(name.world)
+    is_file = name.is_file or (path.suffix != "" and path.is_file())
+    return str(name.replaced(str(resolved(path)))) if is_file else world
 
 
 def overrides_of(settings: Sequence[str]) -> dict[str, str]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from seoro.bridges.addresses import ROS_ROUTER
 from seoro.embed.options import ROS_SIMULATOR, ClockName, Options, Ros, Simulator
 from seoro.errors import UsageError
+from seoro.files.world_names import WorldName
 from seoro.lang.frozen import Value
 from seoro.lang.plan import ActorType, Plan
 from seoro.runtime.contracts.backends import Backend
@@ -65,7 +66,7 @@ async def open_backends(
 
         lab = read_lab(options.lab.file)
         models = ModelPath(options.lab.model_path, options.locate, expands=True)
-        world = lab.world and str(models.locate(Path(lab.world)))
+        world = lab.world and WorldName.parse(lab.world).located(models.locate)
         simulation = SimulatorOptions(world, seed, models)
         opening = partial(
             open_lab, lab, simulation, resets_of(options), _purpose(plan), actor_names(plan), selectors

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seoro.errors import UsageError
+from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.lang.diagnostics import near
 from seoro.lang.frozen import Value
 from seoro.lang.source import SourceFile, Span
@@ -263,15 +264,16 @@ def _simulators(before: Directives, text: str, span: Span) -> Directives:
 def _world(before: Directives, text: str, span: Span) -> Directives:
     if not text:
         raise UsageError("missing world", span, "for example `world maze` or `world worlds/hall.yaml`")
-    if not text.endswith(".yaml"):
-        return replace(before, world=text)
+    name = WorldName.parse(text)
     assert span.file.path is not None
-    file = span.file.path.parent / text
-    if not file.is_file():
+    file = span.file.path.parent / name.world
+    if name.is_file and file.is_file():
+        return replace(before, world=str(name.replaced(os.fspath(file))))
+    if file.suffix in WORLD_FILES:  # others may be names of worlds of ROS 2 systems
         raise UsageError(
-            f"world file not found: `{text}`", span, "paths are relative to the folder of the scenario"
+            f"world file not found: `{name.world}`", span, "paths are relative to the folder of the scenario"
         )
-    return replace(before, world=os.fspath(file))
+    return replace(before, world=text)
 
 
 def _timeout(before: Directives, text: str, span: Span) -> Directives:

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
+from seoro.files.world_names import WorldName
 from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
 from seoro.lab.schema import BridgeFile, LabFile, RobotFile, SimulatorFile
 
@@ -37,7 +38,7 @@ class Lab:
         """World of the simulator; a world file with an absolute path."""
         if self.simulator is None or (world := self.simulator[1].world) is None:
             return None
-        return str(resolved(self._folder / world)) if Path(world).suffix in {".yaml", ".yml"} else world
+        return WorldName.parse(world).located(lambda path: resolved(self._folder / path))
 
     @property
     def bridges(self) -> Mapping[str, BridgeFile]:

@@ -1,6 +1,6 @@
 """Lists the files of a world: its own file, and all files that it names.
 
-    python -m sim_nodes.worlds.files WORLD.yaml
+    python -m sim_nodes.worlds.files WORLD
 
 prints their paths as a JSON list, to copy a world to another machine. As in a node, the world is loaded first,
 so that errors in it are reported here.
@@ -16,24 +16,33 @@ from pathlib import Path
 from seoro.bridges.model_files import gather
 from seoro.bridges.xacro_files import split_arguments
 from seoro.files.yaml_lines import read_text, read_yaml
-from sim_nodes.worlds.loader import WorldError, load_world, read_world_file
+from sim_nodes.worlds.loader import WorldError, load_world, read_described
 
 
-def files_of_world(path: Path) -> Iterator[Path]:
+def files_of_world(world: str) -> Iterator[Path]:
     """Yield the files of a world, the world file first.
+
+    Args:
+        world: Path of its file, perhaps with parameters.
 
     Raises:
         WorldError: A file is missing or invalid, or its path is only valid on this machine.
     """
-    load_world(str(path))
+    load_world(world)
+    file, path = read_described(world)
     yield path
-    file, _ = read_world_file(read_text(path), str(path))
     if isinstance(file.floor_plan, str):
         plan = _relative_file(path, file.floor_plan)
-        yield plan
+        if plan != path:  # a map is a world by itself
+            yield plan
         yield _relative_file(plan, _named(plan, "image"))
     elif file.floor_plan is not None:
-        yield _relative_file(path, file.floor_plan.image)
+        image = _relative_file(path, file.floor_plan.image)
+        if image != path:
+            yield image
+    if file.scene is not None:
+        scene = _relative_file(path, file.scene)
+        yield from (each for each in _model_files(scene) if each != path)
     for robot in file.robots:
         if robot.robot.endswith(".yaml"):
             declaration = _relative_file(path, robot.robot)
@@ -69,9 +78,9 @@ def _named(path: Path, key: str) -> str:
 
 def main(arguments: Sequence[str]) -> int:
     """Print the files of a world; returns the exit status."""
-    [path] = arguments
+    [world] = arguments
     try:
-        found = [str(file) for file in files_of_world(Path(path))]
+        found = [str(file) for file in files_of_world(world)]
     except WorldError as error:
         sys.stderr.write(f"{error}\n")
         return 1

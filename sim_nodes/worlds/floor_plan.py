@@ -22,6 +22,7 @@ from sim_nodes.worlds.schema import FloorPlanFile, check_extent
 MAX_PIXELS = 4_000_000
 MAX_BOXES = 2000
 OPAQUE_16_BIT = 65535.0
+OCCUPIED = 100  # value of an occupied cell in messages and raw maps
 
 Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]  # first column, first row, and those after the last
@@ -67,8 +68,7 @@ def _described(path: Path) -> tuple[FloorPlanFile, tuple[str, ...]]:
 
 
 def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:
-    darkness = _read(folder / plan.image)
-    mask = (1.0 - darkness if plan.negate else darkness) > plan.occupied_thresh
+    mask = _occupied(_read(folder / plan.image), plan)
     boxes = merged(mask)
     if len(boxes) > MAX_BOXES:
         raise FileError(
@@ -83,10 +83,17 @@ def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall
     return tuple(_wall(box, plan, mask.shape[0], height) for box in boxes), extent
 
 
+def _occupied(darkness: NDArray[np.float64], plan: FloorPlanFile) -> Mask:
+    """Return the pixels that are wall, as the map server of ROS 2 (nav2_map_server) decides."""
+    if plan.mode == "raw":
+        return np.asarray(np.round((1.0 - darkness) * 255.0) == OCCUPIED)
+    return np.asarray((1.0 - darkness if plan.negate else darkness) > plan.occupied_thresh)
+
+
 def _read(path: Path) -> NDArray[np.float64]:
     """Read the darkness of the pixels, 0 white to 1 black, shape (rows, columns), the top row first."""
     try:
-        with open_input(path, Kind.FLOOR_PLAN) as file, Image.open(file, formats=("PNG", "PPM")) as image:
+        with open_input(path, Kind.FLOOR_PLAN) as file, Image.open(file, formats=("PNG", "PPM", "JPEG")) as image:
             if image.width * image.height > MAX_PIXELS:
                 raise FileError(
                     f"{path} has {image.width} by {image.height} pixels; expected at most {MAX_PIXELS} altogether"
@@ -95,7 +102,7 @@ def _read(path: Path) -> NDArray[np.float64]:
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
         raise FileError(f"{path} has too many pixels; expected at most {MAX_PIXELS}") from error
     except UnidentifiedImageError as error:
-        raise FileError(f"unsupported image format: {path}; expected PNG or PGM") from error
+        raise FileError(f"unsupported image format: {path}; expected PNG, PGM or JPEG") from error
     except (OSError, ValueError, SyntaxError) as error:  # exceptions of Pillow for broken files
         raise FileError(f"cannot read the floor plan {path}: {error}") from error
 

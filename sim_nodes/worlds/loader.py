@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain, pairwise
+from itertools import chain
 from pathlib import Path
 
 from seoro.files.inputs import Kind, read_input_text
+from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.files.yaml_lines import FileError, Lines, read_yaml
-from sim_nodes.extents import lowest_of, outline
 from sim_nodes.files import bundled_names, validate
-from sim_nodes.geometry import Array, Pose2, Vector, quaternion
-from sim_nodes.physics import BodyState, PlacedRobot, Scene, Wall
+from sim_nodes.geometry import Array, Pose2, quaternion
+from sim_nodes.navigation.maps import build_map
+from sim_nodes.physics import PlacedRobot, Scene, Wall
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.reading import available_robots, load_robot, read_robot
 from sim_nodes.views import Lens, View, looking_at
+from sim_nodes.worlds.poses import START_RADIUS, NamedPose, free_start, read_pose
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
-from sim_nodes.worlds.schema import CameraFile, NamedPoseFile, PropFile, RobotFile, WallFile, WorldFile
+from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
+from sim_nodes.worlds.sources import START, as_world, described
+from sim_nodes.worlds.surroundings import check_names, read_surroundings, static_outlines
 
 FOLDER = Path(__file__).parent
-SUFFIXES = frozenset({".yaml", ".yml"})  # of world files
-OVERHEAD = 0.5  # [m] above the floor; anything that starts higher is above robots and lidar beams
 
 
 class WorldError(Exception):
@@ -31,39 +32,6 @@ class WorldError(Exception):
     def __init__(self, message: str, *, missing: bool = False) -> None:
         super().__init__(message)
         self.missing = missing
-
-
-@dataclass(frozen=True)
-class NamedPose:
-    """A named pose, and the free space around it: lower and upper corner of a box along its axes [m]."""
-
-    name: str
-    description: str
-    tags: tuple[str, ...]
-    place: BodyState
-    room: tuple[Vector, Vector] | None
-
-
-def read_pose(pose: NamedPoseFile, index: int, extent: tuple[float, float, float, float]) -> NamedPose:
-    """Read a named pose of a world file.
-
-    Args:
-        pose: Entry of the file.
-        index: Index of the entry, from 0.
-        extent: Extent of the map: lower x, y, upper x, y [m].
-
-    Raises:
-        FileError: The pose is outside of the world.
-    """
-    at, (left, bottom, right, top) = pose.pose, extent
-    if not (left <= at.x <= right and bottom <= at.y <= top):
-        raise FileError(
-            f"poses.{index}.pose: {pose.name!r} at ({at.x:g}, {at.y:g}) is outside of the world; "
-            f"expected a position from ({left:g}, {bottom:g}) to ({right:g}, {top:g})"
-        )
-    place = BodyState((at.x, at.y, at.z or 0.0), quaternion(at.roll, at.pitch, at.yaw))
-    room = None if pose.bounds is None else (pose.bounds.lower, pose.bounds.upper)
-    return NamedPose(pose.name, pose.description, pose.tags, place, room)
 
 
 @dataclass(frozen=True)
@@ -93,9 +61,8 @@ class World:
 
     @property
     def outlines(self) -> tuple[Array, ...]:
-        """Outlines in the map besides walls: parts of static props, except those above all wheeled robots."""
-        static = [(part, prop.state) for prop in self.props if prop.model.static for part in prop.model.parts]
-        return tuple(outline(part, state) for part, state in static if lowest_of(part, state) < OVERHEAD)
+        """Outlines in the map besides walls; see `static_outlines`."""
+        return static_outlines(self.props)
 
 
 def available_worlds() -> tuple[str, ...]:
@@ -103,104 +70,122 @@ def available_worlds() -> tuple[str, ...]:
     return bundled_names(__package__)
 
 
-def load_world(world: str) -> World:
+def load_world(world: str, seed: int = 0) -> World:
     """Load a world by name or file.
 
     Args:
-        world: One of `available_worlds()`, or the path of a `.yaml` file.
+        world: One of `available_worlds()`, or the path of a file, perhaps with parameters
+            (`seoro.files.world_names`).
+        seed: Seed of the run, for generated worlds.
 
     Raises:
         WorldError: The world is unknown, or its file is invalid.
     """
-    is_bundled = world in available_worlds()
-    path = FOLDER / f"{world}.yaml" if is_bundled else Path(world)
-    if path.suffix not in SUFFIXES:
-        raise _unknown_world(world, path)
+    name, path, source = _locate(world)
+    return parse_world(_text(path, source), source, path.parent, name.parameters, seed)
+
+
+def read_described(world: str) -> tuple[WorldFile, Path]:
+    """Return the content of a world file with its parameters, and its path; other files are not read.
+
+    Raises:
+        WorldError: The world is unknown, or the file is invalid by itself.
+    """
+    name, path, source = _locate(world)
+    file, _ = read_world_file(_text(path, source), source, name.parameters)
+    return file, path
+
+
+def _text(path: Path, source: str) -> str:
     try:
-        text = read_input_text(path, Kind.WORLD)
+        return read_input_text(path, Kind.WORLD) if path.suffix.lower() in WORLD_FILES else described(path)
     except (OSError, UnicodeDecodeError) as error:
-        raise WorldError(f"cannot read the world file {world}: {error}", missing=True) from error
-    return parse_world(text, path.name if is_bundled else world, path.parent)
+        raise WorldError(f"cannot read the world file {source}: {error}", missing=True) from error
 
 
-def _unknown_world(world: str, path: Path) -> WorldError:
+def _locate(world: str) -> tuple[WorldName, Path, str]:
+    """Return the parsed name of a world, the path of its file, and the name of this in messages.
+
+    Raises:
+        WorldError: The world is unknown.
+    """
+    name = WorldName.parse(world)
+    if name.world in available_worlds():
+        file = f"{name.world}.yaml"
+        return name, FOLDER / file, file
+    path = Path(name.world)
+    if name.is_file:
+        return name, path, name.world
     known = ", ".join(available_worlds())
     if path.is_file():
-        return WorldError(
-            f"unsupported world format: {world}; expected a world file (.yaml), "
-            "whose `props` name models in SDF, URDF and MJCF by `model`, and `floor_plan` names images by `image`"
-        )
-    return WorldError(f"unknown world {world!r} (worlds: {known}, or the path of a .yaml file)", missing=True)
-
-
-def _check_no_map(content: object, source: str) -> None:
-    """Refuse a map of the map server as a world; the message shows a world file that names it."""
-    if isinstance(content, dict) and {"image", "resolution"} <= content.keys() and "name" not in content:
-        name = Path(source).name
         raise WorldError(
-            f"{source} is a map, not a world; expected a world file that names it: "
-            f"`name: hall`, `floor_plan: {name}`, and `robots: [{{name: turtlebot4, robot: turtlebot4}}]`"
+            f"unsupported world format: {name.world}; expected a world file (.yaml), a map or picture of a floor "
+            "(.yaml, .png, .pgm, .jpg), or a scene (.sdf, .world, .xml)"
         )
+    raise WorldError(f"unknown world {name.world!r} (worlds: {known}, or the path of a .yaml file)", missing=True)
 
 
-def parse_world(text: str, source: str, folder: Path = Path()) -> World:
+def parse_world(text: str, source: str, folder: Path = Path(), parameters: str = "", seed: int = 0) -> World:
     """Parse the text of a world file.
 
     Args:
         text: Text of the file.
         source: Name of the file in messages.
         folder: Folder that relative file names start from.
+        parameters: Other values of keys; see `set_parameters`.
+        seed: Seed of the run, for generated worlds.
 
     Raises:
         WorldError: The file is invalid; the message lists all errors.
     """
-    file, lines = read_world_file(text, source)
+    file, lines = read_world_file(text, source, parameters)
     try:
-        return _world(file, folder)
+        return _world(file, folder, seed)
     except FileError as error:
         raise WorldError(lines.before(str(error))) from error
 
 
-def read_world_file(text: str, source: str) -> tuple[WorldFile, Lines]:
+def read_world_file(text: str, source: str, parameters: str = "") -> tuple[WorldFile, Lines]:
     """Parse and validate the text of a world file by itself; returns it with its line numbers.
+
+    The text may be a map of the map server, which is a world with a TurtleBot 4.
 
     Raises:
         WorldError: The text is invalid.
     """
     try:
-        content = read_yaml(text, source)
-        _check_no_map(content, source)
+        content = as_world(read_yaml(text, source), source, parameters)
         lines = Lines(text, source)
         return validate(WorldFile, content, lines), lines
     except FileError as error:
         raise WorldError(str(error)) from error
 
 
-def _world(file: WorldFile, folder: Path) -> World:
-    warnings: tuple[str, ...] = ()
-    walls = tuple(part for wall in file.walls for part in _standing(wall, file))
-    extent = file.extent
-    if file.floor_plan is not None:
-        from sim_nodes.worlds.floor_plan import load_floor_plan  # noqa: PLC0415 - pictures, for worlds with one
-
-        planned, covered, warnings = load_floor_plan(file.floor_plan, folder, file.wall_height)
-        walls, extent = (*planned, *walls), extent or covered
-    assert extent is not None, "the schema requires one of the two"
-    robots = _robots(file, folder)
+def _world(file: WorldFile, folder: Path, seed: int) -> World:
+    surroundings = read_surroundings(file, folder, seed)
+    extent = surroundings.extent
+    check_names(file, surroundings)
+    placed = _props(file, folder)
+    props = (*surroundings.props, *chain.from_iterable(placed))
+    poses = (*surroundings.poses, *(read_pose(pose, index, extent) for index, pose in enumerate(file.poses)))
+    starts = {pose.name: pose.place.planar for pose in poses}
+    if START not in starts and any(robot.pose.at == START for robot in file.robots):
+        outlines = static_outlines(props)
+        starts[START] = free_start(build_map(extent, surroundings.walls, outlines), START_RADIUS)
+    robots = _robots(file, folder, starts)
     check_placement(robots, extent)
-    props = _props(file, folder)
     return World(
         file.name,
         extent,
-        walls,
+        surroundings.walls,
         robots,
         {camera.name: _camera(camera) for camera in file.cameras},
-        tuple(chain.from_iterable(props)),
-        tuple(read_pose(pose, index, extent) for index, pose in enumerate(file.poses)),
+        props,
+        poses,
         _entity_tags(file),
         file.description,
         file.tags,
-        (*warnings, *_notes(robots, props)),
+        (*surroundings.warnings, *_notes(robots, placed)),
     )
 
 
@@ -239,11 +224,11 @@ def _entity_tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
     return {name: tuple(of) for name, of in tags.items() if of}
 
 
-def _robots(file: WorldFile, folder: Path) -> tuple[PlacedRobot, ...]:
+def _robots(file: WorldFile, folder: Path, starts: Mapping[str, Pose2]) -> tuple[PlacedRobot, ...]:
     placed = []
     for index, robot in enumerate(file.robots):
         declaration = _declaration(robot.robot, f"robots.{index}.robot", folder)
-        pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
+        pose = _start(robot, index, starts)
         if robot.pose.z and not declaration.fixed:
             raise FileError(f"robots.{index}.pose.z: unexpected z: a {robot.robot} stands on the floor; remove it")
         if robot.battery is not None:
@@ -255,6 +240,16 @@ def _robots(file: WorldFile, folder: Path) -> tuple[PlacedRobot, ...]:
             declaration = declaration.model_copy(update={"mobile": mobile})
         placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
     return tuple(placed)
+
+
+def _start(robot: RobotFile, index: int, starts: Mapping[str, Pose2]) -> Pose2:
+    pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
+    if robot.pose.at is None:
+        return pose
+    if robot.pose.at not in starts:
+        known = ", ".join([*starts, *({START} - starts.keys())])
+        raise FileError(f"robots.{index}.pose.at: unknown pose {robot.pose.at!r} (poses: {known})")
+    return starts[robot.pose.at].compose(pose)
 
 
 def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
@@ -281,18 +276,3 @@ def _camera(camera: CameraFile) -> View:
     else:
         orientation = quaternion(camera.roll, camera.pitch, camera.yaw)
     return View(camera.position, orientation, Lens(camera.fov, camera.width, camera.height))
-
-
-def _standing(wall: WallFile, file: WorldFile) -> list[Wall]:
-    """Return the boxes of a wall; segments are extended by half the thickness, which closes the corners."""
-    height = wall.height or file.wall_height
-    if wall.center is not None and wall.size is not None:
-        return [Wall(wall.name, *wall.center, wall.yaw, *wall.size, height)]
-    assert wall.points is not None
-    thickness = wall.thickness or file.wall_thickness
-    boxes = []
-    for (ax, ay), (bx, by) in pairwise(wall.points):
-        length = math.hypot(bx - ax, by - ay) + thickness
-        yaw = math.atan2(by - ay, bx - ax)
-        boxes.append(Wall(wall.name, (ax + bx) / 2, (ay + by) / 2, yaw, length, thickness, height))
-    return boxes

@@ -12,6 +12,7 @@ from sim_nodes.files import NAME, Declared
 from sim_nodes.models.xml_reading import FRICTIONS, MASSES, SIZES
 from sim_nodes.robots.declaration import BatteryDeclaration
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
+from sim_nodes.worlds.generation.schema import GenerateFile
 
 MAX_WALLS = 500
 MAX_ROBOTS = 64
@@ -64,8 +65,13 @@ class WallFile(Declared):
 
 
 class PoseFile(Declared):
-    """Initial pose of a robot [m, rad]; `z` is the height of a fixed one."""
+    """Initial pose of a robot [m, rad]; `z` is the height of a fixed one.
 
+    With `at`, the name of a pose of the world, x, y and yaw are relative to that pose. `start` is the free
+    position nearest to the origin of the map, unless the world has a pose of this name.
+    """
+
+    at: Name | None = None
     x: Coordinate = 0.0
     y: Coordinate = 0.0
     z: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
@@ -128,16 +134,16 @@ class FloorPlanFile(Declared):
     """A floor plan, in the format of the ROS map server.
 
     Pixels darker than `occupied_thresh` (0 white, 1 black) are wall. Other pixels are floor, also the
-    unknown pixels of a map server.
+    unknown pixels of a map server. With the mode `raw`, pixels of the value 100 are wall, without thresholds.
     """
 
-    image: str  # PNG or PGM, relative to the folder of the file
+    image: str  # PNG, PGM or JPEG, relative to the folder of the file
     resolution: Annotated[float, Field(ge=0.005, le=1.0)]  # [m] per pixel
     origin: tuple[Coordinate, Coordinate, float]  # corner of the lower left pixel: x, y [m], yaw [rad]
     negate: bool = False  # whether light pixels are wall
     occupied_thresh: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.65
     free_thresh: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.25
-    mode: Literal["trinary"] = "trinary"
+    mode: Literal["trinary", "scale", "raw"] = "trinary"  # `scale` has the walls of `trinary`
 
     @model_validator(mode="after")
     def _thresholds(self) -> Self:
@@ -210,6 +216,8 @@ class WorldFile(Declared):
     tags: Tags = ()
     extent: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None  # lower x, y, upper x, y
     floor_plan: FloorPlanFile | str | None = None  # or the name of a map file of the map server
+    generate: GenerateFile | None = None
+    scene: str | None = None  # an SDF, MJCF or URDF file, whose bodies are props
     wall_height: Length = 0.5
     wall_thickness: Annotated[float, Field(ge=0.02, le=2.0)] = 0.1
     walls: Annotated[tuple[WallFile, ...], Field(max_length=MAX_WALLS)] = ()
@@ -220,8 +228,11 @@ class WorldFile(Declared):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.extent is None and self.floor_plan is None:
-            raise ValueError("expected either `extent` or `floor_plan` of a world")
+        sources = (self.floor_plan, self.generate, self.scene)
+        if self.extent is None and sources == (None, None, None):
+            raise ValueError("expected `extent`, `floor_plan`, `generate` or `scene` of a world")
+        if self.generate is not None and (self.extent, self.floor_plan, self.scene) != (None, None, None):
+            raise ValueError("unexpected `extent`, `floor_plan` or `scene` beside `generate`, which makes them")
         if self.extent is not None:
             check_extent(self.extent)
         names = [robot.name for robot in self.robots]

@@ -142,7 +142,7 @@ def test_an_absolute_path_in_a_world_file_is_refused(tmp_path: Path) -> None:
 
 
 def test_an_invalid_world_name_is_refused(tmp_path: Path) -> None:
-    simulator = Simulator(name="mujoco", world="hall.world")
+    simulator = Simulator(name="mujoco", world="hall.txt")
     with pytest.raises(UsageError, match="expected the name of a world, or a world file"):
         bundle(write(tmp_path / "main.osc"), Options(simulator=simulator))
 

@@ -19,7 +19,7 @@ def workshop(tmp_path: Path) -> Path:
 
 
 def test_files_of_a_world_include_plan_robots_and_models(workshop: Path) -> None:
-    found = {path.name for path in files_of_world(workshop)}
+    found = {path.name for path in files_of_world(str(workshop))}
     assert found == {
         "workshop.yaml", "plan.yaml", "plan.png", "cart.yaml", "cart.urdf", "shelf.urdf", "trestle.xml",
     }  # fmt: skip
@@ -28,7 +28,7 @@ def test_files_of_a_world_include_plan_robots_and_models(workshop: Path) -> None
 def test_files_of_a_world_include_the_image_of_an_inline_plan(workshop: Path) -> None:
     plan = "{image: plan.png, resolution: 0.05, origin: [-4.0, -3.0, 0.0]}"
     workshop.write_text(f"name: bare\nfloor_plan: {plan}\n")
-    assert {path.name for path in files_of_world(workshop)} == {"workshop.yaml", "plan.png"}
+    assert {path.name for path in files_of_world(str(workshop))} == {"workshop.yaml", "plan.png"}
 
 
 def test_files_of_a_world_include_the_meshes_of_models(workshop: Path) -> None:
@@ -38,13 +38,13 @@ def test_files_of_a_world_include_the_meshes_of_models(workshop: Path) -> None:
     shelf = workshop.parent / "shelf.urdf"
     mesh = '<visual><geometry><mesh filename="meshes/wedge.stl"/></geometry></visual></link>'
     shelf.write_text(shelf.read_text().replace("</link>", mesh, 1))
-    assert meshes / "wedge.stl" in files_of_world(workshop)
+    assert meshes / "wedge.stl" in files_of_world(str(workshop))
 
 
 def test_missing_files_are_reported(workshop: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (workshop.parent / "cart.urdf").unlink()
     with pytest.raises(WorldError, match=r"cart\.urdf"):
-        list(files_of_world(workshop))
+        list(files_of_world(str(workshop)))
     assert main([str(workshop)]) == 1
     assert "cart.urdf" in capsys.readouterr().err
 

@@ -16,7 +16,17 @@ START, VIA, BOX, GOAL = (0.0, 0.0), (1.5, -1.5), (2.0, -2.0), (3.0, -3.0)
 
 
 def test_bundled_worlds_are_listed_and_load() -> None:
-    assert available_worlds() == ("arm_cell", "corridor", "empty", "hall", "maze", "rooms")
+    assert available_worlds() == (
+        "arm_cell",
+        "corridor",
+        "empty",
+        "hall",
+        "labyrinth",
+        "maze",
+        "obstacle_field",
+        "office",
+        "rooms",
+    )
     for name in available_worlds():
         world = load_world(name)
         assert world.name == name

@@ -94,6 +94,7 @@ class BundledSimulator(ExecutorMessage):
     model_path: tuple[PathText, ...] = ()
     snapshot: PathText | None = None
     world_file: PathText | None = None  # replaces the name of a world
+    world_parameters: Text | None = None  # of that file, see `seoro.files.world_names`
     world_by_uri: bool = False  # whether the simulator receives that file as `file://`
 
 

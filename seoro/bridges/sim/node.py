@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from seoro.bridges import wire
@@ -14,13 +13,13 @@ from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.world import WorldRequests
 from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
+from seoro.files.world_names import WorldName
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
 from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots, VelocityCommands
 from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
 from seoro.runtime.contracts.worlds import Frames, Simulation, Snapshots, Worlds
 
 ANY_ACTOR = "osc_actor"
-WORLD_FILES = frozenset({".yaml", ".yml"})
 CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
     MobileRobots: (
         wire.SET_INITIAL_POSE,
@@ -176,5 +175,4 @@ class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
 
 def _portable_path(world: str, locate: Locate) -> str:
     """Return the name of a world, or the absolute path of its file: the node may run in another folder."""
-    path = Path(world)
-    return str(resolved(locate(path))) if path.suffix in WORLD_FILES else world
+    return WorldName.parse(world).located(lambda path: resolved(locate(path)))

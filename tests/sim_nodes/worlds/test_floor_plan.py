@@ -124,11 +124,11 @@ def test_a_plan_with_many_walls_loads(engine: str, tmp_path: Path) -> None:
     ("plan", "words"),
     [
         ("{image: plan.png}", "floor_plan"),
-        (f"{{{PLAN}, mode: raw}}", "mode"),
+        (f"{{{PLAN}, mode: colour}}", "mode"),
         (f"{{{PLAN}, occupied_thresh: 0.2}}", "expected `free_thresh` below"),
         (f"{{{PLAN.replace('0.05', '0')}}}", "resolution"),
         (f"{{{PLAN.replace('plan.png', 'none.png')}}}", "floor_plan: cannot read the floor plan"),
-        (f"{{{PLAN.replace('plan.png', 'text.png')}}}", "expected PNG or PGM"),
+        (f"{{{PLAN.replace('plan.png', 'text.png')}}}", "expected PNG, PGM or JPEG"),
         (f"{{{PLAN.replace('plan.png', 'cut.png')}}}", "cannot read the floor plan"),
         (f"{{{PLAN.replace('plan.png', 'noise.png')}}}", "boxes; expected at most 2000"),
         (f"{{{PLAN.replace('plan.png', 'large.png')}}}", "expected at most 4000000 altogether"),
@@ -152,5 +152,5 @@ def test_an_invalid_plan_is_refused_with_the_key(plan: str, words: str, tmp_path
 
 
 def test_a_world_requires_an_extent() -> None:
-    with pytest.raises(WorldError, match="either `extent` or `floor_plan`"):
+    with pytest.raises(WorldError, match="expected `extent`, `floor_plan`, `generate` or `scene`"):
         parse_world("name: w\n", "w")

@@ -33,7 +33,7 @@ def test_worlds_are_listed_with_descriptions(empty: Client) -> None:
 def test_worlds_of_folders_are_listed_by_paths_that_load_them(empty: Client, tmp_path: Path) -> None:
     (tmp_path / "yards").mkdir()
     (tmp_path / "yards" / "yard.yaml").write_text(YARD)
-    (tmp_path / "map.yaml").write_text("image: map.png\nresolution: 0.05\n")
+    (tmp_path / "robot.yaml").write_text("model: cart\n")
     worlds = found(empty, str(tmp_path), "here")
     path = str(tmp_path.resolve() / "yards" / "yard.yaml")
     assert worlds.names == (*available_worlds(), path)
