@@ -6,7 +6,7 @@ Packages are Python packages with models; missing ones are skipped. By default: 
 dm_control and gymnasium_robotics, which are installed for this only. Each model is added to an empty world, and
 simulated for 0.1 s. MJCF files that MuJoCo itself refuses are not counted: they are parts of other files, or lack
 their meshes. Those of pybullet_data are counted, since they are made for PyBullet. Prints a table of counts, and
-the reasons of refusals with an example of each.
+the reasons of refusals with an example of each. MJCF files without a body, such as floors, are not counted either.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ DURATION = 0.1  # [s]
 LIMIT = 120.0  # [s] for one model
 LOADED = "loaded"
 INCOMPLETE = "MuJoCo refuses the file itself"
+EMPTY = "found no shapes besides floors"
 
 
 class Case(NamedTuple):
@@ -56,7 +57,7 @@ class Case(NamedTuple):
 
 
 def load(case: Case) -> tuple[str, float]:
-    """Load a model into an engine; returns `LOADED`, `INCOMPLETE` or the reason why not, and the duration [s]."""
+    """Load a model into an engine; returns `LOADED`, or the reason why not, and the duration [s]."""
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, sys.stderr.fileno())  # warnings of engines
     start = time.perf_counter()
@@ -76,6 +77,8 @@ def load(case: Case) -> tuple[str, float]:
     except (InvalidModel, RequestRefused) as error:
         whole = case.package == MADE_FOR_PYBULLET or case.path.suffix != ".xml" or _is_whole(case.path)
         reason = str(getattr(error, "message", error))
+        if case.path.suffix == ".xml" and reason.startswith(EMPTY):
+            return EMPTY, time.perf_counter() - start
         return reason if whole else INCOMPLETE, time.perf_counter() - start
     except UnstablePhysics as error:
         return f"unstable: {error}", time.perf_counter() - start
@@ -160,12 +163,16 @@ def main() -> None:
             slowest[case.engine] = max(slowest.get(case.engine, (0.0, case)), (seconds, case))
     print(f"{'package':<20} {'format':<6} {'engine':<9} {'models':>6} {'loaded':>6} {'share':>6}")
     for (package, form, engine), counts in sorted(reasons.items()):
-        total = counts.total() - counts[INCOMPLETE]
+        total = counts.total() - counts[INCOMPLETE] - counts[EMPTY]
         print(f"{package:<20} {form:<6} {engine:<9} {total:>6} {counts[LOADED]:>6} {counts[LOADED] / total:>6.1%}")
     refused = sum(reasons.values(), Counter())
-    print(f"\nnot counted for an engine: {refused[INCOMPLETE]} files that MuJoCo refuses itself\nnot loaded:")
+    engines = len({engine for _, _, engine in reasons})
+    incomplete, empty = refused[INCOMPLETE] // engines, refused[EMPTY] // engines
+    print(
+        f"\nnot counted: {incomplete} MJCF files that MuJoCo refuses itself, {empty} without a body\nnot loaded:"
+    )
     for kind, count in refused.most_common():
-        if kind not in (LOADED, INCOMPLETE):
+        if kind not in (LOADED, INCOMPLETE, EMPTY):
             print(
                 f"{count:>5}  {kind[:150]}\n       such as {examples[kind].path.name} in {examples[kind].engine}"
             )

@@ -8,9 +8,9 @@ from types import MappingProxyType
 from seoro.bridges.wire.refusal import name_list
 from sim_nodes.models.cache import ModelCache, key_of
 from sim_nodes.models.scenes import SceneBody, read_bodies
+from sim_nodes.models.settings import FROM_FILE, ModelSettings
 from sim_nodes.models.xml_reading import invalid
 from sim_nodes.physics import BodyModel
-from sim_nodes.views import Colour
 
 FORMATS = ("sdf", "urdf", "mjcf")
 CACHED = 256 << 20  # [bytes] of all models that were read last
@@ -18,20 +18,19 @@ NO_FILES: Mapping[str, bytes] = MappingProxyType({})
 
 
 def parse_model(
-    text: str, files: Mapping[str, bytes] = NO_FILES, *, static: bool = False, colour: Colour | None = None
+    text: str, files: Mapping[str, bytes] = NO_FILES, settings: ModelSettings = FROM_FILE
 ) -> BodyModel:
     """Parse the text of an SDF, URDF or MJCF file with one body.
 
     Args:
         text: Text of the file.
         files: Files that it names, by virtual path (`seoro.bridges.model_files`).
-        static: Whether the body is static regardless of the file.
-        colour: Colour of the whole body; None for the colours of the file.
+        settings: Settings of the reader.
 
     Raises:
         RequestRefused: The format is unknown, or the text is invalid or has several bodies or unsupported parts.
     """
-    bodies = parse_bodies(text, files, static=static, colour=colour)
+    bodies = parse_bodies(text, files, settings)
     if len(bodies) > 1:
         names = name_list(body.name for body in bodies)
         raise invalid(f"found {len(bodies)} bodies in the file that move apart: {names}; expected one")
@@ -39,7 +38,7 @@ def parse_model(
 
 
 def parse_bodies(
-    text: str, files: Mapping[str, bytes] = NO_FILES, *, static: bool = False, colour: Colour | None = None
+    text: str, files: Mapping[str, bytes] = NO_FILES, settings: ModelSettings = FROM_FILE
 ) -> tuple[SceneBody, ...]:
     """Parse the text of an SDF, URDF or MJCF file, perhaps with several bodies that move freely.
 
@@ -48,8 +47,7 @@ def parse_bodies(
     Args:
         text: Text of the file.
         files: Files that it names, by virtual path (`seoro.bridges.model_files`).
-        static: Whether the bodies are static regardless of the file.
-        colour: Colour of all bodies; None for the colours of the file.
+        settings: Settings of the reader.
 
     Returns:
         The bodies, at least one.
@@ -57,8 +55,8 @@ def parse_bodies(
     Raises:
         RequestRefused: The format is unknown, or the text is invalid or has unsupported parts.
     """
-    key = key_of(text, files, static, colour)
-    bodies = _cache.get(key, lambda: read_bodies(text, files, static=static, colour=colour, apart=False))
+    key = key_of(text, files, settings)
+    bodies = _cache.get(key, lambda: read_bodies(text, files, settings, apart=False))
     if not bodies:
         raise invalid("found no shapes besides floors in the model; expected one or more")
     return bodies

@@ -20,6 +20,7 @@ from seoro.bridges.wire.refusal import name_list
 from sim_nodes.geometry import Array, Vector, quaternion, rotated, vector
 from sim_nodes.inertia import inertia_tensor, masses_by_volume, volume
 from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.settings import ModelSettings
 from sim_nodes.models.urdf import (
     frame_of,
     link_of,
@@ -52,28 +53,25 @@ SCALES = (-1e6, 1e6)
 MAX_SHAPES = 1000
 
 
-def canonical_model(
-    robot: Any, files: Mapping[str, bytes], *, static: bool = False, colour: Colour | None = None
-) -> BodyModel:
+def canonical_model(robot: Any, files: Mapping[str, bytes], settings: ModelSettings) -> BodyModel:
     """Bring a URDF into canonical form.
 
     Args:
         robot: Root element.
         files: Files of the model by virtual path.
-        static: Whether the body is static even if the file has masses.
-        colour: Colour of all visuals; None for those of the file.
+        settings: Settings of the reader.
 
     Raises:
         RequestRefused: The model is invalid.
     """
-    return _Writer(robot, files, colour).write(static=static)
+    return _Writer(robot, files, settings).write()
 
 
 class _Writer:
     """Writes the canonical form of a URDF."""
 
-    def __init__(self, robot: Any, files: Mapping[str, bytes], colour: Colour | None) -> None:
-        self._robot, self._files, self._colour = robot, files, colour
+    def __init__(self, robot: Any, files: Mapping[str, bytes], settings: ModelSettings) -> None:
+        self._robot, self._files, self._settings, self._colour = robot, files, settings, settings.colour
         self._out = Element("robot", name=robot.get("name") or "model")
         self._ignored: set[str] = set()
         self._notes: dict[str, None] = {}
@@ -86,7 +84,7 @@ class _Writer:
         self._first_colour: Colour | None = None
         self._shapes = 0
 
-    def write(self, *, static: bool) -> BodyModel:
+    def write(self) -> BodyModel:
         robot = self._robot
         links = {link.get("name"): link for link in robot.findall("link")}
         if None in links or len(links) != len(robot.findall("link")):
@@ -97,7 +95,9 @@ class _Writer:
         root = _root(links, [child for _, _, child, _ in joints])
         hung = {child: (parent, frame) for _, parent, child, frame in joints}
         is_solid = robot.find("link/collision") is not None
-        is_static = static or not is_solid or _given_mass(links[root]) == 0.0 or _is_world(links[root])
+        is_static = (
+            self._settings.static or not is_solid or _given_mass(links[root]) == 0.0 or _is_world(links[root])
+        )
         parts: list[Part] = []
         mass = 0.0
         for name, link in links.items():
@@ -263,6 +263,7 @@ class _Writer:
 
     def _mesh(self, shape: Any, what: str, *, solid: bool) -> list[tuple[str, Mesh]]:
         """Return the pieces of a mesh, with the names of their assets."""
+        from sim_nodes.models.decomposition import decomposed  # noqa: PLC0415 - as below
         from sim_nodes.models.meshes import hull, load_pieces, to_stl  # noqa: PLC0415 - robots without meshes start sooner
 
         path = virtual_path(shape.get("filename") or "")
@@ -275,6 +276,8 @@ class _Writer:
         if key not in self._meshes:
             pieces = load_pieces(self._files, path, key[1], solid=solid)
             if solid:
+                if self._settings.decompose:
+                    pieces = [convex for piece in pieces for convex in decomposed(piece)]
                 pieces = [hull(piece) for piece in pieces]
             named = [(f"mesh{len(self._assets) + index}.stl", piece) for index, piece in enumerate(pieces)]
             self._assets |= {name: to_stl(piece) for name, piece in named}

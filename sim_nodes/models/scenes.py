@@ -10,8 +10,8 @@ from typing import Any
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.settings import FROM_FILE, ModelSettings
 from sim_nodes.physics import BodyModel, BodyState, Mjcf
-from sim_nodes.views import Colour
 
 MAX_BODIES = 200  # of a file
 LONGEST = 48  # [characters] of the name of a body, so that those of entities can begin with another name
@@ -47,7 +47,7 @@ class _Body:
 
 
 def split_scene(
-    text: str, files: Mapping[str, bytes], *, static: bool = False, colour: Colour | None = None
+    text: str, files: Mapping[str, bytes], settings: ModelSettings = FROM_FILE
 ) -> tuple[SceneBody, ...]:
     """Split a scene into bodies that move independently.
 
@@ -58,8 +58,7 @@ def split_scene(
     Args:
         text: Text of the file in SDF, MJCF or URDF.
         files: Files that it names, by virtual path (`seoro.bridges.model_files`).
-        static: Whether all bodies are static regardless of the file.
-        colour: Colour of all bodies; None for the colours of the file.
+        settings: Settings of the reader.
 
     Returns:
         The bodies, static ones first; none if the file has a floor only.
@@ -67,19 +66,18 @@ def split_scene(
     Raises:
         RequestRefused: The format is unknown, or the text is invalid or has unsupported parts.
     """
-    return read_bodies(text, files, static=static, colour=colour, apart=True)
+    return read_bodies(text, files, settings, apart=True)
 
 
 def read_bodies(
-    text: str, files: Mapping[str, bytes], *, static: bool, colour: Colour | None, apart: bool
+    text: str, files: Mapping[str, bytes], settings: ModelSettings, *, apart: bool
 ) -> tuple[SceneBody, ...]:
     """Read the bodies of a file; see `split_scene`.
 
     Args:
         text: Text of the file.
         files: Files that it names, by virtual path.
-        static: Whether all bodies are static regardless of the file.
-        colour: Colour of all bodies; None for the colours of the file.
+        settings: Settings of the reader.
         apart: Whether bodies on joints to the world are bodies of their own, and a single model of SDF has its own
             frame. Otherwise, all that hangs on the world is one body.
 
@@ -90,7 +88,9 @@ def read_bodies(
 
     found, names = [], _Names()
     for body in _bodies(xml.parse_xml(text), files, apart=apart):
-        read = canonical_model(body.urdf, body.meshes, static=static, colour=colour)
+        if settings.decompose and body.mjcf is not None:
+            raise xml.invalid("unexpected `decompose` for MJCF; expected a model in URDF or SDF")
+        read = canonical_model(body.urdf, body.meshes, settings)
         model = replace(read, mjcf=body.mjcf, notes=(*read.notes, *body.notes))
         place, turn = body.frame
         found.append(SceneBody(names.add(body.name), model, BodyState(place, turn)))

@@ -154,6 +154,10 @@ def _piece(mjcf: Mjcf, model: Any, group: _Group, notes: tuple[str, ...]) -> Pie
         unwanted += [*world.geoms, *world.sites]
     for element in [*unwanted, *spec.keys, *spec.cameras, *spec.lights]:  # these may look at other bodies
         spec.delete(element)
+    names = {body.name for body in spec.bodies}
+    for skin in list(spec.skins):
+        if skin.file or not names.issuperset(skin.bodyname):  # a file may name any body
+            spec.delete(skin)
     _delete_unused_assets(spec)
     frame = xml.ORIGIN
     if len(group.tops) == 1 and not group.is_base:

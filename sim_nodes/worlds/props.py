@@ -17,6 +17,7 @@ from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.geometry import quaternion, vector
 from sim_nodes.models import parse_bodies
 from sim_nodes.models.scenes import SceneBody
+from sim_nodes.models.settings import ModelSettings
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, PlacedRobot, Shape, Sphere
 from sim_nodes.spawning import placed_bodies
 from sim_nodes.worlds.schema import PropFile
@@ -72,7 +73,7 @@ def _bodies(prop: PropFile, index: int, folder: Path) -> tuple[SceneBody, ...]:
         return (SceneBody(prop.name, model, BodyState((0.0, 0.0, 0.0))),)
     try:
         found = gather(folder / prop.model, expands=True)
-        return parse_bodies(found.text, found.files, static=prop.static, colour=colour)
+        return parse_bodies(found.text, found.files, ModelSettings(prop.static, colour, prop.decompose))
     except InvalidModel as error:
         raise FileError(f"props.{index}.model: {error}") from error
     except RequestRefused as error:

@@ -110,6 +110,7 @@ class PropFile(Declared):
     model: str | None = None  # an SDF, URDF or MJCF file, relative to the folder of the world
     mass: Annotated[float, Field(ge=MASSES[0], le=MASSES[1])] | None = None  # [kg] of a shape
     static: bool = False  # overrides the file of a model
+    decompose: bool = False  # concave meshes of a model into convex pieces
     friction: Annotated[float, Field(ge=FRICTIONS[0], le=FRICTIONS[1])] = 1.0  # of a shape
     colour: tuple[Share, Share, Share] | None = None  # red, green, blue, from 0 to 1
     pose: BodyPoseFile = BodyPoseFile()
@@ -127,6 +128,8 @@ class PropFile(Declared):
                 raise ValueError("unexpected `mass` or `friction`: a model has them in its file")
         elif "static" in self.model_fields_set:
             raise ValueError("unexpected `static`: only models have it; a shape without `mass` is static")
+        elif "decompose" in self.model_fields_set:
+            raise ValueError("unexpected `decompose`: only models have meshes")
         return self
 
 

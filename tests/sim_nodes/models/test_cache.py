@@ -3,6 +3,7 @@ from __future__ import annotations
 from sim_nodes.models import parse_model
 from sim_nodes.models.cache import ModelCache, key_of
 from sim_nodes.models.scenes import SceneBody
+from sim_nodes.models.settings import ModelSettings
 from sim_nodes.physics import BodyModel, BodyState, Hull, Part
 from tests.sim_nodes.client import BOX
 
@@ -47,4 +48,4 @@ def test_keys_depend_on_everything_that_is_read() -> None:
     ]
     assert len(set(keys)) == len(keys)
     assert parse_model(BOX) is parse_model(BOX)
-    assert parse_model(BOX) is not parse_model(BOX, static=True)
+    assert parse_model(BOX) is not parse_model(BOX, settings=ModelSettings(static=True))

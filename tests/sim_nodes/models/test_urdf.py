@@ -12,6 +12,7 @@ from sim_nodes.__main__ import ENGINES
 from sim_nodes.extents import bounding_box
 from sim_nodes.geometry import quaternion
 from sim_nodes.models import parse_model
+from sim_nodes.models.settings import ModelSettings
 from sim_nodes.physics import BodyModel, Box, Cylinder, Sphere
 from tests.sim_nodes.client import Client, pose
 
@@ -131,7 +132,7 @@ def test_shape_poses_match_those_of_mujoco() -> None:
 
 
 def test_static_bodies_need_no_mass() -> None:
-    model = parse_model(urdf(link(BALL)), static=True)
+    model = parse_model(urdf(link(BALL)), settings=ModelSettings(static=True))
     assert model.static
     assert model.parts[0].shape == Sphere(0.1)
 
