@@ -1,4 +1,4 @@
-"""`python -m sim_nodes ENGINE`: start a simulator node."""
+"""`python -m sim_nodes ENGINE`: start a simulator node; `python -m sim_nodes inspect MODEL`: describe a robot."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from sim_nodes.physics import Engine
 from sim_nodes.simulator import Simulator
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
+INSPECT = "inspect"
 INVALID = 2  # exit status for an invalid command line or an unusable argument
 
 
@@ -49,9 +50,14 @@ INSTALLED = "seoro.engines"  # entry point group of packages with other engines
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a node until it is stopped; returns the exit status."""
+    """Run a node until it is stopped, or inspect a robot; returns the exit status."""
     gc.enable()
-    options = _parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    if given[:1] == [INSPECT]:
+        from sim_nodes.robots.inspection_text import main as inspect  # noqa: PLC0415 - for this command only
+
+        return inspect(given[1:])
+    options = _parser().parse_args(given)
     log_to_stderr("%(name)s: %(levelname)s: %(message)s")
     listen = None if options.connect else options.listen or DEFAULT_ENDPOINT
     node = options.node or options.engine

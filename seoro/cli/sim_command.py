@@ -1,15 +1,17 @@
-"""`seoro sim`: start a simulator node."""
+"""`seoro sim`: start a simulator node, or inspect a robot."""
 
 from __future__ import annotations
 
 import argparse
 import os
 import sys
+from typing import NoReturn
 
 from seoro.cli.arguments import add_keys_argument, add_option, option_texts, rate, seed
 from seoro.cli.files import node_file
 from seoro.errors import UsageError
 
+INSPECT = "inspect"
 DEFAULT_WORLD = "maze"
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7450"
 
@@ -17,6 +19,8 @@ EXAMPLES = """examples:
   seoro sim mujoco --world maze
   seoro exec obstacle.osc --connect tcp/127.0.0.1:7450      (in another terminal)
   seoro sim --from-snapshot out/entrance.snapshot --rate 1
+  seoro sim inspect robot.urdf
+  seoro sim inspect robot.urdf --declaration > robot.yaml
 
 Ctrl-C ends the simulator."""
 
@@ -27,7 +31,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "name",
         nargs="?",
         metavar="NAME",
-        help="simulator: mujoco, pybullet, or that of an installed package (default: that of the snapshot)",
+        help="simulator: mujoco, pybullet, or that of an installed package (default: that of the snapshot); "
+        "`inspect` to describe a robot instead",
+    )
+    parser.add_argument(
+        "model",
+        nargs="?",
+        metavar="MODEL",
+        help="with `inspect`: model of a robot (URDF, SDF or MJCF), declaration (.yaml), or name of a robot",
     )
     add_option(parser, "--world WORLD", f"name or file of the world (default: {DEFAULT_WORLD})")
     add_option(
@@ -50,6 +61,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "advances time)",
         type=rate,
     )
+    add_option(parser, "--drive KIND", "with `inspect`: kind of drive (default: by the wheels of the model)")
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="with `inspect`: print JSON")
+    form.add_argument(
+        "--declaration", action="store_true", help="with `inspect`: print a declaration to start from"
+    )
     add_keys_argument(parser)
     add_option(
         parser,
@@ -65,6 +82,9 @@ def run(options: argparse.Namespace) -> int:
     from seoro.bridges.session import is_secured  # noqa: PLC0415 - the same
     from seoro.security.network.listener import node_name  # noqa: PLC0415 - Zenoh, for this command only
 
+    if options.name == INSPECT:
+        _inspect(options)
+    _check_inspection_only(options)
     name, arguments = _initial_state(options)
     check_installed(name)
     endpoint = options.connect or options.listen or DEFAULT_ENDPOINT
@@ -74,6 +94,34 @@ def run(options: argparse.Namespace) -> int:
     arguments += option_texts(options, ("seed", "listen", "connect", "node", "rate", "model_path"))
     arguments += ["--stop-file", str(node_file("simulators", options.node or name, endpoint, "stop.json"))]
     os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", name, *arguments])  # noqa: S606
+
+
+def _inspect(options: argparse.Namespace) -> NoReturn:
+    """Replace this process by the inspection.
+
+    Raises:
+        UsageError: The model is missing.
+    """
+    if options.model is None:
+        raise UsageError("missing model to inspect", help="for example `seoro sim inspect robot.urdf`")
+    arguments = [options.model, *option_texts(options, ("drive",))]
+    arguments += [f"--{form}" for form in ("json", "declaration") if getattr(options, form)]
+    os.execv(sys.executable, [sys.executable, "-m", "sim_nodes", INSPECT, *arguments])  # noqa: S606
+
+
+def _check_inspection_only(options: argparse.Namespace) -> None:
+    """Refuse what belongs to `inspect`.
+
+    Raises:
+        UsageError: There is such an argument.
+    """
+    given = (f"--{name}" for name in ("drive", "json", "declaration") if getattr(options, name))
+    found = options.model or next(given, None)
+    if found is not None:
+        raise UsageError(
+            f"unexpected argument `{found}`: only `seoro sim inspect MODEL` takes it",
+            help="see `seoro sim --help`",
+        )
 
 
 def _initial_state(options: argparse.Namespace) -> tuple[str, list[str]]:

@@ -127,7 +127,7 @@ def planar_drives_go_straight(make: Make) -> None:
         engine = built_drive(make, kind, Pose2(-1.0, 1.0, math.pi / 2))
         command(engine, kind, Velocity(0.3, 0.0), 10.0)
         found = engine.body_state(ROBOT)
-        expect_near(f"the distance of an {kind.value} drive in 10 s [m]", found.position[1] - 1.0, 3.0, 0.06)
+        expect_near(f"the distance of the drive {kind.value} in 10 s [m]", found.position[1] - 1.0, 3.0, 0.06)
         expect_near("the distance off the line [m]", found.position[0], -1.0, 0.01)
         expect_near("the heading [rad]", found.planar.yaw, math.pi / 2, 0.01)
         expect_near("the height of the base [m]", found.position[2], 0.0, 2e-3)
@@ -141,7 +141,7 @@ def planar_drives_turn_in_place(make: Make) -> None:
         engine = built_drive(make, kind)
         command(engine, kind, Velocity(0.0, 1.0), 3.0)
         found = engine.body_state(ROBOT)
-        expect_near(f"the heading of an {kind.value} drive after 3 s [rad]", found.planar.yaw, 3.0, 0.15)
+        expect_near(f"the heading of the drive {kind.value} after 3 s [rad]", found.planar.yaw, 3.0, 0.15)
         expect_near("the place after 3 s", found.position, (0.0, 0.0, 0.0), 0.02)
 
 

@@ -101,14 +101,14 @@ class PlanarDrive(DriveLimits):
             value = getattr(self, name)
             if (self.kind is of) != (value > 0.0):
                 wanted = "more than 0" if self.kind is of else "none"
-                raise ValueError(f"invalid `{name}` {value:g} of an {kind} drive; expected {wanted}")
+                raise ValueError(f"invalid `{name}` {value:g} of the drive `{kind}`; expected {wanted}")
         names = [joint for wheel in self.wheels for joint in (wheel.joint, wheel.steering) if joint is not None]
         if len(set(names)) < len(names):
             raise ValueError("duplicate joint of a wheel")
         steered = [wheel for wheel in self.wheels if wheel.steering is not None]
         if bool(steered) != (self.kind is DriveKind.ACKERMANN):
             wanted = "one wheel or more with `steering`" if not steered else "wheels without `steering`"
-            raise ValueError(f"expected {wanted} in an {kind} drive")
+            raise ValueError(f"expected {wanted} in the drive `{kind}`")
         if any(wheel.x < 1e-3 for wheel in steered):
             raise ValueError("expected steered wheels ahead of the base's origin, which is on the rear axle")
         return self

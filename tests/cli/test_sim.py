@@ -100,3 +100,31 @@ def test_an_invalid_rate_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
         main(["sim", "mujoco", "--rate", "fast"])
     assert ended.value.code == 2
     assert "expected a positive number, or max, found 'fast'" in capsys.readouterr().err
+
+
+def test_a_robot_is_inspected_by_the_node(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[str] = []
+
+    def replace(_: str, command: Sequence[str]) -> None:
+        given.extend(command[1:])
+        raise SystemExit(0)
+
+    monkeypatch.setattr(os, "execv", replace)
+    with pytest.raises(SystemExit):
+        main(["sim", "inspect", "robot.urdf", "--drive", "ackermann", "--declaration"])
+    assert given == ["-m", "sim_nodes", "inspect", "robot.urdf", "--drive=ackermann", "--declaration"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["inspect"], "missing model to inspect"),
+        (["mujoco", "robot.urdf"], "unexpected argument `robot.urdf`"),
+        (["mujoco", "--json"], "unexpected argument `--json`"),
+    ],
+)
+def test_arguments_of_inspections_are_checked(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["sim", *arguments]) == 2
+    assert words in capsys.readouterr().err

@@ -107,7 +107,7 @@ def test_own_values_replace_derived_ones(tmp_path: Path) -> None:
     ("urdf", "drive", "more", "words"),
     [
         (makers.two_wheels(), "hover", "", "unknown `drive` 'hover'; expected ackermann, differential"),
-        (makers.two_wheels(), "ackermann", "", "found 2 driven wheels of an ackermann drive; expected 3"),
+        (makers.two_wheels(), "ackermann", "", "found 2 driven wheels for the drive `ackermann`; expected 3"),
         (makers.two_wheels(), "omnidirectional", "", "found: left_joint, right_joint"),
         (makers.two_wheels().replace("continuous", "fixed"), "differential", "", "found: none"),
         (

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from seoro.bridges.wire.refusal import name_list
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import Urdf
+from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
 from sim_nodes.robots.derive.mobile import BODY_FRICTION, KINDS, DerivedRobot, derive_mobile
 from sim_nodes.robots.derive.model import read_model
 from sim_nodes.robots.derive.rewriting import source_text
@@ -47,20 +48,33 @@ def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
 
 def long_form(robot: DerivedRobot) -> dict[str, object]:
     """Return a derived declaration as the content of a file, without defaults and the files of the model."""
-    mobile = robot.mobile.model_dump(mode="json", exclude_defaults=True)
-    drive = robot.mobile.drive
-    mobile["drive"] = {"kind": drive.kind.value, **drive.model_dump(mode="json", exclude_defaults=True)}
-    if robot.mobile.footprint is not None:
-        mobile["footprint"] = [list(corner) for corner in robot.mobile.footprint.corners]
     content: dict[str, object] = {
         "kinds": list(KINDS),
         "base_link": robot.base_link,
         "body_friction": BODY_FRICTION,
         "low_friction_links": list(robot.low_friction_links),
-        "mobile": mobile,
+        "mobile": _mobile_form(robot.mobile),
         "cameras": [camera.model_dump(mode="json", exclude_defaults=True) for camera in robot.cameras],
     }
     return {key: value for key, value in content.items() if value != []}
+
+
+def declared_form(declaration: RobotDeclaration) -> dict[str, object]:
+    """Return a declaration as the content of a file, without defaults and the files of the model."""
+    files = {"source", "urdf", "meshes", "notes", "model"}
+    content = declaration.model_dump(mode="json", exclude_defaults=True, exclude=files)
+    if declaration.mobile is not None:
+        content["mobile"] = _mobile_form(declaration.mobile)
+    return content
+
+
+def _mobile_form(mobile: MobileDeclaration) -> dict[str, object]:
+    content: dict[str, object] = mobile.model_dump(mode="json", exclude_defaults=True)
+    drive = mobile.drive.model_dump(mode="json", exclude_defaults=True)
+    content["drive"] = {"kind": mobile.drive.kind.value} | drive
+    if mobile.footprint is not None:
+        content["footprint"] = [list(corner) for corner in mobile.footprint.corners]
+    return content
 
 
 def merged(derived: Content, own: Content) -> dict[str, object]:

@@ -63,7 +63,7 @@ def _check_wheels(kind: DriveKind, used: Sequence[Wheel], found: Sequence[Wheel]
     if len(used) < least:
         names = name_list(wheel.joint.name for wheel in found) if found else "none"
         raise xml.invalid(
-            f"found {len(used)} driven wheels of an {kind.value} drive; expected {least} or more. Wheels are "
+            f"found {len(used)} driven wheels for the drive `{kind.value}`; expected {least} or more. Wheels are "
             f"round links on the floor with continuous joints about level axes, found: {names}. Declare `mobile` "
             "with all keys instead of `drive`, or correct the model"
         )
@@ -72,7 +72,7 @@ def _check_wheels(kind: DriveKind, used: Sequence[Wheel], found: Sequence[Wheel]
         if not steered or len(steered) == len(used):
             raise xml.invalid(
                 f"found {len(steered)} of {len(used)} wheels with a steering joint; expected those of the front "
-                "axle of an ackermann drive"
+                "axle for the drive `ackermann`"
             )
 
 

@@ -77,8 +77,8 @@ def _lidar(
         x, y = base.place(position)
         return LidarDeclaration(
             link=link,
-            x=round(x, DIGITS),
-            y=round(y, DIGITS),
+            x=round(x, DIGITS) + 0.0,  # not -0.0
+            y=round(y, DIGITS) + 0.0,
             yaw=round(wrap(yaw_of(orientation) - base.yaw), DIGITS),
             beams=_beams(element),
             rate=min(50.0, _number(element, "update_rate", 10.0)),
