@@ -153,7 +153,8 @@ def drive(situation: Situation, engine: str, seed: int) -> Run:
     base = simulation.robot(ROBOT).mobile
     start = simulation.frames.true_pose(ROBOT)
     base.set_initial_pose(start, simulation.tick)
-    waiting, boxes = list(situation.boxes), []
+    waiting = list(situation.boxes)
+    boxes: list[Pose2] = []
     contacts, outcome, message = 0, None, "under way"
     goal = Goal("goal", (situation.goal,), stop_at_each=False)
     goes = False

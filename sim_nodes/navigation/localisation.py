@@ -8,7 +8,8 @@ scans only, never the true pose.
 
 A lost robot searches the whole map: with many particles, and nearly uniform weights, so that one scan does not
 discard a place. Particles may still gather in a place that only looks alike. So a pose is accepted only if nearly
-all beams of the scan end near something on the map. Otherwise, and if the particles do not converge for long, the
+all beams of the scan end near something on the map, and the scan fits nowhere else as well.
+Otherwise, and if the particles do not converge for long, the
 search restarts. After the third search, the condition is relaxed each time, because unmapped objects may hide the
 map. Random particles while scans fit worse than before (augmented filter, table 8.3) are off unless a robot's
 declaration enables them, as in Nav2.
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.navigation.maps import NavigationMap
+from sim_nodes.navigation.place_search import best_places, refined
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.sensors.lidar import Scan
@@ -137,6 +139,9 @@ STRICT_SEARCHES = 3  # number of searches after which each one allows twice as m
 ASTRAY_SHARE = 0.4  # of misfit beams from which nearby poses are tried
 BETTER = 0.5  # maximum ratio of misfits at a nearby pose that is adopted
 AROUND = (0.3, 0.3, 0.5)  # standard deviations of nearby poses [m, m, rad]
+DISTINCT = 0.02  # difference of the mean log likelihood of beams by which one place is better than another
+FREE_STRIDE = 3  # of the free cells that are compared
+RIVAL_SPREAD = (0.1, 0.1, 0.05)  # standard deviations of particles at a place that fits better [m, m, rad]
 LONGEST_SEARCH = 60  # updates, two turns in place, after which a search restarts
 
 
@@ -279,9 +284,27 @@ class Localisation(Stateful):
         gathered = found.share >= FOUND_SHARE and found.deviation <= FOUND_DEVIATION
         relaxed = 2.0 ** max(0, self._searches - STRICT_SEARCHES)
         if gathered and self._misfit(found.pose, scan) <= MISFIT_SHARE * relaxed:
-            self._lost = False
+            self._accept_best_place(found, scan, random)
         elif gathered or self._updates >= LONGEST_SEARCH:
             self._begin_search(random)
+
+    def _accept_best_place(self, found: Estimate, scan: Scan, random: np.random.Generator) -> None:
+        """Finish the search, unless the scan fits better or as well in another place of the map.
+
+        The particles move to a place that fits better. If places are alike, the search continues.
+        """
+        places = best_places(self._grid.points(self._free[::FREE_STRIDE]), scan, self._rate_points)
+        here = refined(found.pose, scan, self._rate_points)
+        rival = next((place for place in places if not place.is_same(found.pose)), None)
+        if rival is None or here.fit >= rival.fit + DISTINCT:
+            self._lost = False
+        elif rival.fit >= here.fit + DISTINCT:
+            spread = random.standard_normal((self._parameters.max_particles, 3)) * np.array(RIVAL_SPREAD)
+            self.particles = np.array(rival.pose) + spread
+
+    def _rate_points(self, x: Array, y: Array) -> Array:
+        likelihood: Array = self._log_likelihood[self._framed.cells(x, y)]
+        return likelihood
 
     def _misfit(self, pose: Pose2, scan: Scan) -> float:
         """Return the share of beams that do not end near anything on the map, for a pose."""
