@@ -56,7 +56,7 @@ async def nav_to_pose(
 ) -> None:
     """Drive to a pose."""
     refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "navigate_to_pose"))
-    await _drive(ctx, robot, (goal_pose,), stop_at_each=False, success_on_acceptance=success_on_acceptance)
+    await drive_through(ctx, robot, (goal_pose,), stop_at_each=False, success_on_acceptance=success_on_acceptance)
 
 
 @action("differential_drive_robot.nav_through_poses", home=MobileRobots, uses=BASE)
@@ -72,7 +72,7 @@ async def nav_through_poses(
     refuse_unless(
         namespace_override=(namespace_override, ""), action_topic=(action_topic, "navigate_through_poses")
     )
-    await _drive(ctx, robot, goal_poses, stop_at_each=False, success_on_acceptance=success_on_acceptance)
+    await drive_through(ctx, robot, goal_poses, stop_at_each=False, success_on_acceptance=success_on_acceptance)
 
 
 @action("differential_drive_robot.follow_waypoints", home=MobileRobots, uses=BASE)
@@ -90,12 +90,29 @@ async def follow_waypoints(
     if loop_count < 0:
         raise ActionFailed(f"invalid `loop_count`: expected at least 0, found {loop_count}")
     poses = list(goal_poses) * (loop_count + 1)
-    await _drive(ctx, robot, poses, stop_at_each=True, success_on_acceptance=success_on_acceptance)
+    await drive_through(ctx, robot, poses, stop_at_each=True, success_on_acceptance=success_on_acceptance)
 
 
-async def _drive(
-    ctx: ActionContext, robot: Actor, poses: Sequence[Pose3D], *, stop_at_each: bool, success_on_acceptance: bool
+async def drive_through(
+    ctx: ActionContext,
+    robot: Actor,
+    poses: Sequence[Pose3D],
+    *,
+    stop_at_each: bool,
+    success_on_acceptance: bool = False,
 ) -> None:
+    """Drive a robot through poses.
+
+    Args:
+        ctx: Context of the action.
+        robot: The robot.
+        poses: Poses in order, at least one.
+        stop_at_each: Whether to stop at each pose, not only at the last.
+        success_on_acceptance: Whether the action ends as soon as the goal is accepted.
+
+    Raises:
+        ActionFailed: `poses` is empty, or the robot does not arrive.
+    """
     if not poses:
         raise ActionFailed("no goal pose given; expected at least one")
     robots, name = ctx.home(robot, MobileRobots)

@@ -17,7 +17,7 @@ from seoro.files.world_names import WorldName
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
 from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots, VelocityCommands
 from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
-from seoro.runtime.contracts.worlds import Frames, Simulation, Snapshots, Worlds
+from seoro.runtime.contracts.worlds import Frames, NamedPoses, Simulation, Snapshots, Worlds
 
 ANY_ACTOR = "osc_actor"
 CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
@@ -59,6 +59,7 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
         wire.RESET_SIMULATION,
     ),
     Worlds: (wire.CHANGE_WORLD,),
+    NamedPoses: (wire.GET_NAMED_POSES,),
     Cameras: (
         wire.SPAWN_CAMERA,
         wire.GET_CAMERAS,

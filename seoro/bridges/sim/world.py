@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.model_files import ModelFiles
@@ -48,6 +48,11 @@ class WorldRequests(Requests):
         spawned = await self.ask(wire.SPAWN_ENTITY, self._entity(name, model, pose, allow_renaming))
         self._report_warnings(spawned)
         return spawned.name
+
+    async def named_poses(self) -> Mapping[str, Pose3D]:
+        """See `NamedPoses`."""
+        found = await self.ask(wire.GET_NAMED_POSES, wire.TagsFilter())
+        return {named.name: named.pose for named in found.poses}
 
     async def spawn_entities(self, entities: Sequence[tuple[str, str, Pose3D]]) -> None:
         """See `Simulation`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 from seoro.robotics.geometry import Pose3D, Velocity6D
@@ -53,6 +53,14 @@ class Worlds(Protocol):
         world may not have. Spawned entities are deleted and robots lose their state. A world without a robot that
         an actor of the run uses is refused.
         """
+
+
+@runtime_checkable
+class NamedPoses(Protocol):
+    """A simulated world with named poses."""
+
+    async def named_poses(self) -> Mapping[str, Pose3D]:
+        """Return the named poses of the present world in `map`, in the order of its file."""
 
 
 @runtime_checkable
