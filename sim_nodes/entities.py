@@ -5,16 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from seoro.bridges.wire import Category, SpawnResult, WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
+from sim_nodes.agents.agent import Agent
 from sim_nodes.cameras import Cameras
 from sim_nodes.departures import is_within
 from sim_nodes.extents import FLOOR_TOLERANCE, BoundingBox, bounding_box, lowest_point
 from sim_nodes.files import NAME
 from sim_nodes.geometry import Vector
+from sim_nodes.models.scenes import SceneBody
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
-from sim_nodes.physics import BodyModel, BodyState, Engine, ManyBodies
+from sim_nodes.physics import BodyModel, BodyState, DrivesBodies, Engine, ManyBodies
 from sim_nodes.robots.urdf_check import parts_of_robot
 from sim_nodes.spawning import Spawned, SpawnRequest, first_free, placed_bodies
 from sim_nodes.stateful import Stateful
@@ -23,6 +26,7 @@ from sim_nodes.worlds.loader import World
 from sim_nodes.worlds.props import check_start_poses
 
 MAX_SPAWNED = 1000
+NO_AGENTS: Mapping[str, Agent] = MappingProxyType({})
 RESERVED = frozenset({"floor", "map", "odom", "base_link", "world"})
 
 
@@ -42,39 +46,48 @@ class Entities(Stateful):
         engine: Engine that has the entities.
         world: The world.
         seed: Seed of the simulation.
+        agents: People and carts of the world.
 
     Raises:
-        RequestRefused: A robot or a movable prop overlaps something.
+        RequestRefused: A robot, a person, a cart or a movable prop overlaps something.
 
     Attributes:
+        agents: People and carts by name, also spawned ones, in the order of their bodies in the engine.
         spawned: Spawned bodies by name, in order.
         cameras: All cameras; the free ones are entities.
     """
 
-    STATE = ("spawned", "cameras", "_infos")
+    STATE = ("agents", "spawned", "cameras", "_infos")
 
-    def __init__(self, engine: Engine, world: World, seed: int) -> None:
+    def __init__(self, engine: Engine, world: World, seed: int, agents: Mapping[str, Agent] = NO_AGENTS) -> None:
         self._engine = engine
         self._world = world
         self._robots = {robot.name: robot for robot in world.robots}
         self._walls = frozenset(wall.name for wall in world.walls)
         self._props = {prop.name: prop.model for prop in world.props}
+        self.agents = dict(agents)
         self._add_props(world)
         check_start_poses(engine, world.name, world.robots)
-        self._of_world = self._robots.keys() | self._walls | self._props.keys()
+        self._of_world = self._robots.keys() | self._walls | self._props.keys() | agents.keys()
         self.spawned: dict[str, Spawned] = {}
         self._infos: dict[str, EntityInfo] = {}  # set by clients
         self.cameras = Cameras(engine, world, seed)
 
     def _add_props(self, world: World) -> None:
-        for prop in world.props:
-            self._engine.add_body(prop.name, prop.model, prop.state)
-        for prop in world.props:
-            overlapping = () if prop.model.static else self._engine.overlaps(prop.name)
-            if overlapping:
+        if self.agents and not isinstance(self._engine, DrivesBodies):
+            raise feature_unsupported(
+                f"the engine {self._engine.name} does not move people and carts; the world {world.name} has "
+                f"{name_list(self.agents)}"
+            )
+        agents = [(name, agent.model, agent.state) for name, agent in self.agents.items()]
+        for name, model, state in (*((prop.name, prop.model, prop.state) for prop in world.props), *agents):
+            self._engine.add_body(name, model, state)
+        checked = [("prop", prop.name, prop.state) for prop in world.props if not prop.model.static]
+        for kind, name, state in (*checked, *(("person or cart", name, state) for name, _, state in agents)):
+            if overlapping := self._engine.overlaps(name):
                 raise RequestRefused(
                     WorldResult.RESOURCE_PARSE_ERROR,
-                    f"{world.name}: the prop {_at(prop.name, prop.state)} overlaps {name_list(overlapping)}",
+                    f"{world.name}: the {kind} {_at(name, state)} overlaps {name_list(overlapping)}",
                 )
 
     def start_run(self) -> None:
@@ -83,8 +96,9 @@ class Entities(Stateful):
 
     @property
     def bodies(self) -> Mapping[str, BodyModel]:
-        """Props and spawned bodies by name."""
-        return {**self._props, **{name: spawned.model for name, spawned in self.spawned.items()}}
+        """Props, people, carts and spawned bodies by name."""
+        agents = {name: agent.model for name, agent in self.agents.items()}
+        return {**self._props, **agents, **{name: spawned.model for name, spawned in self.spawned.items()}}
 
     def info(self, name: str) -> EntityInfo:
         """Return the description and tags of an entity: those last set, or the initial ones."""
@@ -104,6 +118,10 @@ class Entities(Stateful):
             return EntityInfo(Category.STATIC_OBJECT, "walls of the world", tags)
         if name in self.cameras.free:
             return EntityInfo(Category.OBJECT, "a camera", tags)
+        agent = self.agents.get(name)
+        if agent is not None:
+            category = Category.HUMAN if agent.is_person else Category.DYNAMIC_OBJECT
+            return EntityInfo(category, "a person" if agent.is_person else "a cart", agent.tags)
         category = Category.STATIC_OBJECT if self.bodies[name].static else Category.DYNAMIC_OBJECT
         if name in self._props:
             return EntityInfo(category, "a prop of the world", tags)
@@ -129,6 +147,7 @@ class Entities(Stateful):
     def movable(self) -> dict[str, float]:
         """Return the movable bodies, with the times at which they were spawned [s]; 0 for props."""
         props = {name: 0.0 for name, model in self._props.items() if not model.static}
+        props |= dict.fromkeys(self.agents, 0.0)
         return props | {name: body.time for name, body in self.spawned.items() if not body.model.static}
 
     def is_movable(self, name: str) -> bool:
@@ -245,6 +264,7 @@ class Entities(Stateful):
                 self._engine.remove_body(name)
         for name in names:
             del self.spawned[name]
+            self.agents.pop(name, None)
             self._infos.pop(name, None)
 
     def spawn_camera(self, name: str, lens: Lens, place: BodyState) -> str:
@@ -267,6 +287,16 @@ class Entities(Stateful):
         if entity in self._walls | self.cameras.free:
             raise feature_unsupported(f"cameras follow robots and bodies; {entity!r} is neither")
         self.cameras.follow(camera, entity, offset)
+
+    def spawn_agent(self, name: str, agent: Agent, time: float) -> None:
+        """Spawn a person at its initial pose.
+
+        Raises:
+            RequestRefused: See `spawn`.
+        """
+        body = SceneBody("body", agent.model, BodyState((0.0, 0.0, 0.0)))
+        self.spawn(SpawnRequest(name, (body,), agent.state, rename=False, tags=agent.tags), time)
+        self.agents[name] = agent
 
     def _free_name(self, name: str, rename: bool) -> str:
         if not re.fullmatch(NAME, name) or name in RESERVED:

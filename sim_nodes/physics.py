@@ -120,6 +120,7 @@ class BodyModel:
     mass: float = 1.0
     friction: float = 1.0
     static: bool = False  # not moved by forces; `set_body_state` still moves it
+    driven: bool = False  # moves upright at its initial height by `DrivesBodies.drive_bodies`; never static
     colour: Colour | None = None  # in rendered pictures; None to derive it from the name
     urdf: Urdf | None = None
     mjcf: Mjcf | None = None
@@ -406,6 +407,26 @@ class ManyBodies(Protocol):
 
     def remove_bodies(self, names: Sequence[str]) -> None:
         """Remove added bodies."""
+
+
+@runtime_checkable
+class DrivesBodies(Protocol):
+    """Optional: moves the bodies whose models are `driven`, such as people.
+
+    Arrays have a row for each driven body, in the order in which they were added.
+    """
+
+    def driven_poses(self) -> Array:
+        """Return the poses of the driven bodies: x, y [m] and yaw [rad], shape (n, 3)."""
+
+    def drive_bodies(self, velocities: Array) -> None:
+        """Set the velocities of the driven bodies for the next tick; collisions may change them.
+
+        Speeds increase by at most 20 m/s^2. Without a call in each tick, the bodies fall.
+
+        Args:
+            velocities: x, y [m/s] in `map`, and yaw rate [rad/s], shape (n, 3), n >= 1.
+        """
 
 
 @runtime_checkable

@@ -14,6 +14,10 @@ from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused, name_list
+from sim_nodes.agents.agent import Motion
+from sim_nodes.agents.agents import Agents
+from sim_nodes.agents.drawing import draw_agents
+from sim_nodes.agents.walls import Walls
 from sim_nodes.departures import Departures, check_state
 from sim_nodes.entities import Entities
 from sim_nodes.event_log import EventLog, WorldEvent
@@ -27,7 +31,7 @@ from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
-from sim_nodes.physics import BodyState, Engine
+from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.recording import Recording
 from sim_nodes.robots.drive import COMMAND_TIMEOUT, VelocityCommand
 from sim_nodes.robots.kinematics import Velocity
@@ -63,6 +67,7 @@ class Simulation(Stateful):
         "strikes",
         "departures",
         "entities",
+        "agents",
         "camera_faults",
         "robots",
         "run_data",
@@ -76,6 +81,9 @@ class Simulation(Stateful):
         self.world = world
         self.seed = seed
         self.known = build_map(world.extent, world.walls, world.outlines)
+        self._walls = Walls(self.known)
+        circles = _robot_circles(world.robots).values()
+        self._drawn = draw_agents(world.agents, world.name, seed, self._walls, circles)
         self._tick_steps = round(TICK * engine.steps_per_second)
         self.recording = Recording(engine, world, lambda: self.entities)
         self.streams = Streams()
@@ -90,7 +98,7 @@ class Simulation(Stateful):
         self._epoch = 0  # step at which the clock shows zero
         self.watches = Watches()
         self._touched = Contacts(self.engine.steps_per_second)
-        self.entities = Entities(self.engine, self.world, self.seed)
+        self.entities = Entities(self.engine, self.world, self.seed, self._drawn)
         self._make_robots()
         self.pending: list[WorldEvent] = []
 
@@ -100,6 +108,8 @@ class Simulation(Stateful):
         self.robots = {
             robot.name: Robot(robot, self.engine, self.entities, self.known, self.seed) for robot in placed
         }
+        radii = {name: radius for name, (_, radius) in _robot_circles(placed).items()}
+        self.agents = Agents(self.engine, self.entities, radii, self._walls, self.seed)
         self.departures = Departures(self.world.extent)
         self.frames = Frames(self.engine, self.robots, self.entities)
         self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)
@@ -174,7 +184,7 @@ class Simulation(Stateful):
         """Make the steps to a future time, or to the next tick with something due, if that is earlier."""
         shown = self.is_rendering or self.streams.are_open
         watched = bool(self.watches) or bool(self.camera_faults.goals) or shown
-        idle = not watched and all(map(self._is_at_rest, self.robots.values()))
+        idle = not (watched or self.agents) and all(map(self._is_at_rest, self.robots.values()))
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
         # Steps that would begin at or after that time are not made.
@@ -212,6 +222,7 @@ class Simulation(Stateful):
     def _tick(self, tick: int) -> None:
         self.entities.cameras.tick(tick)
         self._report(self.camera_faults, self.camera_faults.tick(tick))
+        self._report(self.agents, self.agents.tick(tick, self._touched.touching))
         awake = [robot for robot in self.robots.values() if not tick % IDLE_TICKS or not self._is_at_rest(robot)]
         self._sample_motion([robot.name for robot in awake], tick)
         for robot in awake:
@@ -325,6 +336,15 @@ class Simulation(Stateful):
             ended = (replace(end, outcome=wire.Outcome.ABORTED, message=reason, interrupted=True) for end in ended)
         self._report(self.robot(robot), ended)
 
+    def start_motion(self, person: str, motion: Motion, goal: str) -> None:
+        """Start a motion of a person or cart; the result is reported."""
+        self._check_unused(goal)
+        self.agents.start(person, motion, goal, self.tick)
+
+    def stop_person(self, person: str) -> None:
+        """Make a person or cart stand; its goal ends as canceled."""
+        self._report(self.agents, self.agents.stop(person))
+
     def inject_fault(self, identifier: str, robot: str, device: str, fault: wire.Fault, limit: float) -> None:
         """Inject a fault into a device; the result of its check, within a limit [s], is reported."""
         self._check_unused(identifier)
@@ -335,11 +355,11 @@ class Simulation(Stateful):
         return self.robot(robot).faults if robot else self.camera_faults
 
     @property
-    def _goal_owners(self) -> tuple[Robot | FaultRegistry, ...]:
+    def _goal_owners(self) -> tuple[Robot | FaultRegistry | Agents, ...]:
         """Objects that have goals."""
-        return (*self.robots.values(), self.camera_faults)
+        return (*self.robots.values(), self.camera_faults, self.agents)
 
-    def _active(self) -> dict[str, Robot | FaultRegistry]:
+    def _active(self) -> dict[str, Robot | FaultRegistry | Agents]:
         """Owners of the active goals by id."""
         return {goal: owner for owner in self._goal_owners for goal in owner.goals}
 
@@ -348,7 +368,7 @@ class Simulation(Stateful):
         if identifier in self._active() or identifier in self.watches:
             raise operation_failed(f"duplicate id {identifier!r}; expected an unused one")
 
-    def _report(self, owner: Robot | FaultRegistry, ended: Iterable[GoalResult]) -> None:
+    def _report(self, owner: Robot | FaultRegistry | Agents, ended: Iterable[GoalResult]) -> None:
         for end in ended:
             if end.id == NO_CLIENT:
                 continue
@@ -401,6 +421,8 @@ class Simulation(Stateful):
             for robot in self.robots:
                 self.stop_robot(robot)
                 self._report(self.robots[robot], self.robots[robot].faults.cancel_all())
+            for person in self.entities.agents:
+                self.stop_person(person)
             self._report(self.camera_faults, self.camera_faults.cancel_all())
             self.engine.reset()
             self.entities.cameras.reset()
@@ -439,3 +461,12 @@ class Simulation(Stateful):
         detached = [goal for goal in self._active() if goal not in kept]
         for owner in self._goal_owners:
             owner.detach_goals(detached)
+
+
+FIXED_RADIUS = 0.3  # [m] about the base of a robot that does not drive
+
+
+def _robot_circles(robots: Sequence[PlacedRobot]) -> dict[str, tuple[Pose2, float]]:
+    """Return the initial poses and radii [m] of robots, as people see them."""
+    bases = ((robot, robot.declaration.mobile) for robot in robots)
+    return {robot.name: (robot.pose, FIXED_RADIUS if base is None else base.radius) for robot, base in bases}

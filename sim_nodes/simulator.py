@@ -21,7 +21,7 @@ from sim_nodes.event_log import EventLog
 from sim_nodes.models import FORMATS
 from sim_nodes.outcomes import feature_unsupported, incorrect_state, operation_failed
 from sim_nodes.pace import SLOWEST, Pace
-from sim_nodes.physics import Engine, Rewinds, SavesState, Scene
+from sim_nodes.physics import DrivesBodies, Engine, Rewinds, SavesState, Scene
 from sim_nodes.simulation import Simulation
 from sim_nodes.snapshots import Lookahead, check_world_change, enter_world, return_to, simulate_ahead
 from sim_nodes.streams import Streams
@@ -32,6 +32,11 @@ REQUIRED_CAPABILITIES: Mapping[str, type] = {
     wire.SAVE_STATE.name: SavesState,
     wire.RESTORE_STATE.name: SavesState,
     wire.REWIND.name: Rewinds,
+    wire.SPAWN_PERSON.name: DrivesBodies,
+    wire.WALK_ALONG.name: DrivesBodies,
+    wire.WANDER.name: DrivesBodies,
+    wire.WALK_AFTER.name: DrivesBodies,
+    wire.STAND_STILL.name: DrivesBodies,
 }
 """Optional parts of an engine that verbs require."""
 OWN_MODELS = ModelPath()

@@ -15,6 +15,7 @@ import numpy as np
 from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix, vector
 from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
+from sim_nodes.mujoco.driven import DrivenBodies
 from sim_nodes.mujoco.files import detach_file
 from sim_nodes.mujoco.groups import SEEN_BY_RAYS
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
@@ -116,6 +117,7 @@ class MujocoEngine:
             if robot.declaration.arm is not None
         }
         self._bases |= {name: model.body(name).id for name in self._added}
+        self._driven = DrivenBodies(model, self._bases, self._added)
         names = {base: name for name, base in self._bases.items()}
         roots = model.body_rootid[model.geom_bodyid]
         self._owners = [
@@ -274,6 +276,14 @@ class MujocoEngine:
             data.qvel[self._drives[name].wheel_angular_speeds] = 0.0
         self._last = None
         mujoco.mj_forward(self._model, data)
+
+    def driven_poses(self) -> Array:
+        """See `DrivesBodies.driven_poses`."""
+        return self._driven.poses(self._data)
+
+    def drive_bodies(self, velocities: Array) -> None:
+        """See `DrivesBodies.drive_bodies`."""
+        self._driven.drive(self._data, velocities)
 
     def wheel_angles(self, robot: str) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""

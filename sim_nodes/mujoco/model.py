@@ -95,6 +95,9 @@ def hide_collision_shapes(robot: Any) -> None:
 
 TIMESTEP = 0.004  # [s]; the wheels of our robots are stable up to 5 ms
 WALL_PREFIX = "wall/"
+FOOTING = (
+    500.0  # [kg], [kg m^2] added to the inertia of driven bodies, which stand on no floor that would hold them
+)
 TORSIONAL, ROLLING = 0.005, 0.0001  # MuJoCo's defaults for the two other friction coefficients
 
 
@@ -184,7 +187,9 @@ def _solids(body: Any) -> list[Any]:
 def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
     """Add a body to a specification; a static one is a mocap body, whose pose can be set."""
     body = spec.worldbody.add_body(name=name, pos=state.position, quat=state.orientation, mocap=model.static)
-    if not model.static:
+    if model.driven:
+        body.add_joint(type=mujoco.mjtJoint.mjJNT_FREE, armature=FOOTING)
+    elif not model.static:
         body.add_freejoint()
     if model.urdf is not None:
         attach_file(spec, body, name, model)

@@ -20,6 +20,7 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
+from sim_nodes.driven import upright_velocities, yaws
 from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix, vector
 from sim_nodes.journal import Journal, journaled, replay
 from sim_nodes.outcomes import feature_unsupported
@@ -321,6 +322,36 @@ class PybulletEngine:
         if body.number not in self._static:
             linear = vector(np.add(state.linear, np.cross(state.angular, arm)))
             bullet.resetBaseVelocity(body.number, linear, state.angular)
+
+    def driven_poses(self) -> Array:
+        """See `DrivesBodies.driven_poses`."""
+        places, turns = self._driven_frames()
+        return np.column_stack([places[:, :2], yaws(turns)])
+
+    def drive_bodies(self, velocities: Array) -> None:
+        """See `DrivesBodies.drive_bodies`."""
+        self.set_driven_velocities(velocities.ravel())
+
+    @journaled
+    def set_driven_velocities(self, row: Array) -> None:
+        """Set the velocities of `drive_bodies`, given as one row for the journal."""
+        velocities = row.reshape(-1, 3)
+        places, turns = self._driven_frames()
+        heights = [self._added[name][1].position[2] for name in self._driven]
+        linear, angular = upright_velocities(velocities, heights - places[:, 2], turns)
+        for name, along, about in zip(self._driven, linear.tolist(), angular.tolist(), strict=True):
+            pybullet.resetBaseVelocity(self._bodies[name].number, along, about, self._client)
+
+    def _driven_frames(self) -> tuple[Array, Array]:
+        """Return positions (n, 3) [m] and orientations (n, 4) of the driven bodies."""
+        states = [self.body_state(name) for name in self._driven]
+        places = np.array([state.position for state in states]).reshape(-1, 3)
+        return places, np.array([state.orientation for state in states]).reshape(-1, 4)
+
+    @property
+    def _driven(self) -> tuple[str, ...]:
+        """Names of the driven bodies, in the order in which they were added."""
+        return tuple(name for name, (model, _) in self._added.items() if model.driven)
 
     def wheel_angles(self, robot: str) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""

@@ -17,7 +17,7 @@ from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import BodyState
 from sim_nodes.simulator import Simulator
 from sim_nodes.spawning import SpawnRequest
-from sim_nodes.worlds.schema import MAX_TAGS, TAG
+from sim_nodes.worlds.fields import MAX_TAGS, TAG
 
 
 def filter_entities(entities: Entities, request: wire.EntityFilter) -> dict[str, BodyState]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from seoro.files.inputs import Kind, read_input_text
 from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.files.yaml_lines import FileError, Lines, read_yaml
+from sim_nodes.agents.schema import AgentFile
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.navigation.maps import build_map
@@ -49,6 +50,7 @@ class World:
     cameras: Mapping[str, View] = field(default_factory=dict)  # free cameras by name
     props: tuple[Prop, ...] = ()
     poses: tuple[NamedPose, ...] = ()
+    agents: tuple[AgentFile, ...] = ()  # people, crowds and carts
     entity_tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     description: str = ""
     tags: tuple[str, ...] = ()
@@ -182,6 +184,7 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         {camera.name: _camera(camera) for camera in file.cameras},
         props,
         poses,
+        (*file.people, *file.crowds, *file.carts),
         _entity_tags(file),
         file.description,
         file.tags,

@@ -8,10 +8,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sim_nodes.files import NAME, Declared
-from sim_nodes.models.xml_reading import FRICTIONS, MASSES, SIZES
+from sim_nodes.agents.schema import CartFile, CrowdFile, PersonFile, agent_names
+from sim_nodes.files import Declared
+from sim_nodes.models.xml_reading import FRICTIONS, MASSES
 from sim_nodes.robots.declaration import BatteryDeclaration
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
+from sim_nodes.worlds.fields import Coordinate, Edge, Length, Name, Point, Share, Tags
 from sim_nodes.worlds.generation.schema import GenerateFile
 
 MAX_WALLS = 500
@@ -20,18 +22,7 @@ MAX_CAMERAS = 16
 MAX_PROPS = 100
 MAX_POSES = 200
 PROP_FORMS = ("box", "cube", "cylinder", "sphere", "model")
-MAX_TAGS = 20
 MAX_DESCRIPTION = 1000  # [characters]
-TAG = r"^[^\s,]{1,64}$"
-
-Name = Annotated[str, Field(pattern=NAME)]
-Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]
-Length = Annotated[float, Field(gt=0.0, le=200.0)]  # [m]
-Edge = Annotated[float, Field(ge=SIZES[0], le=SIZES[1])]  # [m]
-Tag = Annotated[str, Field(pattern=TAG)]
-Tags = Annotated[tuple[Tag, ...], Field(max_length=MAX_TAGS)]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Point = tuple[Coordinate, Coordinate]
 
 
 class WallFile(Declared):
@@ -228,6 +219,9 @@ class WorldFile(Declared):
     props: Annotated[tuple[PropFile, ...], Field(max_length=MAX_PROPS)] = ()
     cameras: Annotated[tuple[CameraFile, ...], Field(max_length=MAX_CAMERAS)] = ()
     poses: Annotated[tuple[NamedPoseFile, ...], Field(max_length=MAX_POSES)] = ()
+    people: tuple[PersonFile, ...] = ()
+    crowds: tuple[CrowdFile, ...] = ()
+    carts: tuple[CartFile, ...] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -244,11 +238,15 @@ class WorldFile(Declared):
         taken = {wall.name for wall in self.walls} | {"walls", "floor"}
         if taken & set(names):
             raise ValueError(f"duplicate name of a robot and a wall: {', '.join(sorted(taken & set(names)))}")
-        for kind, others in (("prop", self.props), ("camera", self.cameras)):
-            for other in others:
-                if other.name in taken | set(names):
-                    raise ValueError(f"duplicate name {other.name!r} of a {kind}")
-                names.append(other.name)
+        others = [
+            *(("prop", prop.name) for prop in self.props),
+            *(("camera", camera.name) for camera in self.cameras),
+            *agent_names(self.people, self.crowds, self.carts),
+        ]
+        for kind, name in others:
+            if name in taken | set(names):
+                raise ValueError(f"duplicate name {name!r} of a {kind}")
+            names.append(name)
         if len({pose.name for pose in self.poses}) < len(self.poses):
             raise ValueError("duplicate name in `poses`")
         return self

@@ -43,6 +43,11 @@ def busy(engine: str, seed: int = 3) -> Client:
     )
     client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.1))
     client.spawn("box", AHEAD)
+    for name, at in (("guest", pose(-2.0, 0.0)), ("left", pose(-1.0, 1.0))):
+        client.ask(wire.SPAWN_PERSON, wire.SpawnPerson(name=name, pose=at))
+    low, high = wire.Position3D(-3.0, -3.0), wire.Position3D(0.0, 3.0)
+    client.ask(wire.WANDER, wire.Wander(id="wander", person="guest", lower=low, upper=high))
+    client.ask(wire.DELETE_ENTITY, wire.EntityName(name="left"))
     client.spawn("gone", pose(-1.0, -1.0, z=0.3))
     inject(client, "late", "lidar", Delay(time=0.06))
     inject(client, "lost", "lidar", MessageLoss(probability=0.02))

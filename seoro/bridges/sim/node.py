@@ -9,12 +9,14 @@ from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.advance import GRANT_TIMEOUT, AdvanceRequests
 from seoro.bridges.sim.devices import DeviceRequests
+from seoro.bridges.sim.people import PeopleRequests
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.world import WorldRequests
 from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
 from seoro.files.world_names import WorldName
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
+from seoro.runtime.contracts.people import People
 from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots, VelocityCommands
 from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
 from seoro.runtime.contracts.worlds import Frames, NamedPoses, Simulation, Snapshots, Worlds
@@ -60,6 +62,14 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
     ),
     Worlds: (wire.CHANGE_WORLD,),
     NamedPoses: (wire.GET_NAMED_POSES,),
+    People: (
+        wire.SPAWN_PERSON,
+        wire.WALK_ALONG,
+        wire.WANDER,
+        wire.WALK_AFTER,
+        wire.STAND_STILL,
+        wire.CANCEL_GOAL,
+    ),
     Cameras: (
         wire.SPAWN_CAMERA,
         wire.GET_CAMERAS,
@@ -76,7 +86,7 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
 """Verbs of each capability, all of which a node must serve to have it."""
 
 
-class SimulatorNode(DeviceRequests, WorldRequests, AdvanceRequests):
+class SimulatorNode(DeviceRequests, PeopleRequests, WorldRequests, AdvanceRequests):
     """A simulator node.
 
     Args:

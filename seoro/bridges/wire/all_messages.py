@@ -21,6 +21,7 @@ from seoro.bridges.wire.listing import *
 from seoro.bridges.wire.message import *
 from seoro.bridges.wire.mobile import *
 from seoro.bridges.wire.outputs import *
+from seoro.bridges.wire.people import *
 from seoro.bridges.wire.results import *
 from seoro.bridges.wire.sensors import *
 from seoro.bridges.wire.simulator import *
@@ -28,6 +29,7 @@ from seoro.bridges.wire.snapshots import *
 from seoro.bridges.wire.streams import *
 from seoro.robotics.faults import *
 from seoro.robotics.geometry import *
+from seoro.robotics.people import *
 
 _NOT_OF_SIMULATORS = {
     value for module in (authentication, holds, lab) for value in vars(module).values() if isinstance(value, Verb)

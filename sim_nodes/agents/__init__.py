@@ -1,0 +1,1 @@
+"""People and carts: agents of a world that move by themselves."""

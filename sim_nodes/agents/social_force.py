@@ -1,0 +1,68 @@
+"""Social force model of Helbing and Molnar (Phys. Rev. E 51, 4282, 1995), equations (2) to (10).
+
+A person accelerates to the wanted velocity within a relaxation time. Potentials push it away: V exp(-b / S) of
+others, and U exp(-d / R) of walls at the distance d. Here b is the semi-minor axis of an ellipse along the motion
+of the other one: 2 b = sqrt((|r| + |r - s|)^2 - |s|^2). The vector r leads from the other one to the person, and s
+is the way of the other one in the time of a stride. Forces from outside of the field of view are weaker.
+
+The model has points of 0.25 m radius; other radii shift the distances. Attractions and fluctuations are omitted.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sim_nodes.agents.surroundings import Surroundings
+from sim_nodes.geometry import Array
+
+RELAXATION = 0.5  # [s]
+OTHERS_STRENGTH, OTHERS_RANGE = 2.1, 0.3  # V [m^2/s^2] and S [m]
+WALLS_STRENGTH, WALLS_RANGE = 10.0, 0.2  # U [m^2/s^2] and R [m]
+STRIDE = 2.0  # [s]
+VIEW = math.cos(math.radians(100.0))  # cosine of half the field of view
+UNSEEN = 0.5  # share of the forces from outside of the field of view
+FASTEST = 1.3  # maximum speed, as a share of the wanted one
+USUAL_RADIUS = 0.25  # [m]
+TINY = 1e-9
+
+
+def velocities_after(around: Surroundings, wanted: Array, duration: float) -> Array:
+    """Return the velocities of people after a duration [s], shape (n, 2) [m/s].
+
+    Args:
+        around: The people and their surroundings.
+        wanted: Wanted velocities, shape (n, 2) [m/s].
+        duration: Duration [s].
+    """
+    away, radii = around.away, around.radii
+    # The force of a wall is the gradient of its potential.
+    distances = around.wall_distances - (radii - USUAL_RADIUS)
+    strength = WALLS_STRENGTH / WALLS_RANGE * np.exp(-distances / WALLS_RANGE)
+    push = strength[:, None] * away + _from_others(around, wanted)
+    velocities = around.velocities + duration * ((wanted - around.velocities) / RELAXATION + push)
+    limit = FASTEST * np.hypot(wanted[:, 0], wanted[:, 1])
+    speed = np.hypot(velocities[:, 0], velocities[:, 1])
+    limited: Array = velocities * np.minimum(1.0, limit / np.maximum(speed, TINY))[:, None]
+    return limited
+
+
+def _from_others(around: Surroundings, wanted: Array) -> Array:
+    """Return the accelerations away from others, shape (n, 2) [m/s^2]."""
+    apart = around.positions[:, None] - around.other_positions
+    way = STRIDE * around.other_velocities
+    ahead = apart - way
+    near, far = (np.maximum(np.hypot(each[..., 0], each[..., 1]), TINY) for each in (apart, ahead))
+    total = near + far
+    axis = np.sqrt(np.maximum(total * total - (way * way).sum(axis=1), TINY)) / 2.0
+    excess = around.radii[:, None] + around.other_radii - 2.0 * USUAL_RADIUS
+    size = OTHERS_STRENGTH / OTHERS_RANGE * np.exp((excess - axis) / OTHERS_RANGE) * total / (4.0 * axis)
+    size[around.is_self] = 0.0
+    forces = size[..., None] * (apart / near[..., None] + ahead / far[..., None])
+    heading = wanted / np.maximum(np.hypot(wanted[:, 0], wanted[:, 1]), TINY)[:, None]
+    towards = -(forces * heading[:, None]).sum(axis=2)
+    unseen = towards < VIEW * np.hypot(forces[..., 0], forces[..., 1])
+    forces[unseen] *= UNSEEN
+    summed: Array = forces.sum(axis=1)
+    return summed
