@@ -10,7 +10,7 @@ from pathlib import Path
 from seoro.files.inputs import Kind, read_input_text
 from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.files.yaml_lines import FileError, Lines, read_yaml
-from sim_nodes.agents.schema import AgentFile
+from sim_nodes.agents.schema import AgentFile, agent_names
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.navigation.maps import build_map
@@ -208,6 +208,7 @@ def _notes(robots: Sequence[PlacedRobot], props: Sequence[Sequence[Prop]]) -> It
 def _props(file: WorldFile, folder: Path) -> list[tuple[Prop, ...]]:
     """Return the props of each entry of a file; a model may have several bodies."""
     taken = {entity.name for entity in _entities(file)}
+    taken |= {name for _, name in agent_names(file.people, file.crowds, file.carts)}
     found = []
     for index, prop in enumerate(file.props):
         found.append(read_prop(prop, index, folder, taken))

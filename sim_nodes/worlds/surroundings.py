@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from seoro.files.yaml_lines import FileError
+from sim_nodes.agents.schema import agent_names
 from sim_nodes.extents import highest_of, lowest_of, outline
 from sim_nodes.geometry import Array, quaternion
 from sim_nodes.physics import BodyState, Wall
@@ -99,6 +100,11 @@ def check_names(file: WorldFile, surroundings: Surroundings) -> None:
         for index, name in enumerate(names):
             if name in taken:
                 raise FileError(f"{kind}.{index}.name: {name!r} is in use by another thing of the world")
+    for kind, name in agent_names(file.people, file.crowds, file.carts):
+        if name in taken:
+            raise FileError(
+                f"the name {name!r} of a {kind} is in use by another thing of the world; rename the {kind}"
+            )
     poses = {pose.name for pose in surroundings.poses}
     for index, pose in enumerate(file.poses):
         if pose.name in poses:

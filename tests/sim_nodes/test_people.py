@@ -271,3 +271,11 @@ def test_orca_without_its_library_is_refused(world: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(drawing, "find_spec", lambda name: None)
     with pytest.raises(RequestRefused, match=r"the package pyrvo is missing, .* `pip install 'seoro\[people\]'`"):
         open_world(world, "people:\n  - {name: a, avoid: orca, pose: {x: 2}}\n")
+
+
+def test_a_person_with_the_name_of_a_generated_thing_is_refused(world: Path) -> None:
+    world.write_text("name: generated\ngenerate: {obstacles: {}}\npeople: [{name: obstacles}]\n")
+    with pytest.raises(
+        RequestRefused, match="the name 'obstacles' of a person is in use by another thing of the world; rename"
+    ):
+        Client(str(world))
