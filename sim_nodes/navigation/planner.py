@@ -52,7 +52,10 @@ class GridPlanner(Planner):
             return None
         points = grid.points(np.array(search.traceback(last)))
         points[0], points[-1] = robot, (goal.x, goal.y)
-        return Path(smooth(grid, request.distance, points, self._clearance + MARGIN))
+        # The path away from a close obstacle stays as it is: a straight piece may be as close as its ends.
+        away = int((grid.interpolate(request.distance, *points.T) >= self._clearance).argmax())
+        rest = smooth(grid, request.distance, points[away:], self._clearance + MARGIN)
+        return Path(np.vstack([points[:away], rest]))
 
 
 def traversal_cost(
