@@ -170,7 +170,7 @@ def test_commands_and_options_in_pages_exist(page: Path) -> None:
 
 
 NO_MEMBERS = frozenset(
-    {"run.start", "run.end", "seoro.libraries", "seoro.models", "seoro.engines"}
+    {"run.start", "run.end", "seoro.libraries", "seoro.models", "seoro.engines", "seoro.navigation"}
 )  # not of Python
 MEMBERS = {
     "ctx": (ActionContext, ThreadContext, ModifierContext),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TypeVar
@@ -23,7 +23,7 @@ def find_planner(name: str) -> type[Planner]:
     """Return a planner by name.
 
     Raises:
-        RequestRefused: It is unknown, or no planner.
+        RequestRefused: It is unknown, cannot be imported, or is not a planner.
     """
     return _find(name, "planner", Planner, PLANNERS)
 
@@ -32,7 +32,7 @@ def find_controller(name: str) -> type[Controller]:
     """Return a controller by name.
 
     Raises:
-        RequestRefused: It is unknown, or no controller.
+        RequestRefused: It is unknown, cannot be imported, or is not a controller.
     """
     return _find(name, "controller", Controller, CONTROLLERS)
 
@@ -67,10 +67,7 @@ def _find(name: str, role: str, base: type[P], own: Mapping[str, type[P]]) -> ty
 
 def _import(name: str, role: str) -> object:
     module, _, attribute = name.partition(":")
-    try:
-        return vars(import_module(module)).get(attribute)
-    except ImportError as error:
-        raise operation_failed(f"cannot import the {role} {name!r}: {error}") from error
+    return _load(lambda: getattr(import_module(module), attribute), name, role)
 
 
 def _entry_point(name: str, role: str, own: Mapping[str, type[P]]) -> object:
@@ -81,7 +78,11 @@ def _entry_point(name: str, role: str, own: Mapping[str, type[P]]) -> object:
             f"unknown {role} {name!r} (known: {name_list({*own, *known})}); expected one of them, an entry point "
             f"of the group {group}, or module:Class"
         )
+    return _load(known[name].load, name, role)
+
+
+def _load(load: Callable[[], object], name: str, role: str) -> object:
     try:
-        return known[name].load()
-    except (ImportError, AttributeError) as error:
-        raise operation_failed(f"cannot load the {role} {name!r}: {error}") from error
+        return load()
+    except Exception as error:  # code of others, which may raise anything
+        raise operation_failed(f"cannot import the {role} {name!r}: {type(error).__name__}: {error}") from error

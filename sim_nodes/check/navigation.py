@@ -1,0 +1,270 @@
+"""Conformance tests of planners and controllers: do they fulfil `sim_nodes.navigation.contracts`?
+
+    from sim_nodes.check.navigation import check_planner
+
+    def test_my_planner():
+        check_planner(MyPlanner)
+
+The robot is that of `bench`. It crosses a room with a wall in the middle, through a door of 1 m. Rules are
+functions; the first line of the docstring of a rule is its requirement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+import numpy as np
+
+from sim_nodes import codec
+from sim_nodes.check.bench import BASE, expect, expect_near
+from sim_nodes.geometry import Array, Pose2
+from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Planner, PlanRequest, Setup
+from sim_nodes.navigation.maps import NavigationMap, build_map
+from sim_nodes.noise import Noise
+from sim_nodes.physics import Wall
+from sim_nodes.robots.kinematics import AT_REST, Velocity
+from sim_nodes.robots.navigation import Parameter
+from sim_nodes.sensors.lidar import BLIND, Scan
+
+P = TypeVar("P", Planner, Controller)
+Make = Callable[[NavigationMap], P]
+
+EXTENT = (-3.0, -3.0, 3.0, 3.0)  # [m]
+ROOM = build_map(EXTENT, (Wall("wall", 0.0, -0.5, math.pi / 2, 5.0, 0.1, 0.5),))
+CLOSED_ROOM = build_map(EXTENT, (Wall("wall", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5),))
+START, GOAL = Pose2(-1.0, 1.0, 0.0), Pose2(1.0, -2.0, 0.0)
+GOALS = (GOAL, Pose2(1.73, 2.21, 1.0), Pose2(-2.4, -1.9, 0.0), START)
+ALONG = Pose2(-1.0, 1.5, math.pi / 2)  # on the path, along it
+AT_WALL = Pose2(-0.15, 0.0, 0.0)  # closer to the wall than the clearance
+LEAVING = 0.35  # [m] around a start at an obstacle, where the clearance is not required
+SLACK = 0.025  # [m] of the clearance: half a cell
+EXACT = 1e-6
+INTERVAL = 0.1  # [s] between decisions
+MOST_DECISIONS = 600
+ARRIVED = 0.05  # [m]
+BEAMS = 360
+
+
+def check_planner(make: Callable[[Setup], Planner], parameters: Mapping[str, Parameter] | None = None) -> None:
+    """Check a planner by all rules.
+
+    Args:
+        make: Its class, or another factory. It is called several times.
+        parameters: Parameters of the planner; none by default.
+
+    Raises:
+        AssertionError: The planner breaks a rule; the message gives the rule and the observation.
+    """
+    for rule in PLANNER_RULES:
+        _check(rule, lambda known: make(_setup(known, parameters)))
+
+
+def check_controller(
+    make: Callable[[Setup], Controller], parameters: Mapping[str, Parameter] | None = None
+) -> None:
+    """Check a controller by all rules.
+
+    Args:
+        make: Its class, or another factory. It is called several times.
+        parameters: Parameters of the controller; none by default.
+
+    Raises:
+        AssertionError: The controller breaks a rule; the message gives the rule and the observation.
+    """
+    for rule in CONTROLLER_RULES:
+        _check(rule, lambda known: make(_setup(known, parameters)))
+
+
+def paths_lead_from_start_to_goal(make: Make[Planner]) -> None:
+    """Paths are finite points of shape (n, 2), from the start to the goal, within 1e-6 m."""
+    planner = make(ROOM)
+    for goal in GOALS:
+        points = _planned(planner, START, goal).points
+        expect(points.ndim == 2 and points.shape[1] == 2, f"a path has the shape {points.shape}")
+        expect(bool(np.isfinite(points).all()), "a path has points that are not finite")
+        expect_near("the first point of a path [m]", points[0], START[:2], EXACT)
+        expect_near("the last point of a path [m]", points[-1], goal[:2], EXACT)
+
+
+def paths_keep_the_clearance(make: Make[Planner]) -> None:
+    """Paths keep the clearance from walls, also between their points, within half a cell."""
+    planner = make(ROOM)
+    for goal in GOALS:
+        room = _room_along(_planned(planner, START, goal))
+        expect(
+            room >= BASE.clearance - SLACK,
+            f"a path to ({goal.x}, {goal.y}) is {room:.3f} m from a wall; the clearance is {BASE.clearance} m",
+        )
+
+
+def robots_at_walls_can_leave(make: Make[Planner]) -> None:
+    """A robot closer to a wall than the clearance gets a path, which keeps the clearance after 0.35 m."""
+    points = _planned(make(ROOM), AT_WALL, GOAL).points
+    away = np.hypot(*(points - AT_WALL[:2]).T) > LEAVING
+    room = float(ROOM.grid.interpolate(ROOM.distance, *points[away].T).min())
+    expect(room >= BASE.clearance - SLACK, f"the path away is {room:.3f} m from a wall")
+
+
+def goals_behind_walls_are_unreachable(make: Make[Planner]) -> None:
+    """Planners return None for goals behind closed walls."""
+    path = make(CLOSED_ROOM).plan(_request(CLOSED_ROOM, START, GOAL))
+    expect(path is None, "a path leads through a wall")
+
+
+def plans_are_repeatable(make: Make[Planner]) -> None:
+    """Two planners return identical paths for the same requests."""
+    first, second = (_plans(make(ROOM)) for _ in range(2))
+    expect(first == second, "two planners returned different paths for the same requests")
+
+
+def restored_planners_continue_identically(make: Make[Planner]) -> None:
+    """A planner with the state of another one, by `STATE`, continues with identical paths."""
+    planner, restored = make(ROOM), make(ROOM)
+    _plans(planner)
+    restored.restore(codec.unpack(codec.pack(planner.save())))
+    expect(_plans(planner) == _plans(restored), "a restored planner returned other paths")
+
+
+def controllers_reach_the_goal(make: Make[Controller]) -> None:
+    """A controller leads a robot without errors along a path to its end, within 5 cm in 60 s."""
+    end = _drive(make(ROOM))[-1][0]
+    expect_near("the end of the drive [m]", end[:2], GOAL[:2], ARRIVED)
+
+
+def velocities_are_within_limits(make: Make[Controller]) -> None:
+    """Velocities are finite and within the limits of the drive."""
+    for _, velocity in _drive(make(ROOM)):
+        fast = abs(velocity.linear) <= BASE.drive.max_speed + EXACT
+        turning = abs(velocity.angular) <= BASE.drive.max_turn_rate + EXACT
+        lateral = abs(velocity.lateral) <= BASE.drive.max_lateral_speed + EXACT
+        expect(fast and turning and lateral, f"{velocity} exceeds the limits of the drive")
+
+
+def controllers_stop_before_obstacles(make: Make[Controller]) -> None:
+    """A robot with obstacles all around, 1 cm beyond its radius, does not drive."""
+    velocity = make(ROOM).follow(_path(), _input(ALONG, _ring(BASE.radius + 0.01)), stops=True)
+    expect(
+        velocity is None or velocity.linear == velocity.lateral == 0.0, f"the robot drives into them at {velocity}"
+    )
+
+
+def control_is_repeatable(make: Make[Controller]) -> None:
+    """Two controllers return identical velocities for the same inputs."""
+    expect(_drive(make(ROOM)) == _drive(make(ROOM)), "two controllers returned different velocities")
+
+
+def restored_controllers_continue_identically(make: Make[Controller]) -> None:
+    """A controller with the state of another one, by `STATE`, continues with identical velocities."""
+    controller, restored = make(ROOM), make(ROOM)
+    driven = _drive(controller, decisions=30)
+    restored.restore(codec.unpack(codec.pack(controller.save())))
+    here = driven[-1][0]
+    same = _drive(controller, here, begins=False) == _drive(restored, here, begins=False)
+    expect(same, "a restored controller returned other velocities")
+
+
+PLANNER_RULES = (
+    paths_lead_from_start_to_goal,
+    paths_keep_the_clearance,
+    robots_at_walls_can_leave,
+    goals_behind_walls_are_unreachable,
+    plans_are_repeatable,
+    restored_planners_continue_identically,
+)
+CONTROLLER_RULES = (
+    controllers_reach_the_goal,
+    velocities_are_within_limits,
+    controllers_stop_before_obstacles,
+    control_is_repeatable,
+    restored_controllers_continue_identically,
+)
+
+
+def _check(rule: Callable[[Make[P]], None], make: Make[P]) -> None:
+    try:
+        rule(make)
+    except AssertionError as error:
+        demand = (rule.__doc__ or rule.__name__).partition("\n")[0]
+        raise AssertionError(f"{demand} But {error}") from error
+
+
+def _setup(known: NavigationMap, parameters: Mapping[str, Parameter] | None) -> Setup:
+    return Setup(BASE, known, parameters or {}, Noise(0, "check"))
+
+
+def _request(known: NavigationMap, start: Pose2, goal: Pose2) -> PlanRequest:
+    distance = known.distance.view()
+    distance.setflags(write=False)
+    return PlanRequest(known.grid, distance, start, goal, 0)
+
+
+def _planned(planner: Planner, start: Pose2, goal: Pose2) -> Path:
+    path = planner.plan(_request(ROOM, start, goal))
+    if path is None:
+        raise AssertionError(f"found None; expected a path from ({start.x}, {start.y}) to ({goal.x}, {goal.y})")
+    return path
+
+
+def _plans(planner: Planner) -> list[list[float]]:
+    """Return the paths to all goals, as numbers."""
+    return [_planned(planner, START, goal).points.ravel().tolist() for goal in GOALS]
+
+
+def _room_along(path: Path) -> float:
+    """Return the least distance to walls on a path [m]."""
+    pieces = np.linspace(path.points[:-1], path.points[1:], 20).reshape(-1, 2)
+    points = np.vstack([path.points, pieces])
+    return float(ROOM.grid.interpolate(ROOM.distance, *points.T).min())
+
+
+def _path() -> Path:
+    """Return a path with a curve, from the start through the door to the goal."""
+    corners = np.array([START[:2], (-1.0, 2.4), (1.0, 2.4), GOAL[:2]])
+    lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+    along = np.linspace(0.0, lengths[-1], 200)
+    return Path(np.column_stack([np.interp(along, lengths, corners[:, axis]) for axis in (0, 1)]))
+
+
+def _input(pose: Pose2, scan: Scan, velocity: Velocity = AT_REST, tick: int = 0) -> ControlInput:
+    return ControlInput(pose, velocity, scan, np.zeros((0, 2)), touched=False, tick=tick)
+
+
+def _ring(radius: float) -> Scan:
+    """Return a scan of obstacles all around the base, with the lidar at its origin."""
+    angles: Array = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
+    return Scan(
+        np.full(BEAMS, radius), angles, Pose2(0.0, 0.0, 0.0), radius * np.cos(angles), radius * np.sin(angles)
+    )
+
+
+def _drive(
+    controller: Controller, start: Pose2 = START, *, begins: bool = True, decisions: int = MOST_DECISIONS
+) -> list[tuple[Pose2, Velocity]]:
+    """Drive along the path without errors; returns poses and the velocities that led there."""
+    path, pose, velocity = _path(), start, AT_REST
+    driven = []
+    if begins:
+        controller.begin()
+    for decision in range(decisions):
+        found = controller.follow(path, _input(pose, BLIND, velocity, decision), stops=True)
+        if found is None:
+            raise AssertionError(f"the robot is blocked at ({pose.x:.2f}, {pose.y:.2f}) on free floor")
+        velocity = found
+        pose = _moved(pose, velocity)
+        driven.append((pose, velocity))
+        if pose.distance(GOAL.x, GOAL.y) < ARRIVED / 2:
+            break
+    return driven
+
+
+def _moved(pose: Pose2, velocity: Velocity) -> Pose2:
+    """Return the pose after an interval, by the midpoint rule."""
+    yaw = pose.yaw + velocity.angular * INTERVAL / 2
+    ahead, left = velocity.linear * INTERVAL, velocity.lateral * INTERVAL
+    return Pose2(
+        pose.x + math.cos(yaw) * ahead - math.sin(yaw) * left,
+        pose.y + math.sin(yaw) * ahead + math.cos(yaw) * left,
+        pose.yaw + velocity.angular * INTERVAL,
+    )
