@@ -14,7 +14,10 @@ from sim_nodes.geometry import Pose2, quaternion, roll_pitch_yaw
 from sim_nodes.navigation.goals import Feedback
 from sim_nodes.physics import BodyState
 from sim_nodes.sensors.base import Bumps, Inertial, Odometer
+from sim_nodes.sensors.gps import Fix
+from sim_nodes.sensors.imaging import DepthFrame, Segments
 from sim_nodes.sensors.lidar import Scan
+from sim_nodes.sensors.load import Wrench
 from sim_nodes.sensors.ranging import Cloud, Echo
 from sim_nodes.sensors.sensor_pipeline import Sample
 from sim_nodes.strikes import JudgedContact, Pair
@@ -105,6 +108,26 @@ def cloud_message(cloud: Cloud) -> wire.PointCloud:
     return wire.PointCloud(rings=cloud.rings, beams=beams, points=points.astype("<f4").tobytes())
 
 
+def depth_message(frame: DepthFrame) -> wire.DepthSample:
+    """Convert an image of a depth camera to a message."""
+    height, width = frame.depths.shape
+    picture = b"" if frame.picture is None else frame.picture.tobytes()
+    return wire.DepthSample(
+        width=width, height=height, depths=frame.depths.astype("<f4").tobytes(), picture=picture
+    )
+
+
+def segmentation_message(segments: Segments) -> wire.SegmentationSample:
+    """Convert an image of a segmentation sensor to a message."""
+    return wire.SegmentationSample(
+        width=segments.width,
+        height=segments.height,
+        labels=segments.labels,
+        names=segments.names,
+        seen=tuple(wire.SeenEntity(**asdict(box)) for box in segments.boxes),
+    )
+
+
 def sample_message(sample: Sample[object], time_of_tick: Callable[[int], float]) -> wire.SensorSample:
     """Convert a sample to a message.
 
@@ -133,6 +156,20 @@ def sample_message(sample: Sample[object], time_of_tick: Callable[[int], float])
             return wire.SensorSample(time=time, cloud=cloud_message(sample.data))
         case Echo(distance=distance):
             return wire.SensorSample(time=time, echo=wire.RangeSample(range=distance))
+        case DepthFrame():
+            return wire.SensorSample(time=time, depth=depth_message(sample.data))
+        case Segments():
+            return wire.SensorSample(time=time, segmentation=segmentation_message(sample.data))
+        case Wrench(force=force, torque=torque):
+            wrench = wire.WrenchSample(force=vector3(force.tolist()), torque=vector3(torque.tolist()))
+            return wire.SensorSample(time=time, wrench=wrench)
+        case Fix(point=point):
+            fix = wire.NavSatFix(
+                latitude=math.degrees(point.latitude),
+                longitude=math.degrees(point.longitude),
+                altitude=point.altitude,
+            )
+            return wire.SensorSample(time=time, fix=fix)
         case Bumps(bumps=bumps):
             pressed = (
                 wire.Bump(zone=bump.zone, entity=bump.entity, since=time_of_tick(bump.since)) for bump in bumps

@@ -14,7 +14,7 @@ import numpy as np
 
 from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, multiply, quaternion, rotated, vector, yaw_of
 from sim_nodes.robots.declaration import RobotDeclaration
-from sim_nodes.views import Colour, Picture, View
+from sim_nodes.views import Colour, DepthImage, Picture, View
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 FLOOR = "floor"
@@ -389,6 +389,24 @@ class Engine(Protocol):
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         """Return the pose of a link's frame in `map`: position [m] and orientation."""
+
+    def joint_load(self, robot: str, link: str) -> tuple[Vector, Vector]:
+        """Return the load that a link, and all that hangs on it, exerted on the link before it in the last step.
+
+        Args:
+            robot: Name of the robot.
+            link: Child of a fixed joint, with a `force_torque` sensor in the robot's declaration.
+
+        Returns:
+            Force [N], and torque about the origin of the link [N m], both in the frame of the link.
+        """
+
+    def render_depth(self, view: View) -> DepthImage:
+        """Measure the distances of drawn surfaces in a view of the present state, which stays bit-identical.
+
+        Raises:
+            NoRendering: The engine cannot render here.
+        """
 
     def render(self, view: View) -> Picture:
         """Render a view of the present state; the state stays bit-identical.

@@ -106,7 +106,8 @@ class Simulation(Stateful):
         placed = self.world.robots
         self.camera_faults = FaultRegistry("", FreeCameras(self.entities.cameras))
         self.robots = {
-            robot.name: Robot(robot, self.engine, self.entities, self.known, self.seed) for robot in placed
+            robot.name: Robot(robot, self.engine, self.entities, self.known, self.seed, self.world.origin)
+            for robot in placed
         }
         radii = {name: radius for name, (_, radius) in _robot_circles(placed).items()}
         self.agents = Agents(self.engine, self.entities, radii, self._walls, self.seed)
@@ -157,7 +158,8 @@ class Simulation(Stateful):
     @property
     def is_rendering(self) -> bool:
         """Whether images are rendered while time passes."""
-        return self.recording.is_recording or self.entities.cameras.is_busy
+        seen = any(robot.is_rendering for robot in self.robots.values())
+        return seen or self.recording.is_recording or self.entities.cameras.is_busy
 
     def advance(self, until: float) -> None:
         """Simulate to the first step at or after a time, or to the end of the step with an event.

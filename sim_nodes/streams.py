@@ -179,7 +179,7 @@ class Streams:
             for each in stream.request.sensors:
                 pipeline = robots[each.robot].sensors.get(each.sensor) if each.robot in robots else None
                 if pipeline is not None:
-                    pipeline.in_use = True
+                    pipeline.activate()
 
     def tick(self, simulation: StreamSource) -> None:
         """Publish the data of a tick."""

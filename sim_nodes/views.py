@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from zlib import crc32
 
@@ -18,6 +18,40 @@ from sim_nodes.geometry import Array, Quaternion, Vector, quaternion, rotation_m
 
 Picture = NDArray[np.uint8]
 """Red, green, blue by row from the top and column from the left, shape (height, width, 3)."""
+
+Depths = NDArray[np.float32]
+"""Distances along the view [m] by row and column, shape (height, width); infinite without a surface."""
+
+
+@dataclass(frozen=True)
+class DepthImage:
+    """Distances and entities of the surfaces in a view.
+
+    Attributes:
+        depths: Distances.
+        entities: Indices in `names` by row and column, shape (height, width); -1 without a surface.
+        names: Names of the visible entities, sorted; `floor` is one of them.
+    """
+
+    depths: Depths
+    entities: NDArray[np.int32]
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, depths: Depths, ids: NDArray[np.int32], owners: Callable[[int], str | None]) -> DepthImage:
+        """Make an image from ids of an engine.
+
+        Args:
+            depths: Distances.
+            ids: Ids by row and column.
+            owners: Returns the entity of an id; None for no surface.
+        """
+        found, places = np.unique(ids, return_inverse=True)
+        entities = [owners(each) for each in found.tolist()]
+        names = tuple(sorted({each for each in entities if each is not None}))
+        indices = np.array([-1 if each is None else names.index(each) for each in entities], dtype=np.int32)
+        return cls(depths, indices[places].reshape(ids.shape), names)
+
 
 MIN_FOV, MAX_FOV = math.radians(1.0), math.radians(150.0)  # [rad]
 MIN_SIZE, MAX_SIZE = 16, 2048  # [pixels] of each dimension

@@ -16,6 +16,8 @@ from seoro.bridges.wire import DeadSector, Outcome, Quantity
 from sim_nodes.geometry import Pose2
 from sim_nodes.outcomes import GoalResult, operation_failed, unknown
 from sim_nodes.sensors.base import Bumps
+from sim_nodes.sensors.imaging import Segments
+from sim_nodes.sensors.load import Wrench
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline, dead_beams
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
@@ -211,7 +213,7 @@ class SensorWatch(Watch):
 
     def rebased(self, before: Watched, now: Watched) -> SensorWatch:
         """Return the same watch; marks the sensor as in use."""
-        now.pipeline(self.robot, self.sensor).in_use = True
+        now.pipeline(self.robot, self.sensor).activate()
         return self
 
 
@@ -264,6 +266,38 @@ class RangeWatch(SensorWatch):
         ranges = pipeline.sensor.values(pipeline.latest.data)[Quantity.LENGTH]
         beams = dead_beams(DeadSector(start=self.start, end=self.end), pipeline.sensor.bearings)
         return bool(np.min(ranges[beams], initial=np.inf) < self.distance)
+
+
+@dataclass(frozen=True)
+class ForceWatch(SensorWatch):
+    """True when a force-torque sensor measures more than a force [N]."""
+
+    force: float
+
+    def holds(self, world: Watched) -> bool:
+        """Whether the condition is true."""
+        latest = world.pipeline(self.robot, self.sensor).latest
+        if latest is None:
+            return False
+        assert isinstance(latest.data, Wrench)
+        return bool(np.linalg.norm(latest.data.force) > self.force)
+
+
+@dataclass(frozen=True)
+class SightWatch(SensorWatch):
+    """True when a segmentation sensor sees an entity, on at least a share of its picture."""
+
+    entity: str
+    share: float
+
+    def holds(self, world: Watched) -> bool:
+        """Whether the condition is true."""
+        latest = world.pipeline(self.robot, self.sensor).latest
+        if latest is None:
+            return False
+        assert isinstance(latest.data, Segments)
+        seen = latest.data.share(self.entity)
+        return seen > 0.0 and seen >= self.share
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,20 @@ async def wait_for_range(
     await finish(ctx, watch, sensors.cancel_sensor_watch)
 
 
+@action("robot.wait_for_force", home=Sensors)
+async def wait_for_force(ctx: ActionContext, robot: Actor, sensor: str, above: float) -> None:
+    """Wait until a force-torque sensor measures a greater force."""
+    sensors, name = ctx.home(robot, Sensors)
+    await finish(ctx, partial(sensors.watch_force, name, sensor, above), sensors.cancel_sensor_watch)
+
+
+@action("robot.wait_until_sees", home=Sensors)
+async def wait_until_sees(ctx: ActionContext, robot: Actor, entity: str, sensor: str, share: float) -> None:
+    """Wait until a segmentation sensor sees an entity."""
+    sensors, name = ctx.home(robot, Sensors)
+    await finish(ctx, partial(sensors.watch_sight, name, sensor, entity, share), sensors.cancel_sensor_watch)
+
+
 @action("robot.check_rate", home=Sensors)
 async def check_rate(
     ctx: ActionContext, robot: Actor, sensor: str, lowest: float, highest: float, measured_for: float

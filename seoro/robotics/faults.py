@@ -19,6 +19,8 @@ class Quantity(StrEnum):
     ANGLE = "angle"  # [rad]
     ACCELERATION = "acceleration"  # [m/s^2]
     ANGULAR_RATE = "angular_rate"  # [rad/s]
+    FORCE = "force"  # [N]
+    TORQUE = "torque"  # [N m]
     BRIGHTNESS = "brightness"  # of red, green and blue, as a share of the brightest
 
 

@@ -112,13 +112,13 @@ class SensorDevice(Source):
 
     def add_fault(self, fault: wire.Fault) -> None:
         """See `Device`; activates the sensor."""
+        self.pipeline.activate()
         super().add_fault(fault)
-        self.pipeline.in_use = True
 
     def set_power(self, on: bool) -> None:
         """See `Source`; activates the sensor."""
         super().set_power(on)
-        self.pipeline.in_use = True
+        self.pipeline.activate()
 
     def observation(self, tick: int) -> Observation[Any]:
         """See `Source`."""

@@ -15,6 +15,7 @@ from sim_nodes.ticks import TICK
 from sim_nodes.views import Lens
 
 LONGEST_DELAY = 10.0  # [s]
+MAX_KEPT = 128 * 1024 * 1024  # [bytes] of delayed images of a sensor
 LEAST_DEVIATION = 0.1  # [levels of brightness]; smaller errors are lost by rounding
 LEAST_OFFSET = 0.51  # [levels of brightness]; likewise
 
@@ -64,8 +65,20 @@ def check_fault(fault: wire.SensorFault, device: str, sensor: Sensor[Any]) -> No
                 )
         case wire.MessageLoss() | wire.Delay() | wire.Freeze() | wire.PowerLoss():
             _check_delivery(fault)
+            if isinstance(fault, wire.Delay):
+                _check_memory(fault, device, sensor)
         case _:
             assert_never(fault)
+
+
+def _check_memory(fault: wire.Delay, device: str, sensor: Sensor[Any]) -> None:
+    """Refuse a delay that keeps too many images."""
+    kept = math.ceil(fault.time / (sensor.period * TICK)) * sensor.sample_size
+    if kept > MAX_KEPT:
+        raise operation_failed(
+            f"delay of {device} keeps {kept / 1e6:.0f} MB of images; expected at most {MAX_KEPT / 1e6:.0f} MB: "
+            "shorten it, or reduce the resolution or the rate"
+        )
 
 
 def _check_delivery(fault: wire.MessageLoss | wire.Delay | wire.Freeze | wire.PowerLoss) -> None:

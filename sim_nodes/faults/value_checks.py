@@ -25,6 +25,8 @@ UNITS = {
     Quantity.ANGLE: "rad",
     Quantity.ACCELERATION: "m/s^2",
     Quantity.ANGULAR_RATE: "rad/s",
+    Quantity.FORCE: "N",
+    Quantity.TORQUE: "N m",
 }
 TINY = 1e-12  # replaces a zero deviation in divisions
 SCANS = 3  # scans with dead beams

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import math
 import os
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -16,8 +17,10 @@ import mujoco
 import numpy as np
 
 from sim_nodes.mujoco.groups import DRAWN_GROUPS
-from sim_nodes.views import FAR, NEAR, NoRendering, Picture, View
+from sim_nodes.views import FAR, NEAR, DepthImage, Depths, NoRendering, Picture, View
 
+AS_NUMBERS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
+DIGITS = np.array([1, 1 << 8, 1 << 16], dtype=np.int32)  # of the number of a shape, by red, green and blue
 MAX_SHAPES = 10_000
 CHOICE = "MUJOCO_GL"  # environment variable with the rendering backend of MuJoCo
 HELP = (
@@ -43,6 +46,34 @@ class Renderer:
 
     def draw(self, model: Any, data: Any, view: View) -> Picture:
         """Render a view."""
+        rectangle = self._prepare(model, data, view)
+        mujoco.mjr_render(rectangle, self._scene, self._context)
+        pixels = np.empty((rectangle.height, rectangle.width, 3), dtype=np.uint8)
+        mujoco.mjr_readPixels(pixels, None, rectangle, self._context)
+        return pixels[::-1].copy()  # OpenGL's first row is the bottom one
+
+    def measure(self, model: Any, data: Any, view: View, owners: Sequence[str]) -> DepthImage:
+        """Measure the distances of a view; `owners` are the entities of geoms."""
+        rectangle = self._prepare(model, data, view)
+        scene = self._scene
+        scene.flags[AS_NUMBERS] = 1
+        mujoco.mjr_render(rectangle, scene, self._context)
+        scene.flags[AS_NUMBERS] = 0
+        shape = (rectangle.height, rectangle.width)
+        pixels, buffer = np.empty((*shape, 3), dtype=np.uint8), np.empty(shape, dtype=np.float32)
+        mujoco.mjr_readPixels(pixels, buffer, rectangle, self._context)
+        numbers = pixels[::-1].astype(np.int32) @ DIGITS
+
+        def owner(number: int) -> str | None:
+            if not number:
+                return None
+            shape = scene.geoms[number - 1]
+            return owners[shape.objid] if shape.objtype == mujoco.mjtObj.mjOBJ_GEOM else None
+
+        return DepthImage.of(_distances(buffer[::-1]), numbers, owner)
+
+    def _prepare(self, model: Any, data: Any, view: View) -> Any:
+        """Update the scene for a view; return the rectangle of its pixels."""
         self._gl.make_current()  # for this thread
         if model is not self._model:
             self._load(model)
@@ -61,18 +92,22 @@ class Renderer:
         for camera in self._scene.camera:  # one for each eye
             _aim(camera, view)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
-        rectangle = mujoco.MjrRect(0, 0, width, height)
-        mujoco.mjr_render(rectangle, self._scene, self._context)
-        pixels = np.empty((height, width, 3), dtype=np.uint8)
-        mujoco.mjr_readPixels(pixels, None, rectangle, self._context)
-        return pixels[::-1].copy()  # OpenGL's first row is the bottom one
+        return mujoco.MjrRect(0, 0, width, height)
 
     def _load(self, model: Any) -> None:
         """Load the visual data of a model."""
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR  # precise also far away
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_SHAPES)
         self._copy = mujoco.MjData(model)
         self._model = model
+
+
+def _distances(buffer: Depths) -> Depths:
+    """Return the distances of a depth buffer, which has 1 at the near plane and 0 at the far plane [m]."""
+    distances: Depths = (NEAR * FAR / (NEAR + buffer.astype(np.float64) * (FAR - NEAR))).astype(np.float32)
+    distances[buffer <= 0.0] = np.inf
+    return distances
 
 
 def _aim(camera: Any, view: View) -> None:

@@ -18,7 +18,7 @@ from sim_nodes.mujoco.camera import Renderer
 from sim_nodes.mujoco.driven import DrivenBodies
 from sim_nodes.mujoco.files import detach_file
 from sim_nodes.mujoco.groups import SEEN_BY_RAYS
-from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, scene_spec
+from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, load_sensors, scene_spec
 from sim_nodes.mujoco.planar import PlanarMotors
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
@@ -36,7 +36,7 @@ from sim_nodes.physics import (
 from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.kinematics import motor_joints, wheel_joints
-from sim_nodes.views import Picture, View
+from sim_nodes.views import DepthImage, Picture, View
 
 
 class _DriveAddresses:
@@ -375,11 +375,25 @@ class MujocoEngine:
         w, i, j, k = self._data.xquat[body].tolist()
         return vector(self._data.xpos[body]), (w, i, j, k)
 
+    def joint_load(self, robot: str, link: str) -> tuple[Vector, Vector]:
+        """See `Engine.joint_load`."""
+        first, second = (self._model.sensor(f"{robot}/{name}").adr[0] for name in load_sensors(link))
+        readings = self._data.sensordata
+        # MuJoCo measures the force on the link.
+        return vector(-readings[first : first + 3]), vector(-readings[second : second + 3])
+
+    def render_depth(self, view: View) -> DepthImage:
+        """See `Engine.render_depth`."""
+        return self._made_renderer().measure(self._model, self._data, view, self._owners)
+
     def render(self, view: View) -> Picture:
         """See `Engine.render`."""
+        return self._made_renderer().draw(self._model, self._data, view)
+
+    def _made_renderer(self) -> Renderer:
         if self._renderer is None:
             self._renderer = Renderer()
-        return self._renderer.draw(self._model, self._data, view)
+        return self._renderer
 
 
 def _static_owner(geom: str) -> str:

@@ -34,6 +34,7 @@ from sim_nodes.physics import (
 )
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DifferentialDrive, PlanarDrive
+from sim_nodes.robots.sensor_declarations import ForceTorqueDeclaration
 from sim_nodes.views import FLOOR_TILES, LIGHT_DIRECTION, SKY, TILE, WALL, colour_of
 
 FLOOR_MATERIAL = "floor"
@@ -163,8 +164,26 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
             add_planar_drive(spec, declaration, drive)
     if declaration.arm is not None:
         add_arm(spec, declaration.arm)
+    for sensor in declaration.sensors:
+        if isinstance(sensor, ForceTorqueDeclaration):
+            _add_load_sensors(spec, sensor.link)
     hide_collision_shapes(spec)
     return spec
+
+
+def load_sensors(link: str) -> tuple[str, str]:
+    """Return the names of the MuJoCo sensors of the force and the torque at the joint of a link."""
+    return f"{link}/force", f"{link}/torque"
+
+
+def _add_load_sensors(spec: Any, link: str) -> None:
+    """Add the sensors of the load at the joint of a link, once."""
+    kinds = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
+    site = f"{link}/load"
+    if spec.site(site) is None:
+        spec.body(link).add_site(name=site)
+        for name, kind in zip(load_sensors(link), kinds, strict=True):
+            spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 
 
 def _add_drive(spec: Any, drive: DifferentialDrive) -> None:

@@ -5,19 +5,21 @@ from __future__ import annotations
 import itertools
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pybullet
 
-from sim_nodes.views import FAR, FLOOR_TILES, LIGHT_DIRECTION, NEAR, SKY, TILE, Picture, View
+from sim_nodes.physics import FLOOR
+from sim_nodes.views import FAR, FLOOR_TILES, LIGHT_DIRECTION, NEAR, SKY, TILE, DepthImage, Picture, View
 
 SUN = tuple(-part for part in LIGHT_DIRECTION)  # direction towards the light
 SUN_DISTANCE = 20.0  # [m]
 BACKGROUND = 1.0  # of the depth buffer
 NO_SHAPE = -1  # of a body that nothing touches
+NO_BODY = -1  # where nothing is drawn
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 TRIANGLES = (0, 1, 2, 0, 2, 3)  # of a tile, by its corners
 
@@ -69,21 +71,40 @@ def _tiles(extent: Extent, odd: int) -> tuple[list[tuple[float, float, float]], 
 
 def draw(bullet: Any, view: View) -> Picture:
     """Render a view."""
-    width, height = view.lens.width, view.lens.height
+    colours, depths, _ = _image(bullet, view, shadow=True, flags=pybullet.ER_NO_SEGMENTATION_MASK)
+    shape = (view.lens.height, view.lens.width)
+    # PyBullet builds without numpy return tuples.
+    picture = np.array(colours, dtype=np.uint8).reshape(*shape, 4)[:, :, :3].copy()
+    empty = np.asarray(depths, dtype=np.float64).reshape(shape) >= BACKGROUND
+    picture[empty] = np.round(255 * np.array(SKY[:3]))
+    return picture
+
+
+def measure(bullet: Any, view: View, owners: Mapping[int, str]) -> DepthImage:
+    """Measure the distances of a view; `owners` are the entities of bodies, except for parts of the floor."""
+    _, depths, bodies = _image(bullet, view, shadow=False, flags=0)
+    shape = (view.lens.height, view.lens.width)
+    buffer = np.asarray(depths, dtype=np.float64).reshape(shape)
+    distances = (FAR * NEAR / (FAR - (FAR - NEAR) * buffer)).astype(np.float32)
+    distances[buffer >= BACKGROUND] = np.inf
+    numbers = np.asarray(bodies, dtype=np.int32).reshape(shape)
+    return DepthImage.of(
+        distances, numbers, lambda number: None if number == NO_BODY else owners.get(number, FLOOR)
+    )
+
+
+def _image(bullet: Any, view: View, *, shadow: bool, flags: int) -> tuple[Any, Any, Any]:
+    """Return colours, depth buffer and body numbers of a view."""
     ahead, up = view.axes
-    *_, colours, depths, _ = bullet.getCameraImage(
-        width,
-        height,
+    *_, colours, depths, bodies = bullet.getCameraImage(
+        view.lens.width,
+        view.lens.height,
         bullet.computeViewMatrix(view.position, (np.array(view.position) + ahead).tolist(), up.tolist()),
         bullet.computeProjectionMatrixFOV(math.degrees(view.lens.fov), view.lens.aspect, NEAR, FAR),
         lightDirection=SUN,
         lightDistance=SUN_DISTANCE,
-        shadow=True,
+        shadow=shadow,
         renderer=pybullet.ER_TINY_RENDERER,
-        flags=pybullet.ER_NO_SEGMENTATION_MASK,
+        flags=flags,
     )
-    # PyBullet builds without numpy return tuples.
-    picture = np.array(colours, dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
-    empty = np.asarray(depths, dtype=np.float64).reshape(height, width) >= BACKGROUND
-    picture[empty] = np.round(255 * np.array(SKY[:3]))
-    return picture
+    return colours, depths, bodies

@@ -37,7 +37,7 @@ from sim_nodes.physics import (
     Scene,
 )
 from sim_nodes.pybullet import captured_output
-from sim_nodes.pybullet.camera import add_floor, draw
+from sim_nodes.pybullet.camera import add_floor, draw, measure
 from sim_nodes.pybullet.joints import (
     BODY_B,
     DISTANCE,
@@ -48,13 +48,22 @@ from sim_nodes.pybullet.joints import (
     is_touching,
 )
 from sim_nodes.pybullet.mimic import remove_gears
-from sim_nodes.pybullet.model import BASE, link_frame, load_body, load_robot, movable_joints, wxyz, xyzw
+from sim_nodes.pybullet.model import (
+    BASE,
+    joint_load,
+    link_frame,
+    load_body,
+    load_robot,
+    movable_joints,
+    wxyz,
+    xyzw,
+)
 from sim_nodes.pybullet.planar import PlanarForces
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.traction import traction_of
-from sim_nodes.views import WALL, Picture, View, colour_of
+from sim_nodes.views import WALL, DepthImage, Picture, View, colour_of
 
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
@@ -424,6 +433,14 @@ class PybulletEngine:
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         """See `Engine.link_pose`."""
         return link_frame(self._bullet, self._bodies[robot].number, self._links[robot][link])
+
+    def joint_load(self, robot: str, link: str) -> tuple[Vector, Vector]:
+        """See `Engine.joint_load`."""
+        return joint_load(self._bullet, self._bodies[robot].number, self._links[robot][link])
+
+    def render_depth(self, view: View) -> DepthImage:
+        """See `Engine.render_depth`."""
+        return measure(self._bullet, view, self._owners)
 
     def render(self, view: View) -> Picture:
         """See `Engine.render`."""

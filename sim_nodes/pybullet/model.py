@@ -18,7 +18,16 @@ from defusedxml.ElementTree import fromstring
 
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.geometry import Quaternion, Vector, conjugate, multiply, roll_pitch_yaw, rotated, vector
+from sim_nodes.geometry import (
+    Quaternion,
+    Vector,
+    conjugate,
+    multiply,
+    roll_pitch_yaw,
+    rotated,
+    rotation_matrix,
+    vector,
+)
 from sim_nodes.inertia import inertia
 from sim_nodes.models.urdf import paint, write_origin, write_shape
 from sim_nodes.physics import (
@@ -31,6 +40,7 @@ from sim_nodes.pybullet.mimic import couple_mimics
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration
 from sim_nodes.robots.kinematics import motor_joints, wheel_joints
+from sim_nodes.robots.sensor_declarations import ForceTorqueDeclaration
 from sim_nodes.robots.urdf_check import link_parts
 from sim_nodes.views import Colour
 
@@ -104,6 +114,18 @@ def link_frame(bullet: Any, body: int, link: int) -> tuple[Vector, Quaternion]:
     return vector(np.subtract(place, rotated(orientation, centre))), orientation
 
 
+def joint_load(bullet: Any, body: int, link: int) -> tuple[Vector, Vector]:
+    """Return the load on the joint of a link: force and torque about the link's origin, in its frame.
+
+    Bullet has the force on the link, and the torque about its centre of mass, in the axes of its inertia.
+    """
+    reaction = np.array(bullet.getJointState(body, link)[2])
+    centre, axes = bullet.getDynamicsInfo(body, link)[3:5]
+    turn = rotation_matrix(wxyz(axes))
+    force, torque = -turn @ reaction[:3], -turn @ reaction[3:]
+    return vector(force), vector(torque + np.cross(centre, force))
+
+
 def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     """Load a robot; returns its body number and the indices of its links."""
     declaration = robot.declaration
@@ -122,6 +144,9 @@ def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
     for index, name in links.shapes.items():
         bullet.changeDynamics(body, index, lateralFriction=friction[name])
     _undamp(bullet, body)
+    for sensor in declaration.sensors:
+        if isinstance(sensor, ForceTorqueDeclaration):
+            bullet.enableJointForceTorqueSensor(body, links.links[sensor.link], True)
     return body, links
 
 

@@ -12,6 +12,7 @@ from sim_nodes.entities import Entities
 from sim_nodes.faults.actuators import GRIPPER, JOINTS, Actuator, ArmActuator, WheelMotors
 from sim_nodes.faults.devices import CameraDevice, Device, SensorDevice, Source
 from sim_nodes.faults.registry import FaultRegistry, RobotPower
+from sim_nodes.geodesy import GeoPoint
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
@@ -43,12 +44,19 @@ class Robot(Stateful):
         entities: Entities of the world.
         known: Map of the world.
         seed: Seed of the simulation.
+        origin: Place of the world on the earth, if declared.
     """
 
     STATE = ("_mobile", "_arm", "_mounted", "faults")
 
     def __init__(
-        self, placed: PlacedRobot, engine: Engine, entities: Entities, known: NavigationMap, seed: int
+        self,
+        placed: PlacedRobot,
+        engine: Engine,
+        entities: Entities,
+        known: NavigationMap,
+        seed: int,
+        origin: GeoPoint | None,
     ) -> None:
         self.name = placed.name
         self._engine = engine
@@ -56,7 +64,7 @@ class Robot(Stateful):
         mobile, arm = declaration.mobile, declaration.arm
         self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
         self._arm = Arm(placed, arm, engine, entities.is_movable) if arm is not None else None
-        self._mounted = mounted_sensors(placed, engine, seed)
+        self._mounted = mounted_sensors(placed, engine, seed, origin)
         self._drives = dict(self._make_actuators(seed))
         self.faults = FaultRegistry(self.name, self._devices(entities.cameras))
         self._moving = tuple(part for part in (self._mobile, self._arm) if part is not None)
@@ -131,6 +139,11 @@ class Robot(Stateful):
         bumper = self.sensors["bumper"].sensor if "bumper" in self.sensors else None
         if isinstance(bumper, Bumper):
             bumper.touch(self._engine.contact_points(self.name), tick)
+
+    @property
+    def is_rendering(self) -> bool:
+        """Whether a sensor in use renders."""
+        return any(pipeline.in_use and pipeline.sensor.sample_size for pipeline in self._mounted.values())
 
     @property
     def held(self) -> str | None:

@@ -12,26 +12,33 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_
 
 from sim_nodes.files import NAME, Declared
 from sim_nodes.geometry import Quaternion, Vector, quaternion
+from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
 
 MAX_RATE = 50.0  # [Hz], one sample for each tick
 MAX_RAYS = 65_536  # of a scan
 MAX_SENSORS = 16  # of a robot
+MAX_PIXELS = 1 << 20
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class MountedSensor(Declared):
-    """A sensor at a pose in the frame of a link."""
+class LinkSensor(Declared):
+    """A sensor of a link."""
 
     name: str = Field(pattern=NAME)
     link: str
+    rate: float = Field(10.0, gt=0.0, le=MAX_RATE)  # [Hz]
+
+
+class MountedSensor(LinkSensor):
+    """A sensor at a pose in the frame of a link."""
+
     x: float = 0.0  # mount in the link's frame [m]
     y: float = 0.0
     z: float = 0.0
     roll: float = 0.0  # [rad]
     pitch: float = 0.0
     yaw: float = 0.0
-    rate: float = Field(10.0, gt=0.0, le=MAX_RATE)  # [Hz]
 
     @property
     def position(self) -> Vector:
@@ -89,5 +96,75 @@ class SonarDeclaration(RangingDeclaration):
     dropout: Probability = 0.0  # probability of no echo
 
 
-SensorDeclaration = Annotated[Lidar3dDeclaration | SonarDeclaration, Field(discriminator="kind")]
+class ImagerDeclaration(MountedSensor):
+    """A sensor with pixels, which looks along its x axis with z up."""
+
+    fov: float = Field(ge=MIN_FOV, le=MAX_FOV)  # vertical [rad]
+    width: int = Field(ge=MIN_SIZE, le=MAX_SIZE)  # [pixels]
+    height: int = Field(ge=MIN_SIZE, le=MAX_SIZE)
+
+    @property
+    def lens(self) -> Lens:
+        """Lens of the sensor."""
+        return Lens(self.fov, self.width, self.height)
+
+    @model_validator(mode="after")
+    def _few_pixels(self) -> Self:
+        if self.width * self.height > MAX_PIXELS:
+            raise ValueError(f"{self.name!r} has {self.width} x {self.height} pixels; expected up to {MAX_PIXELS}")
+        return self
+
+
+class DepthCameraDeclaration(ImagerDeclaration, RangingDeclaration):
+    """A camera that measures distances along its viewing direction; `rgbd_camera` also has a picture.
+
+    The deviation of a distance z is `noise` + `noise_growth` z^2, as for stereo and structured light [Khoshelham
+    and Elberink 2012, Accuracy and resolution of Kinect depth data].
+    """
+
+    kind: Literal["depth_camera", "rgbd_camera"]
+    noise_growth: NonNegativeFloat = 0.0  # [1/m]
+    dropout: Probability = 0.0  # probability that a pixel has no distance
+
+
+class SegmentationDeclaration(ImagerDeclaration):
+    """An ideal detector, which knows the entity of each pixel."""
+
+    kind: Literal["segmentation"]
+    min_pixels: PositiveInt = 1  # of an entity with a box
+
+
+class ForceTorqueDeclaration(LinkSensor):
+    """A sensor of the load that a link, and all that hangs on it, exerts on the link before it.
+
+    The joint before the link is fixed.
+    """
+
+    kind: Literal["force_torque"]
+    force_noise: NonNegativeFloat = 0.0  # standard deviation [N]
+    torque_noise: NonNegativeFloat = 0.0  # [N m]
+
+
+class GpsDeclaration(MountedSensor):
+    """A receiver of satellite navigation; the world file needs `geo_origin`.
+
+    The drift is a first-order Gauss-Markov process, independent for east, north and up.
+    """
+
+    kind: Literal["gps"]
+    noise: NonNegativeFloat = 0.0  # standard deviation of east and north [m]
+    height_noise: NonNegativeFloat = 0.0  # of the altitude [m]
+    drift: NonNegativeFloat = 0.0  # standard deviation [m]
+    drift_time: PositiveFloat = 60.0  # correlation time [s]
+
+
+SensorDeclaration = Annotated[
+    Lidar3dDeclaration
+    | SonarDeclaration
+    | DepthCameraDeclaration
+    | SegmentationDeclaration
+    | ForceTorqueDeclaration
+    | GpsDeclaration,
+    Field(discriminator="kind"),
+]
 """Any sensor of the list `sensors`."""

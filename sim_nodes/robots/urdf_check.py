@@ -21,6 +21,7 @@ from sim_nodes.robots.derive.model import read_model
 from sim_nodes.robots.derive.wheels import wheel_place
 from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration, PlanarDrive
 from sim_nodes.robots.kinematics import motor_joints
+from sim_nodes.robots.sensor_declarations import ForceTorqueDeclaration
 
 TOLERANCE = 1e-3  # [m], [rad] between equal values of URDF and declaration
 
@@ -63,6 +64,13 @@ def _check_names(declaration: RobotDeclaration, links: Mapping[str, Any], joints
         wanted_links |= {arm.tool_link, *arm.gripper.links}
         wanted_joints |= {*arm.gripper.joints, *(joint.name for joint in arm.joints)}
     _check_known("link", wanted_links, links)
+    fixed = {joint.find("child").get("link") for joint in joints.values() if joint.get("type") == "fixed"}
+    for sensor in declaration.sensors:
+        if isinstance(sensor, ForceTorqueDeclaration) and sensor.link not in fixed:
+            raise xml.invalid(
+                f"the force-torque sensor {sensor.name!r} is on {sensor.link!r}; expected the child of a "
+                f"fixed joint ({', '.join(sorted(fixed)) or 'the robot has none'})"
+            )
     _check_known("joint", wanted_joints, joints)
 
 

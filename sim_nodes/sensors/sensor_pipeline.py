@@ -24,6 +24,8 @@ from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 from sim_nodes.views import Picture
 
+ROUNDING = 1e-6  # [rad], [ticks]; 180 degrees of a scenario are not exactly pi
+
 Beams = NDArray[np.intp]
 BeamFault = wire.BeamLoss | wire.DeadSector | wire.DeadBeams
 
@@ -38,7 +40,9 @@ def dead_beams(fault: wire.DeadSector | wire.DeadBeams, bearings: Array) -> Beam
     match fault:
         case wire.DeadSector(start=start, end=end):
             turn = 2.0 * math.pi
-            width = (end - start) % turn or turn  # a sector that ends where it starts is the full circle
+            width = (end - start) % turn
+            if width < ROUNDING:  # a sector that ends where it starts is the full circle
+                width = turn
             return np.flatnonzero((bearings - start) % turn <= width)
         case wire.DeadBeams(beams=beams):
             return np.array(beams, dtype=np.intp)
@@ -105,12 +109,21 @@ class Sensor(Stateful, ABC, Generic[T]):
         quantities: Quantities of `values`, in order.
         bearings: Directions of its beams, counterclockwise from straight ahead [rad], shape (n,).
         limits: Minimum and maximum of its numbers; values beyond are infinite in its data.
+        sample_size: Memory of the data of a rendered sensor [bytes]; 0 for others.
     """
 
     period = 1
     quantities: tuple[Quantity, ...] = ()
     bearings: Array = np.zeros(0)
     limits = (-math.inf, math.inf)
+    sample_size = 0
+
+    def check(self) -> None:
+        """Refuse use of a sensor that cannot work on this machine.
+
+        Raises:
+            RequestRefused: The message names the missing software.
+        """
 
     @abstractmethod
     def read(self, tick: int) -> T:
@@ -136,8 +149,6 @@ class Sample(Generic[T]):
 F = TypeVar("F", bound=SensorFault | CameraFault)
 D = TypeVar("D")
 U = TypeVar("U")
-
-ROUNDING = 1e-9
 
 
 class DelayLine(Stateful, Generic[F, D, U]):
@@ -232,6 +243,16 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
         self.arrival: int | None = None
         self._noise = {quantity: noise(f"gaussian_noise/{quantity}") for quantity in sensor.quantities}
         self._noise_of_beams = noise("beam_loss")
+
+    def activate(self) -> None:
+        """Use the sensor, from the next sample on.
+
+        Raises:
+            RequestRefused: The sensor cannot work on this machine.
+        """
+        if not self.in_use:
+            self.sensor.check()
+        self.in_use = True
 
     def update(self, tick: int) -> None:
         """Sample the sensor if it is due, and deliver samples."""

@@ -12,10 +12,12 @@ from sim_nodes.geometry import Vector
 from sim_nodes.messages import FARTHEST, body_state, check_pose, sample_message
 from sim_nodes.outcomes import incorrect_state, operation_failed
 from sim_nodes.sensors.base import Bumper
+from sim_nodes.sensors.imaging import Segmentation
+from sim_nodes.sensors.load import ForceTorque
 from sim_nodes.simulator import Simulator
 from sim_nodes.ticks import TICK
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
-from sim_nodes.watches import BumperWatch, RangeWatch, RateWatch, SampleWatch
+from sim_nodes.watches import BumperWatch, ForceWatch, RangeWatch, RateWatch, SampleWatch, SightWatch
 
 BUMPER = "bumper"
 LONGEST = 3600.0  # [s] maximum period for counting samples
@@ -24,14 +26,14 @@ LONGEST = 3600.0  # [s] maximum period for counting samples
 def get_sensor_sample(simulator: Simulator, request: wire.SensorName) -> wire.SensorSample:
     simulation = simulator.simulation
     pipeline = simulation.pipeline(request.robot, request.sensor)
-    pipeline.in_use = True
+    pipeline.activate()
     if pipeline.latest is None:
         raise incorrect_state(f"no sample of {request.robot}/{request.sensor} has arrived yet; let time pass")
     return sample_message(pipeline.latest, simulation.time_of_tick)
 
 
 def watch_sensor(simulator: Simulator, request: wire.WatchSensor) -> None:
-    simulator.simulation.pipeline(request.robot, request.sensor).in_use = True
+    simulator.simulation.pipeline(request.robot, request.sensor).activate()
     simulator.simulation.watch(request.id, SampleWatch(request.robot, request.sensor, simulator.simulation.tick))
 
 
@@ -44,7 +46,7 @@ def watch_bumper(simulator: Simulator, request: wire.WatchBumper) -> None:
             Result.NOT_FOUND,
             f"unknown zone {request.zone!r} of the bumper of {request.robot}; zones: {', '.join(zones)}",
         )
-    pipeline.in_use = True
+    pipeline.activate()
     simulator.simulation.watch(request.id, BumperWatch(request.robot, BUMPER, request.zone, request.entity))
 
 
@@ -54,8 +56,28 @@ def watch_range(simulator: Simulator, request: wire.WatchRange) -> None:
     pipeline = simulator.simulation.pipeline(request.robot, request.sensor)
     if len(pipeline.sensor.bearings) == 0:
         raise operation_failed(f"{request.robot}/{request.sensor} does not measure ranges: it has no beams")
-    pipeline.in_use = True
+    pipeline.activate()
     watch = RangeWatch(request.robot, request.sensor, request.distance, request.start, request.end)
+    simulator.simulation.watch(request.id, watch)
+
+
+def watch_force(simulator: Simulator, request: wire.WatchForce) -> None:
+    check_positive("force", request.force, "N")
+    pipeline = simulator.simulation.pipeline(request.robot, request.sensor)
+    if not isinstance(pipeline.sensor, ForceTorque):
+        raise operation_failed(f"{request.robot}/{request.sensor} is not a force-torque sensor")
+    pipeline.activate()
+    simulator.simulation.watch(request.id, ForceWatch(request.robot, request.sensor, request.force))
+
+
+def watch_sight(simulator: Simulator, request: wire.WatchSight) -> None:
+    if not 0.0 <= request.share <= 1.0:
+        raise operation_failed(f"invalid share {request.share:g} of a picture; expected 0 to 1")
+    pipeline = simulator.simulation.pipeline(request.robot, request.sensor)
+    if not isinstance(pipeline.sensor, Segmentation):
+        raise operation_failed(f"{request.robot}/{request.sensor} is not a segmentation sensor")
+    pipeline.activate()
+    watch = SightWatch(request.robot, request.sensor, request.entity, request.share)
     simulator.simulation.watch(request.id, watch)
 
 
@@ -71,7 +93,7 @@ def check_rate(simulator: Simulator, request: wire.CheckRate) -> None:
             "expected bounds of zero or more, the lower one first"
         )
     pipeline = simulation.pipeline(request.robot, request.sensor)
-    pipeline.in_use = True
+    pipeline.activate()
     end = simulation.tick + max(1, math.floor(request.duration / TICK + 0.5))
     watch = RateWatch(
         request.robot, request.sensor, pipeline.count, simulation.tick, end, request.lowest, request.highest

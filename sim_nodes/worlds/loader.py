@@ -12,11 +12,13 @@ from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.files.yaml_lines import FileError, Lines, read_yaml
 from sim_nodes.agents.schema import AgentFile, agent_names
 from sim_nodes.files import bundled_names, validate
+from sim_nodes.geodesy import GeoPoint
 from sim_nodes.geometry import Array, Pose2, quaternion
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.physics import PlacedRobot, Scene, Wall
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.reading import available_robots, load_robot, read_robot
+from sim_nodes.robots.sensor_declarations import GpsDeclaration
 from sim_nodes.views import Lens, View, looking_at
 from sim_nodes.worlds.poses import START_RADIUS, NamedPose, free_start, read_pose
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
@@ -55,6 +57,7 @@ class World:
     description: str = ""
     tags: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    origin: GeoPoint | None = None  # of the map
 
     @property
     def scene(self) -> Scene:
@@ -189,6 +192,7 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         file.description,
         file.tags,
         (*surroundings.warnings, *_notes(robots, placed)),
+        None if file.geo_origin is None else file.geo_origin.point,
     )
 
 
@@ -242,6 +246,12 @@ def _robots(file: WorldFile, folder: Path, starts: Mapping[str, Pose2]) -> tuple
                 )
             mobile = declaration.mobile.model_copy(update={"battery": robot.battery})
             declaration = declaration.model_copy(update={"mobile": mobile})
+        for sensor in declaration.sensors:
+            if isinstance(sensor, GpsDeclaration) and file.geo_origin is None:
+                raise FileError(
+                    f"robots.{index}: {robot.name!r} has a GPS, {sensor.name!r}; expected `geo_origin` of "
+                    "the world (`latitude`, `longitude`, `altitude`)"
+                )
         placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
     return tuple(placed)
 

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from sim_nodes.agents.schema import CartFile, CrowdFile, PersonFile, agent_names
 from sim_nodes.files import Declared
+from sim_nodes.geodesy import GeoPoint
 from sim_nodes.models.xml_reading import FRICTIONS, MASSES
 from sim_nodes.robots.declaration import BatteryDeclaration
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
@@ -202,6 +203,19 @@ class NamedPoseFile(Declared):
     tags: Tags = ()
 
 
+class GeoOriginFile(Declared):
+    """Place of the map's origin on the earth (WGS 84); x of the map is east, y north."""
+
+    latitude: Annotated[float, Field(ge=-90.0, le=90.0)]  # degrees
+    longitude: Annotated[float, Field(ge=-180.0, le=180.0)]  # degrees
+    altitude: Annotated[float, Field(ge=-1000.0, le=100_000.0)] = 0.0  # above the ellipsoid [m]
+
+    @property
+    def point(self) -> GeoPoint:
+        """The place as a point."""
+        return GeoPoint(math.radians(self.latitude), math.radians(self.longitude), self.altitude)
+
+
 class WorldFile(Declared):
     """A world file."""
 
@@ -212,6 +226,7 @@ class WorldFile(Declared):
     floor_plan: FloorPlanFile | str | None = None  # or the name of a map file of the map server
     generate: GenerateFile | None = None
     scene: str | None = None  # an SDF, MJCF or URDF file, whose bodies are props
+    geo_origin: GeoOriginFile | None = None
     wall_height: Length = 0.5
     wall_thickness: Annotated[float, Field(ge=0.02, le=2.0)] = 0.1
     walls: Annotated[tuple[WallFile, ...], Field(max_length=MAX_WALLS)] = ()

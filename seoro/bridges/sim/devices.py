@@ -34,6 +34,16 @@ class DeviceRequests(RobotRequests):
         )
         return await self.start(wire.WATCH_RANGE, request, report)
 
+    async def watch_force(self, robot: str, sensor: str, force: float, report: Reporter) -> str:
+        """See `Sensors`."""
+        request = wire.WatchForce(id=self.new_id("watch"), robot=robot, sensor=sensor, force=force)
+        return await self.start(wire.WATCH_FORCE, request, report)
+
+    async def watch_sight(self, robot: str, sensor: str, entity: str, share: float, report: Reporter) -> str:
+        """See `Sensors`."""
+        request = wire.WatchSight(id=self.new_id("watch"), robot=robot, sensor=sensor, entity=entity, share=share)
+        return await self.start(wire.WATCH_SIGHT, request, report)
+
     async def check_rate(
         self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
     ) -> str:

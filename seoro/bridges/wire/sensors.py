@@ -69,6 +69,58 @@ class RangeSample(Message):
     range: float
 
 
+class DepthSample(Message):
+    """Distances along the viewing direction by row from the top, and the picture of an RGB-D camera.
+
+    `depths` are little-endian floats of 32 bits [m], infinite without a surface; `picture` is red, green and blue,
+    one byte each, empty for a mere depth camera.
+    """
+
+    width: int  # [pixels]
+    height: int
+    depths: bytes
+    picture: bytes = b""
+
+
+class SeenEntity(Message):
+    """Entity in a picture: its box [pixels], without the right column and lower row, and its pixels."""
+
+    entity: str
+    left: int
+    top: int
+    right: int
+    bottom: int
+    pixels: int
+
+
+class SegmentationSample(Message):
+    """Entity of each pixel, by row from the top.
+
+    `labels` are little-endian integers of 16 bits: 0 for nothing, otherwise the place in `names`, from 1.
+    """
+
+    width: int  # [pixels]
+    height: int
+    labels: bytes
+    names: tuple[str, ...]
+    seen: tuple[SeenEntity, ...]  # without the floor
+
+
+class WrenchSample(Message):
+    """Load on a force-torque sensor: force [N] and torque about its origin [N m], in the frame of its link."""
+
+    force: Vector3
+    torque: Vector3
+
+
+class NavSatFix(Message):
+    """Position by satellite: degrees north and east, and metres above the ellipsoid (WGS 84)."""
+
+    latitude: float
+    longitude: float
+    altitude: float
+
+
 class SensorSample(Message):
     """Latest sample and its time [s]; exactly one of the other fields is set."""
 
@@ -79,6 +131,10 @@ class SensorSample(Message):
     bumper: BumperSample | None = None
     cloud: PointCloud | None = None
     echo: RangeSample | None = None
+    depth: DepthSample | None = None
+    segmentation: SegmentationSample | None = None
+    wrench: WrenchSample | None = None
+    fix: NavSatFix | None = None
 
 
 class WatchSensor(TrackedRequest):
@@ -106,6 +162,23 @@ class WatchRange(TrackedRequest):
     end: float
 
 
+class WatchForce(TrackedRequest):
+    """Report when the force that a force-torque sensor measures exceeds `force` [N]."""
+
+    robot: str
+    sensor: str
+    force: float
+
+
+class WatchSight(TrackedRequest):
+    """Report when a segmentation sensor sees an entity, on at least `share` of its picture."""
+
+    robot: str
+    sensor: str
+    entity: str
+    share: float = 0.0
+
+
 class CheckRate(TrackedRequest):
     """Count the samples of a sensor within `duration` [s]; aborted if their rate is out of bounds.
 
@@ -123,4 +196,6 @@ GET_SENSOR_SAMPLE = Query("get_sensor_sample", SensorName, SensorSample)
 WATCH_SENSOR = Verb("watch_sensor", WatchSensor, Empty)
 WATCH_BUMPER = Verb("watch_bumper", WatchBumper, Empty)
 WATCH_RANGE = Verb("watch_range", WatchRange, Empty)
+WATCH_FORCE = Verb("watch_force", WatchForce, Empty)
+WATCH_SIGHT = Verb("watch_sight", WatchSight, Empty)
 CHECK_RATE = Verb("check_rate", CheckRate, Empty)

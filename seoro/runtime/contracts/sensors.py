@@ -29,6 +29,12 @@ class Sensors(Protocol):
     ) -> str:
         """Report when a ranging sensor measures less than `distance` [m] between two bearings [rad]."""
 
+    async def watch_force(self, robot: str, sensor: str, force: float, report: Reporter) -> str:
+        """Report when the force that a force-torque sensor measures exceeds `force` [N]."""
+
+    async def watch_sight(self, robot: str, sensor: str, entity: str, share: float, report: Reporter) -> str:
+        """Report when a segmentation sensor sees an entity on at least `share` of its picture."""
+
     async def check_rate(
         self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
     ) -> str:

@@ -156,6 +156,15 @@ def test_invalid_sensors_are_refused_with_a_reason(sensor: str, words: str, tmp_
         load_world(room_with(tmp_path, sensor))
 
 
+def test_the_default_bearings_are_all_around(tmp_path: Path) -> None:
+    client = Client(room_with(tmp_path, SONAR % ""))
+    half = 180 * 0.01745329252  # the factor of degrees in scenarios
+    for sensor in ("nose", "lidar"):
+        watch = wire.WatchRange(id=sensor, robot=ROBOT, sensor=sensor, distance=3.2, start=-half, end=half)
+        client.ask(wire.WATCH_RANGE, watch)
+    assert sorted(each.id for each in client.advance(0.5).occurrences) == ["lidar", "nose"]
+
+
 def test_a_sensor_without_beams_has_no_ranges(tmp_path: Path) -> None:
     client = Client(room_with(tmp_path, SONAR % ""))
     watch = wire.WatchRange(id="w", robot=ROBOT, sensor="imu", distance=1.0, start=0.0, end=1.0)
