@@ -99,8 +99,8 @@ def test_walls_are_boxes_or_lines() -> None:
         ),
         ("name: w\nextent: [2, 2, -2, -2]\n", "extent"),
         (
-            world_text(robots=", ".join(f"{{name: r{each}, robot: turtlebot4}}" for each in range(17))),
-            "robots: found 17 items, expected 16 at most",
+            world_text(robots=", ".join(f"{{name: r{each}, robot: turtlebot4}}" for each in range(65))),
+            "robots: found 65 items, expected 64 at most",
         ),
     ],
 )
