@@ -365,8 +365,12 @@ class Entities(Stateful):
         self.cameras.remove_spawned()
         self._infos = {name: info for name, info in self._infos.items() if name in self.names()}
 
+    def is_known(self, name: str) -> bool:
+        """Whether there is an entity of a name."""
+        return name in self._of_world or name in self.spawned or name in self.cameras.free
+
     def _check_known(self, name: str) -> None:
-        if name not in self.names():
+        if not self.is_known(name):
             raise unknown(f"entity {name!r}", "entities", self.names())
 
 

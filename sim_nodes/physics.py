@@ -6,9 +6,11 @@ Poses and velocities are in the world frame `map`, orientations are quaternions 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from functools import cached_property
+from typing import Any, Protocol, assert_never, runtime_checkable
 
 import numpy as np
 
@@ -125,6 +127,28 @@ class BodyModel:
     urdf: Urdf | None = None
     mjcf: Mjcf | None = None
     notes: tuple[str, ...] = ()
+
+    @cached_property
+    def reach(self) -> float:
+        """Radius of a sphere around its origin that contains all parts [m]."""
+        return max((math.hypot(*part.position) + _radius(part.shape) for part in self.parts), default=0.0)
+
+
+def _radius(shape: Shape) -> float:
+    """Return the radius of a sphere around the origin of a shape that contains it [m]."""
+    match shape:
+        case Box(size=size):
+            return math.hypot(*size) / 2
+        case Cylinder(radius=radius, length=length):
+            return math.hypot(radius, length / 2)
+        case Sphere(radius=radius):
+            return radius
+        case Capsule(radius=radius, length=length):
+            return radius + length / 2
+        case Hull():
+            return float(np.linalg.norm(shape.points, axis=1).max())
+        case _:
+            assert_never(shape)
 
 
 @dataclass(frozen=True)

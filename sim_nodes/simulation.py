@@ -18,6 +18,7 @@ from sim_nodes.agents.agent import Motion
 from sim_nodes.agents.agents import Agents
 from sim_nodes.agents.drawing import draw_agents
 from sim_nodes.agents.walls import Walls
+from sim_nodes.clearance import Clearance
 from sim_nodes.departures import Departures, check_state
 from sim_nodes.entities import Entities
 from sim_nodes.event_log import EventLog, WorldEvent
@@ -118,7 +119,7 @@ class Simulation(Stateful):
         self.streams.activate_sensors(self.robots)
 
     def _new_run_data(self, starts: Mapping[str, Pose2]) -> RunData:
-        return RunData(self.engine, self.world, self.entities, self.robots, self.frames, starts)
+        return RunData(self.engine, self.world, self.entities, self.robots, self.frames, self.known, starts)
 
     def travelled(self, robot: str) -> float:
         """Return the distance travelled by a robot's odometry [m]."""
@@ -127,6 +128,26 @@ class Simulation(Stateful):
     def joint_position(self, robot: str, joint: str) -> float:
         """Return the position of a joint of a robot's arm or gripper [rad, m]."""
         return self.robot(robot).arm.position_of(joint)
+
+    def state_of(self, entity: str) -> BodyState | None:
+        """Return the state of an entity; None if it is unknown."""
+        return self.entities.state(entity) if self.entities.is_known(entity) else None
+
+    def clearance(self, robot: str, other: str) -> Clearance | None:
+        """Return the clearance of a robot to another entity, or the nearest; None if one is unknown."""
+        clearances = self.run_data.clearances
+        if robot not in self.robots or (other and other not in clearances.names):
+            return None
+        pose = self.frames.true_pose(robot)
+        return clearances.between(robot, pose, other) if other else clearances.nearest(robot, pose)
+
+    def localization_error(self, robot: str) -> float | None:
+        """Return the distance between a robot's estimated and true position [m]; None without an estimate."""
+        estimate = self.robot(robot).mobile.localised_pose() if robot in self.robots else None
+        if estimate is None:
+            return None
+        truth = self.frames.true_pose(robot)
+        return estimate.distance(truth.x, truth.y)
 
     def pipeline(self, robot: str, sensor: str) -> SensorPipeline[Any]:
         """Return the pipeline of a robot's sensor.

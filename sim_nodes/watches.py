@@ -13,8 +13,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from seoro.bridges.wire import DeadSector, Outcome, Quantity
+from sim_nodes.clearance import Clearance
 from sim_nodes.geometry import Pose2
 from sim_nodes.outcomes import GoalResult, operation_failed, unknown
+from sim_nodes.physics import BodyState
 from sim_nodes.sensors.base import Bumps
 from sim_nodes.sensors.imaging import Segments
 from sim_nodes.sensors.load import Wrench
@@ -44,6 +46,19 @@ class Watched(Protocol):
     def joint_position(self, robot: str, joint: str) -> float:
         """Return the position of a joint of a robot's arm or gripper [rad, m]."""
 
+    @property
+    def time(self) -> float:
+        """Simulation time [s]."""
+
+    def state_of(self, entity: str) -> BodyState | None:
+        """Return the state of an entity; None if it is unknown."""
+
+    def clearance(self, robot: str, other: str) -> Clearance | None:
+        """Return the clearance of a robot to another entity, or the nearest; None if one is unknown."""
+
+    def localization_error(self, robot: str) -> float | None:
+        """Return the distance between a robot's estimated and true position [m]; None without an estimate."""
+
 
 class Watch(ABC):
     """A condition on a simulation; frozen data."""
@@ -57,6 +72,10 @@ class Watch(ABC):
         """Robot of the condition, if there is one."""
         robot: str | None = getattr(self, "robot", None)
         return robot
+
+    def updated(self, world: Watched) -> Watch:
+        """Return the condition with sums up to the present tick."""
+        return self
 
     def rebased(self, before: Watched, now: Watched) -> Watch:
         """Return the condition for a world with other robots, or with robots in other states."""
@@ -178,6 +197,8 @@ class Watches(Stateful):
 
     def pop_true(self, world: Watched) -> list[GoalResult]:
         """Remove the watches that have become true, and return their results."""
+        for identifier, watch in self._watches.items():
+            self._watches[identifier] = watch.updated(world)
         true = [identifier for identifier, watch in self._watches.items() if watch.holds(world)]
         return [GoalResult(identifier, *self._watches.pop(identifier).result(world)) for identifier in true]
 

@@ -100,14 +100,18 @@ def measured(folder: Path) -> dict[str, object]:
 
 
 def _of_robots(path: Path) -> Iterator[tuple[str, object]]:
-    """Yield the measurements of robots; a run without an end or a simulator has none."""
+    """Yield the measurements of robots and entities; a run without an end or a simulator has none."""
     try:
-        robots = json.loads(read_input(path, Kind.OUTPUT))["robots"]
-    except (OSError, ValueError, KeyError, TypeError):
+        measured = json.loads(read_input(path, Kind.OUTPUT))
+        found = {**measured["robots"], **measured.get("entities", {})}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return
-    for robot, values in robots.items():
+    for entity, values in found.items():
         for name, value in values.items():
-            yield f"{robot}.{name}", value
+            parts = value.items() if isinstance(value, dict) else ()
+            yield from ((f"{entity}.{name}.{part}", single) for part, single in parts)
+            if not isinstance(value, dict):
+                yield f"{entity}.{name}", value
 
 
 def _of_items(path: Path) -> Iterator[tuple[str, object]]:

@@ -263,5 +263,15 @@ class Battery(Stateful):
     def charge(self) -> float:
         """Charge from 0 to 1 at the last update."""
         declared = self._declaration
-        drawn = (self._standing * declared.idle + self._driving * declared.driving) * TICK / HOUR  # [Wh]
+        drawn = self._power_ticks * TICK / HOUR  # [Wh]
         return max(0.0, declared.charge - drawn / declared.capacity)
+
+    @property
+    def drawn(self) -> float:
+        """Energy drawn up to the last update [J], also beyond an empty battery."""
+        return self._power_ticks * TICK
+
+    @property
+    def _power_ticks(self) -> float:
+        """Sum of the power over all ticks [W]."""
+        return self._standing * self._declaration.idle + self._driving * self._declaration.driving

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from sim_nodes.clearance import WallDistance, distance_to_body
 from sim_nodes.geometry import quaternion
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Shape, Sphere, Wall
-from sim_nodes.run_data import WallDistance, distance_to_body
 
 
 def one(shape: Shape) -> BodyModel:

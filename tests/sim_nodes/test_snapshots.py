@@ -10,6 +10,7 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.wire import Delay, Fault, GaussianNoise, MessageLoss, Purpose, Quantity, WheelSlip
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.robotics.measures import Measure, MeasureLimit
 from sim_nodes import snapshots
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.codec import pack
@@ -42,6 +43,8 @@ def busy(engine: str, seed: int = 3) -> Client:
         wire.CheckRate(id="rate", robot=ROBOT, sensor="imu", lowest=0.0, highest=100.0, duration=8.0),
     )
     client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=1.1))
+    limit = MeasureLimit(Measure.PATH_LENGTH, 1.2, above=True)
+    client.ask(wire.WATCH_MEASURE, wire.WatchMeasure(id="path", entity=ROBOT, limit=limit))
     client.spawn("box", AHEAD)
     for name, at in (("guest", pose(-2.0, 0.0)), ("left", pose(-1.0, 1.0))):
         client.ask(wire.SPAWN_PERSON, wire.SpawnPerson(name=name, pose=at))

@@ -9,6 +9,7 @@ from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.advance import GRANT_TIMEOUT, AdvanceRequests
 from seoro.bridges.sim.devices import DeviceRequests
+from seoro.bridges.sim.measures import MeasureRequests
 from seoro.bridges.sim.people import PeopleRequests
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.sim.world import WorldRequests
@@ -16,6 +17,7 @@ from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
 from seoro.files.world_names import WorldName
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
+from seoro.runtime.contracts.measures import Measuring
 from seoro.runtime.contracts.people import People
 from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots, VelocityCommands
 from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
@@ -81,12 +83,13 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
     ),
     Sensors: (wire.WATCH_SENSOR, wire.WATCH_BUMPER, wire.WATCH_RANGE, wire.CHECK_RATE, wire.CANCEL_WATCH),
     Faults: (wire.INJECT_FAULT, wire.CLEAR_FAULTS, wire.CANCEL_GOAL),
+    Measuring: (wire.WATCH_MEASURE, wire.CANCEL_WATCH, wire.GET_MEASUREMENTS),
     Snapshots: (wire.SAVE_STATE, wire.RESTORE_STATE),
 }
 """Verbs of each capability, all of which a node must serve to have it."""
 
 
-class SimulatorNode(DeviceRequests, PeopleRequests, WorldRequests, AdvanceRequests):
+class SimulatorNode(DeviceRequests, PeopleRequests, MeasureRequests, WorldRequests, AdvanceRequests):
     """A simulator node.
 
     Args:

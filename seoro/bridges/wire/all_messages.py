@@ -18,6 +18,7 @@ from seoro.bridges.wire.keys import *
 from seoro.bridges.wire.lab import *
 from seoro.bridges.wire.limits import *
 from seoro.bridges.wire.listing import *
+from seoro.bridges.wire.measures import *
 from seoro.bridges.wire.message import *
 from seoro.bridges.wire.mobile import *
 from seoro.bridges.wire.outputs import *
@@ -29,6 +30,7 @@ from seoro.bridges.wire.snapshots import *
 from seoro.bridges.wire.streams import *
 from seoro.robotics.faults import *
 from seoro.robotics.geometry import *
+from seoro.robotics.measures import *
 from seoro.robotics.people import *
 
 _NOT_OF_SIMULATORS = {

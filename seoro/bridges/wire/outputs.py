@@ -42,10 +42,31 @@ class RobotMeasurements(Message):
     goals_aborted: int
     goals_canceled: int
     recoveries: int
+    closest_entity: str = ""  # entity of the closest approach
+    max_speed: float = 0.0  # true speed in the plane [m/s]
+    mean_speed: float | None = None  # mean true speed while moving [m/s]; None if it never moved
+    contacts_with: Mapping[str, int] = {}  # number of contacts by entity
+    time_in: Mapping[str, float] = {}  # time in the room of each named pose that has one [s]
+    energy: float | None = None  # drawn from the battery [J]; None without one
+    smoothness: float | None = None  # log dimensionless jerk of the speed; nearer to 0 is smoother
+    path_efficiency: float | None = None  # success weighted by path length, 0 to 1; None without an ended goal
+
+
+class EntityMeasurements(Message):
+    """Measurements of a movable entity since it exists.
+
+    It is sampled every 0.1 s, or every second while all robots are at rest. Contacts are exact.
+    """
+
+    path_length: float  # in the plane [m]
+    max_speed: float  # in the plane [m/s]
+    contacts: int
+    contacts_with: Mapping[str, int]
+    time_in: Mapping[str, float]  # time in the room of each named pose that has one [s]
 
 
 class Measurements(Message):
-    """Measurements of a run up to a time [s], by driving robot."""
+    """Measurements of a run up to a time [s], by driving robot and by movable entity."""
 
     world: str
     engine: str
@@ -53,6 +74,7 @@ class Measurements(Message):
     seed: int
     time: float
     robots: Mapping[str, RobotMeasurements]
+    entities: Mapping[str, EntityMeasurements] = {}
 
 
 class StartRecording(Message):

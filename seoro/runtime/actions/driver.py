@@ -17,6 +17,7 @@ from typing import Any, cast
 
 from seoro.lang.plan import InvokeAction
 from seoro.runtime.actions.context import ActionContext
+from seoro.runtime.actions.outside import wait_outside
 from seoro.runtime.execution.blocking import Meter, place_of_thread
 from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.functions.actions import BoundAction
@@ -64,7 +65,7 @@ class ActionDriver:
                     awaited = self._resume(error)
                 except StopIteration:
                     return
-                error = yield from self._await(awaited)
+                error = yield from wait_outside(self._context.scheduler, self._task, awaited)
         except BaseException:
             with suppress(RuntimeError):  # an abandoned coroutine may ignore this too
                 self._coroutine.close()
@@ -82,31 +83,6 @@ class ActionDriver:
             return self._coroutine.send(None) if error is None else self._coroutine.throw(error)
         finally:
             self._meter.end()
-
-    def _await(self, awaited: Any) -> Generator[Any, None, BaseException | None]:
-        """Wait for the future that the action awaits; return the exception to raise in the action."""
-        task = self._task
-        parked = awaited is not None and awaited is task.parked
-        if not parked:
-            self._context.scheduler.leave(task, awaited)
-        error = yield from _passing(awaited)
-        if task.cancel_seen_next:
-            return self._cancellation(error)
-        if parked and error is None:
-            return None
-        # A cancel scope within the action may cancel it here, too. The cancellation reaches the action in its
-        # turn, and is kept if it is repeated meanwhile.
-        turn = self._context.scheduler.readmit(task)
-        while not turn.done():
-            again = yield from _shielded(turn)
-            error = error or again
-        task.parked = None
-        return self._cancellation(error) if task.cancel_seen_next else error
-
-    def _cancellation(self, error: BaseException | None) -> asyncio.CancelledError:
-        """Return the cancellation by the scheduler, which precedes other exceptions of that moment."""
-        self._task.cancel_seen_next = False
-        return error if isinstance(error, asyncio.CancelledError) else asyncio.CancelledError()
 
     def _give_up(self) -> None:
         """End the run as an error because the clean-up takes too long, and cancel the action again."""
@@ -152,23 +128,3 @@ def call_action(
         return run_in_thread(context, lambda inside: bound.function(inside, *leading, **converted))
     # It is `async`: checked when the scenario was loaded.
     return cast(Coroutine[Any, Any, None], bound.function(context, *leading, **converted))
-
-
-def _passing(awaited: Any) -> Generator[Any, None, BaseException | None]:
-    """Await a future like a task; return its exception, such as a cancellation."""
-    try:
-        yield awaited
-    except GeneratorExit:
-        raise
-    except BaseException as error:
-        return error
-    return None
-
-
-def _shielded(future: asyncio.Future[Any]) -> Generator[Any, None, BaseException | None]:
-    """Await a future without cancelling it when the wait is cancelled."""
-    try:
-        yield from asyncio.shield(future)
-    except asyncio.CancelledError as cancelled:
-        return cancelled
-    return None

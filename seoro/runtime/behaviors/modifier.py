@@ -15,12 +15,15 @@ from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterable,
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, NoReturn, TypeAlias, TypeVar
 
 from seoro.errors import BackendLost
+from seoro.runtime.actions.outside import Asking
 from seoro.runtime.behaviors.action import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.limits import within_limit
+from seoro.runtime.contracts.backends import Backend
+from seoro.runtime.contracts.measures import Measuring
 from seoro.runtime.contracts.modifiers import Interrupt
 from seoro.runtime.execution.contacts import senses
 from seoro.runtime.execution.context import Carry, ExecutionContext
@@ -32,6 +35,7 @@ from seoro.runtime.parameters.parameters import actor_of, enter_modifier
 from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
+T = TypeVar("T")
 Within: TypeAlias = Callable[[Iterable[Modifying], Carry], Carry]
 """Nests a behavior in modifications, the outermost first."""
 
@@ -159,6 +163,22 @@ class _Context:
         waiter = Waiter(self.context.task)
         self.context.scheduler.wake_at(self.now + duration, waiter)
         await self._wait(waiter)
+
+    async def ask(self, request: Awaitable[T]) -> T:
+        with self.waiting():
+            return await Asking(self.context.scheduler, self.context.task, request)
+
+    def measuring(self, entities: Sequence[str]) -> list[tuple[Measuring, str]]:
+        homes = self.context.services.homes
+        found: list[tuple[Backend | Measuring | None, str]]
+        if entities:
+            found = [(homes.by_name(name, Measuring), name) for name in entities]
+        else:
+            found = [(home.backend, home.name) for home in homes.robots(())]
+        if not found or any(not isinstance(backend, Measuring) for backend, _ in found):
+            reason = "cannot measure robots and entities: the run has no simulator that measures all of them"
+            self.context.services.decide(RunStatus.ERROR, reason, self.span)
+        return [(backend, name) for backend, name in found if isinstance(backend, Measuring)]
 
     async def hold(self) -> NoReturn:
         task, open_ended = self.context.task, self.context.services.open_ended

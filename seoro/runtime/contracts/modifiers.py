@@ -5,11 +5,14 @@ All times are times of the run's clock.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import AbstractContextManager
-from typing import NoReturn, Protocol
+from typing import NoReturn, Protocol, TypeVar
 
+from seoro.runtime.contracts.measures import Measuring
 from seoro.runtime.verdict import Outcome
+
+T = TypeVar("T")
 
 
 class Child(Protocol):
@@ -62,6 +65,15 @@ class ModifierContext(Protocol):
 
     async def sleep(self, duration: float) -> None:
         """Wait for a duration [s]."""
+
+    async def ask(self, request: Awaitable[T]) -> T:
+        """Await a request to a backend. It takes no time of the run's clock."""
+
+    def measuring(self, entities: Sequence[str]) -> Sequence[tuple[Measuring, str]]:
+        """Return backends with the names of entities there; the robots of all actors if empty.
+
+        A backend that does not measure ends the run as an error.
+        """
 
     async def hold(self) -> NoReturn:
         """Wait until the modifier is cancelled; the modified behavior then has no end of its own."""

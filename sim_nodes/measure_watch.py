@@ -1,0 +1,101 @@
+"""Watches of measures of robots and other entities."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+from seoro.bridges.wire import Outcome
+from seoro.robotics.measures import MEASURES, Area, Measure, MeasureLimit
+from sim_nodes.physics import BodyState
+from sim_nodes.ticks import TICK
+from sim_nodes.watches import Watch, Watched
+
+
+def area_distance(area: Area, x: float, y: float) -> float:
+    """Return the distance of a point to an area [m]; 0 within."""
+    return math.hypot(max(area.x_min - x, 0.0, x - area.x_max), max(area.y_min - y, 0.0, y - area.y_max))
+
+
+@dataclass(frozen=True)
+class MeasureWatch(Watch):
+    """True when a measure of an entity has reached a limit; never while the entity is unknown.
+
+    `total` sums the path [m] or the ticks in the area since the watch began, up to `tick`.
+    """
+
+    entity: str
+    limit: MeasureLimit
+    tick: int
+    position: tuple[float, float]  # [m] at that tick
+    total: float = 0.0
+
+    @property
+    def watched_robot(self) -> str | None:
+        """Robot of a measure that only robots have."""
+        return self.entity if MEASURES[self.limit.measure].only_driving else None
+
+    def updated(self, world: Watched) -> MeasureWatch:
+        """Return the watch with the sum up to the present tick."""
+        state = world.state_of(self.entity)
+        if self.limit.measure not in (Measure.PATH_LENGTH, Measure.TIME_IN_AREA) or state is None:
+            return self
+        x, y, _ = state.position
+        if self.limit.measure is Measure.PATH_LENGTH:
+            added = math.dist((x, y), self.position)
+        else:
+            added = world.tick - self.tick if area_distance(self.limit.area, x, y) == 0.0 else 0.0
+        return replace(self, tick=world.tick, position=(x, y), total=self.total + added)
+
+    def holds(self, world: Watched) -> bool:
+        """Whether the limit is reached."""
+        state = world.state_of(self.entity)
+        found = None if state is None else self._measured(world, state)
+        if found is None:
+            return False
+        return found[0] > self.limit.value if self.limit.above else found[0] <= self.limit.value
+
+    def rebased(self, before: Watched, now: Watched) -> MeasureWatch:
+        """Return the watch with the same sum, from the present position."""
+        state = now.state_of(self.entity)
+        place = self.position if state is None else state.position[:2]
+        return replace(self, tick=now.tick, position=(place[0], place[1]))
+
+    def result(self, world: Watched) -> tuple[Outcome, str]:
+        """Return a text with the value, the other entity, place and time."""
+        state = world.state_of(self.entity)
+        found = None if state is None else self._measured(world, state)
+        assert state is not None and found is not None, "it holds"
+        value, other = found
+        unit, name = MEASURES[self.limit.measure].unit, self.limit.measure.replace("_", " ")
+        whom = f" to '{other}'" if other else ""
+        where = f"({state.position[0]:.3f}, {state.position[1]:.3f}) m"
+        expected = "at most" if self.limit.above else "more than"
+        message = (
+            f"{self.entity} has a {name} of {value:.3f} {unit}{whom} at {where}, {world.time:.3f} s "
+            f"after the start; expected {expected} {self.limit.value:g} {unit}"
+        )
+        return Outcome.SUCCEEDED, message
+
+    def _measured(self, world: Watched, state: BodyState) -> tuple[float, str] | None:
+        """Return the value, and the other entity of a clearance; None while the value is unknown."""
+        (x, y, _), area = state.position, self.limit.area
+        match self.limit.measure:
+            case Measure.CLEARANCE:
+                clearance = world.clearance(self.entity, self.limit.other)
+                return None if clearance is None else (clearance.distance, clearance.entity)
+            case Measure.LOCALIZATION_ERROR:
+                error = world.localization_error(self.entity)
+                return None if error is None else (error, "")
+            case Measure.SPEED:
+                within = area_distance(area, x, y) == 0.0
+                return (math.hypot(state.linear[0], state.linear[1]) if within else 0.0), ""
+            case Measure.AREA_DISTANCE:
+                return area_distance(area, x, y), ""
+            case Measure.PATH_LENGTH:
+                return self.total, ""
+            case Measure.TIME_IN_AREA:
+                return self.total * TICK, ""
+            case _:
+                assert_never(self.limit.measure)

@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+import pytest
+
+from seoro.bridges import wire
+from seoro.bridges.wire.refusal import RequestRefused
+from seoro.robotics.measures import Area, Measure, MeasureLimit
+from tests.sim_nodes.client import ROBOT, Client, pose
+
+engines = pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+
+
+def watch(client: Client, limit: MeasureLimit, entity: str = ROBOT, name: str = "watch") -> None:
+    client.ask(wire.WATCH_MEASURE, wire.WatchMeasure(id=name, entity=entity, limit=limit))
+
+
+def drive(client: Client, linear: float = 0.3) -> None:
+    client.ask(wire.DRIVE, wire.Drive(id="drive", robot=ROBOT, linear=linear, angular=0.0, duration=5.0))
+
+
+@engines
+def test_a_clearance_is_reported_in_the_tick_in_which_it_falls_to_the_limit(engine: str) -> None:
+    client = Client("empty", engine=engine)
+    client.spawn("box", pose(1.2, 0.0, z=0.1))
+    client.spawn("far", pose(-1.5, 0.0, z=0.1))
+    watch(client, MeasureLimit(Measure.CLEARANCE, 0.3, above=False))
+    watch(client, MeasureLimit(Measure.CLEARANCE, 0.3, above=False, other="far"), name="never")
+    drive(client)
+    found, _ = client.run_until("watch", 5.0)
+    clearance = client.simulator.simulation.clearance(ROBOT, "")
+    assert clearance is not None and clearance.entity == "box"
+    assert 0.3 - 0.3 * 0.02 <= clearance.distance <= 0.3
+    assert f"turtlebot4 has a clearance of {clearance.distance:.3f} m to 'box' at (" in found.message
+    assert found.message.endswith(f"{found.time:.3f} s after the start; expected more than 0.3 m")
+
+
+def test_each_measure_is_watched(empty: Client) -> None:
+    empty.localise(pose(0.2, 0.0))  # 0.2 m ahead of the truth
+    drive(empty)
+    limits = {
+        "fast": MeasureLimit(Measure.SPEED, 0.2, above=True),
+        "fast_there": MeasureLimit(Measure.SPEED, 0.2, above=True, area=Area(x_min=0.4)),
+        "lost": MeasureLimit(Measure.LOCALIZATION_ERROR, 0.1, above=True),
+        "way": MeasureLimit(Measure.PATH_LENGTH, 0.5, above=True),
+        "out": MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=True, area=Area(x_max=0.6)),
+        "in": MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=False, area=Area(x_min=0.7)),
+        "stay": MeasureLimit(Measure.TIME_IN_AREA, 0.5, above=True, area=Area(x_min=0.7)),
+    }
+    for name, limit in limits.items():
+        watch(empty, limit, name=name)
+    fired: dict[str, tuple[float, float]] = {}
+    while len(fired) < len(limits):
+        for each in empty.advance(5.0).occurrences:
+            fired[each.id] = (each.time, empty.truth.x)
+        assert empty.simulator.simulation.time < 5.0
+    assert fired["lost"][0] <= 0.02
+    assert fired["fast"][1] < 0.3
+    assert fired["fast_there"][1] == pytest.approx(0.4, abs=0.01)
+    assert fired["way"][1] == pytest.approx(0.5, abs=0.01)
+    assert fired["out"][1] == pytest.approx(0.6, abs=0.01)
+    assert fired["in"][1] == pytest.approx(0.7, abs=0.01)
+    assert fired["stay"][0] == pytest.approx(fired["in"][0] + 0.52, abs=0.03)
+
+
+def test_watches_of_measures_continue_after_a_snapshot(empty: Client) -> None:
+    drive(empty)
+    watch(empty, MeasureLimit(Measure.PATH_LENGTH, 0.4, above=True))
+    empty.advance(1.0)
+    snapshot = empty.ask(wire.SAVE_STATE, wire.Empty())
+    fired = empty.run_until("watch", 5.0)
+    fork = Client("maze", 99)
+    fork.ask(wire.RESTORE_STATE, wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.CONTINUE))
+    assert fork.run_until("watch", 5.0) == fired
+
+
+def test_a_deleted_entity_reaches_no_limit(empty: Client) -> None:
+    empty.spawn("box", pose(1.2, 0.0, z=0.1))
+    watch(empty, MeasureLimit(Measure.SPEED, 0.0, above=False), "box", "box")
+    assert empty.run_until("box", 2.0)
+    watch(empty, MeasureLimit(Measure.PATH_LENGTH, 0.1, above=True), "box")
+    watch(empty, MeasureLimit(Measure.CLEARANCE, 0.2, above=False, other="box"), name="near")
+    empty.ask(wire.DELETE_ENTITY, wire.EntityName(name="box"))
+    drive(empty)
+    assert empty.advance(4.0).occurrences == ()
+
+
+@pytest.mark.parametrize(
+    ("entity", "limit", "error"),
+    [
+        ("tb5", MeasureLimit(Measure.SPEED, 1.0, above=True), "unknown entity 'tb5'"),
+        ("box", MeasureLimit(Measure.CLEARANCE, 1.0, above=False), "unknown robot 'box'"),
+        (ROBOT, MeasureLimit(Measure.CLEARANCE, 1.0, above=False, other="tree"), "unknown entity 'tree' to keep"),
+        (ROBOT, MeasureLimit(Measure.CLEARANCE, 1.0, above=False, other=ROBOT), "to itself"),
+        (ROBOT, MeasureLimit(Measure.SPEED, float("nan"), above=True), "invalid limit"),
+        (ROBOT, MeasureLimit(Measure.SPEED, 1.0, above=True, area=Area(x_min=2.0, x_max=1.0)), "invalid area"),
+    ],
+)
+def test_invalid_watches_are_refused(empty: Client, entity: str, limit: MeasureLimit, error: str) -> None:
+    empty.spawn("box", pose(1.2, 0.0, z=0.1))
+    with pytest.raises(RequestRefused, match=error):
+        watch(empty, limit, entity)
