@@ -197,7 +197,8 @@ class PlacedRobot:
     @property
     def state(self) -> BodyState:
         """Initial state of the base."""
-        lift = self.height if self.declaration.fixed else self.height + START_CLEARANCE
+        above = 0.0 if self.declaration.fixed else self.declaration.standing_height + START_CLEARANCE
+        lift = self.height + above
         return BodyState((self.pose.x, self.pose.y, lift), quaternion(0.0, 0.0, self.pose.yaw))
 
 
@@ -212,7 +213,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class JointStates:
-    """States of the joints of an arm followed by its two fingers, arrays of shape (n + 2,)."""
+    """States of position-controlled joints, followed by the fingers of a gripper, if any; arrays of shape (n,)."""
 
     positions: Array  # [rad], [m]
     velocities: Array  # [rad/s], [m/s]
@@ -375,7 +376,7 @@ class Engine(Protocol):
         """
 
     def joint_states(self, robot: str) -> JointStates:
-        """Return the states of the joints of a robot's arm and gripper."""
+        """Return the states of a robot's position-controlled joints and fingers."""
 
     def command_joints(self, robot: str, positions: Array, velocities: Array) -> None:
         """Set the targets of an arm's motors: positions that move at the velocities until the next command.

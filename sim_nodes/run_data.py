@@ -114,7 +114,7 @@ class RunData(Stateful):
         """Record the positions of tools and movable bodies."""
         for robot in self._robots.values():
             arm = robot.declaration.arm
-            if arm is not None and tick % TOOL_TICKS == 0:
+            if arm is not None and arm.tool_link is not None and tick % TOOL_TICKS == 0:
                 _add(self.records[robot.name].tool, self._engine.link_pose(robot.name, arm.tool_link)[0])
         if tick % TRAIL_TICKS == 0:
             since = self._entities.movable()

@@ -28,6 +28,8 @@ from sim_nodes.ticks import TICK
 UR10E = load_robot("ur10e")
 assert UR10E.arm is not None
 ARM = UR10E.arm
+assert ARM.gripper is not None
+assert ARM.tool_link is not None
 GRIPPER = ARM.gripper
 LEFT, RIGHT = GRIPPER.links
 CHAIN = Chain(UR10E.urdf, UR10E.base_link, ARM.tool_link, [joint.name for joint in ARM.joints])

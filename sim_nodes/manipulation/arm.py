@@ -10,12 +10,20 @@ import numpy as np
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Array, rotation_matrix
-from sim_nodes.manipulation.chain import inverse, joint_counts, pose_matrix
+from sim_nodes.manipulation.chain import inverse, pose_matrix
 from sim_nodes.manipulation.gripper import Gripper, HoldGoal
-from sim_nodes.manipulation.motion import JointMotion, Motion, Path
-from sim_nodes.manipulation.planner import AttachedObject, Planner, PlanningScene, check_count
+from sim_nodes.manipulation.motion import BLOCKED, YIELDING, JointMotion, Motion, Path
+from sim_nodes.manipulation.moved_links import MovedLinks, base_in_map
+from sim_nodes.manipulation.planner import AttachedObject, Planner, PlanningScene, check_count, make_planner
 from sim_nodes.manipulation.servos import Servos
-from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state, operation_failed, unknown
+from sim_nodes.outcomes import (
+    NO_CLIENT,
+    GoalResult,
+    feature_unsupported,
+    incorrect_state,
+    operation_failed,
+    unknown,
+)
 from sim_nodes.physics import Engine, JointStates, PlacedRobot
 from sim_nodes.robots.declaration import ArmDeclaration
 from sim_nodes.stateful import Stateful
@@ -43,7 +51,7 @@ class MotionOptions:
 
 
 class Arm(Stateful):
-    """An arm with a gripper.
+    """Position-controlled joints: an arm, perhaps with a gripper, or those of a body such as one with legs.
 
     Args:
         placed: Robot that has the arm.
@@ -52,7 +60,7 @@ class Arm(Stateful):
         is_movable: Returns whether an entity can be carried.
     """
 
-    STATE = ("_motion", "gripper", "servos", "_planned")
+    STATE = ("_motion", "_gripper", "servos", "_planned")
 
     def __init__(
         self,
@@ -62,31 +70,64 @@ class Arm(Stateful):
         is_movable: Callable[[str], bool],
     ) -> None:
         self._robot, self._engine = placed.name, engine
-        self._planner = Planner(placed, declaration, engine)
-        self._chain = self._planner.chain
+        self._planner = make_planner(placed, declaration, engine)
         self._acceleration = np.array([joint.max_acceleration for joint in declaration.joints])
-        self.gripper = Gripper(placed.name, declaration.gripper, engine, is_movable)
-        self.joints = (*self._chain.joints, *declaration.gripper.joints)
-        self._depths = joint_counts(placed.declaration.urdf, self._chain.joints)
-        self._fingers = declaration.gripper.links
-        self._motion = Motion(self._chain.joints)
-        self.servos = Servos(placed.name, len(self._chain.joints), engine)
+        gripper = declaration.gripper
+        self._gripper = None if gripper is None else Gripper(placed.name, gripper, engine, is_movable)
+        self.joints = (*self._planner.joints, *declaration.fingers)
+        self._moved = MovedLinks(placed.declaration, self._planner.joints)
+        self._fingers = declaration.finger_links
+        self._motion = Motion(self._planner.joints, YIELDING if declaration.tool_link is None else BLOCKED)
+        self.servos = Servos(placed.name, len(self._planner.joints), engine)
         self._planned: list[str] = []  # goals that end in the next tick without a motion
 
     # ------------------------------------------------------------ state
 
     @property
+    def has_gripper(self) -> bool:
+        """Whether it has a gripper."""
+        return self._gripper is not None
+
+    @property
+    def gripper(self) -> Gripper:
+        """The gripper.
+
+        Raises:
+            RequestRefused: The robot lacks one.
+        """
+        if self._gripper is None:
+            raise feature_unsupported(f"{self._robot} has no gripper")
+        return self._gripper
+
+    @property
+    def held(self) -> str | None:
+        """Entity held by the gripper, if any."""
+        return None if self._gripper is None else self._gripper.held
+
+    @property
+    def _tool(self) -> Planner:
+        """The planner of the tool.
+
+        Raises:
+            RequestRefused: The robot lacks a tool.
+        """
+        if not isinstance(self._planner, Planner):
+            raise feature_unsupported(f"{self._robot} has no tool: its joints follow joint trajectories only")
+        return self._planner
+
+    @property
     def goals(self) -> tuple[str, ...]:
         """Ids of active goals that a client waits for."""
-        motion, gripping = self._motion.goal, self.gripper.goal
+        motion, gripping = self._motion.goal, None if self._gripper is None else self._gripper.goal
         goals = (motion, None if gripping is None else gripping.id)
-        watching = (hold.id for hold in self.gripper.holds)
+        watching = () if self._gripper is None else (hold.id for hold in self._gripper.holds)
         return (*(goal for goal in goals if goal not in (None, NO_CLIENT)), *watching, *self._planned)
 
     @property
     def is_idle(self) -> bool:
         """Whether it has neither a motion nor anything to monitor."""
-        return self._motion.course is None and not self.gripper.is_busy and not self._planned
+        is_gripping = self._gripper is not None and self._gripper.is_busy
+        return self._motion.course is None and not is_gripping and not self._planned
 
     @property
     def remaining(self) -> float:
@@ -118,14 +159,12 @@ class Arm(Stateful):
             joints: Positions of the arm's joints and the fingers [rad, m].
             rates: Velocities of the arm's joints and the fingers [rad/s, m/s].
         """
-        count = self._depths.get(link, 0)
-        in_map = self._planner.pose_base_in_map
+        in_map = base_in_map(self._engine, self._robot)
         place = (inverse(in_map) @ (*point, 1.0))[:3]
-        velocity = self._chain.velocity_at(np.array(joints), np.array(rates), count, place)
-        turned: Array = in_map[:3, :3] @ velocity
+        turned: Array = in_map[:3, :3] @ self._moved.velocity_at(link, np.array(joints), np.array(rates), place)
         if link not in self._fingers:
             return turned
-        return turned + rates[len(self._chain.joints) + self._fingers.index(link)] * self._outward(link)
+        return turned + rates[len(self._planner.joints) + self._fingers.index(link)] * self._outward(link)
 
     def _outward(self, finger: str) -> Array:
         """Return the opening direction of a finger in `map`; zero where the fingers meet."""
@@ -139,7 +178,7 @@ class Arm(Stateful):
 
     def tool_pose(self) -> Array:
         """Return the pose of the tool in `map`, shape (4, 4)."""
-        return self._planner.pose_base_in_map @ self._chain.tool_pose(self._configuration())
+        return self._tool.pose_base_in_map @ self._tool.chain.tool_pose(self._configuration())
 
     def in_map(self, pose: Array, frame: str) -> Array:
         """Transform a pose from a frame, `map` or the arm's base, to `map`.
@@ -152,10 +191,10 @@ class Arm(Stateful):
         known = (BASE_FRAME, f"{self._robot}/{BASE_FRAME}")
         if frame not in known:
             raise unknown(f"frame {frame!r} of a pose for {self._robot}", "frames", ("map", *known))
-        return self._planner.pose_base_in_map @ pose
+        return self._tool.pose_base_in_map @ pose
 
     def _configuration(self) -> Array:
-        return self.states().positions[: len(self._chain.joints)]
+        return self.states().positions[: len(self._planner.joints)]
 
     # ------------------------------------------------------------ goals
 
@@ -171,17 +210,17 @@ class Arm(Stateful):
             raise operation_failed(f"found {len(configurations)} waypoints; expected 1 to {MAX_WAYPOINTS}")
         order = self._order(names)
         for positions in configurations:
-            check_count(self._robot, names or self._chain.joints, positions)
+            check_count(self._robot, names or self._planner.joints, positions)
         points = [np.array(positions, dtype=np.float64)[order] for positions in configurations]
         self._start(goal, options, lambda now: self._planner.through(now, points))
 
     def move_to_pose(self, goal: str, target: Array, options: MotionOptions) -> None:
         """Move the tool to a pose in `map`, shape (4, 4), on a path in joint space."""
-        self._start(goal, options, lambda now: self._planner.to_pose(now, target))
+        self._start(goal, options, lambda now: self._tool.to_pose(now, target))
 
     def move_straight(self, goal: str, target: Array, options: MotionOptions) -> None:
         """Move the tool to a pose in `map`, shape (4, 4), on a straight line."""
-        self._start(goal, options, lambda now: self._planner.straight(now, target))
+        self._start(goal, options, lambda now: self._tool.straight(now, target))
 
     def hold(self, goal: str, entity: str, duration: float, tick: int) -> None:
         """Report whether an entity stays held for a duration [s]; an empty name means the held entity.
@@ -202,12 +241,12 @@ class Arm(Stateful):
         if options.plan_only:
             self._planned.append(goal)
             return
-        speed = options.scaling * self._chain.limits.speed
+        speed = options.scaling * self._planner.limits.speed
         self._motion.follow(JointMotion(goal, options.tolerance, path.points, speed, self._acceleration))
 
     def _order(self, names: Sequence[str]) -> list[int]:
         """Return the indices of the arm's joints in `names`."""
-        joints = self._chain.joints
+        joints = self._planner.joints
         if names and sorted(names) != sorted(joints):
             raise operation_failed(
                 f"invalid joints {', '.join(names)}; expected those of {self._robot}: {', '.join(joints)}"
@@ -215,11 +254,11 @@ class Arm(Stateful):
         return [(names or joints).index(joint) for joint in joints]
 
     def _load(self, configuration: Array) -> AttachedObject | None:
-        held = self.gripper.held
+        held = self.held
         if held is None:
             return None
         state = self._engine.body_state(held)
-        tool = self._planner.pose_base_in_map @ self._chain.tool_pose(configuration)
+        tool = self._tool.pose_base_in_map @ self._tool.chain.tool_pose(configuration)
         pose = pose_matrix(state.position, rotation_matrix(state.orientation))
         return AttachedObject(held, inverse(tool) @ pose)
 
@@ -230,7 +269,9 @@ class Arm(Stateful):
         for goal in self._planned:
             yield GoalResult(goal, Outcome.SUCCEEDED)
         self._planned = []
-        self.servos.commanded_speed = self.gripper.commanded_speed = 0.0
+        self.servos.commanded_speed = 0.0
+        if self._gripper is not None:
+            self._gripper.commanded_speed = 0.0
         if self.is_idle:
             return
         states = self.states()
@@ -239,14 +280,15 @@ class Arm(Stateful):
             self.servos.set_command(moment)
         if ended is not None:
             yield self._with_contacts(ended)
-        yield from self.gripper.tick(states, tick)
+        if self._gripper is not None:
+            yield from self._gripper.tick(states, tick)
 
     def _with_contacts(self, ended: GoalResult) -> GoalResult:
         """Return a result whose message names the arm's contacts, a possible reason."""
         if ended.outcome is not Outcome.ABORTED:
             return ended
         touched = sorted(self._engine.link_contacts(self._robot))
-        against = [f"{link} touches {other!r}" for link, other in touched if other != self.gripper.held]
+        against = [f"{link} touches {other!r}" for link, other in touched if other != self.held]
         message = f"{ended.message}; {', '.join(against)}" if against else ended.message
         return GoalResult(ended.id, ended.outcome, f"{self._robot}: {message}")
 
@@ -256,9 +298,8 @@ class Arm(Stateful):
             return
         if self._motion.goal == goal:
             self._motion.brake()
-        if self.gripper.goal is not None and self.gripper.goal.id == goal:
-            self.gripper.stop()
-        self.gripper.holds = [hold for hold in self.gripper.holds if hold.id != goal]
+        if self._gripper is not None:
+            self._gripper.cancel(goal)
         self._planned = [planned for planned in self._planned if planned != goal]
         yield GoalResult(goal, Outcome.CANCELED)
 
@@ -266,7 +307,8 @@ class Arm(Stateful):
         """See `Robot.detach_goals`."""
         if self._motion.goal is not None and self._motion.goal in goals:
             self._motion.rename(NO_CLIENT)
-        self.gripper.detach_goals(goals)
+        if self._gripper is not None:
+            self._gripper.detach_goals(goals)
         self._planned = [planned for planned in self._planned if planned not in goals]
 
     def stop(self) -> Iterator[GoalResult]:
@@ -274,4 +316,5 @@ class Arm(Stateful):
         for goal in self.goals:
             yield from self.cancel(goal)
         self._motion.brake()
-        self.gripper.stop()
+        if self._gripper is not None:
+            self._gripper.stop()

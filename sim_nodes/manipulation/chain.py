@@ -7,7 +7,7 @@ an array of the positions of the arm's joints [rad], in the order of its declara
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, takewhile
 from xml.etree.ElementTree import Element
@@ -204,6 +204,32 @@ def _axis(joint: Element) -> Array:
     return unit
 
 
+def inner_joints(urdf: str, base_link: str, tool_link: str) -> list[str]:
+    """Return the names of the movable joints from a link to another one, in order.
+
+    Raises:
+        ValueError: No joints lead from one to the other.
+    """
+    way = _joints_between(ElementTree.fromstring(urdf), base_link, tool_link)
+    return [joint.get("name", "") for joint in way if joint.get("type") != "fixed"]
+
+
+def joint_limits(urdf: str, joints: Sequence[str]) -> Limits:
+    """Return the limits of revolute joints, in their order.
+
+    Raises:
+        ValueError: A joint is unknown, of another type, or without limits.
+    """
+    known = {joint.get("name", ""): joint for joint in ElementTree.fromstring(urdf).iter("joint")}
+    unknown = [name for name in joints if name not in known]
+    if unknown:
+        raise ValueError(f"unknown joint {unknown[0]!r}; the URDF has {', '.join(known)}")
+    for name in joints:
+        if known[name].get("type") != "revolute":
+            raise ValueError(f"joint {name} has type {known[name].get('type')!r}; expected 'revolute'")
+    return _limits([known[name] for name in joints])
+
+
 def _limits(moving: list[Element]) -> Limits:
     for joint in moving:
         if joint.find("limit") is None:
@@ -226,16 +252,12 @@ def colliding_pairs(urdf: str) -> tuple[tuple[str, str], ...]:
     )
 
 
-def joint_counts(urdf: str, joints: Sequence[str]) -> dict[str, int]:
-    """Return the number of joints, in order from the base, that move each link."""
-    counts: dict[str, int] = {}
-    parents = _parent_joints(ElementTree.fromstring(urdf))
-    for link in parents:
-        names = (joint.get("name", "") for joint in _joints_above(link, parents))
-        moving = next((name for name in names if name in joints), None)
-        if moving is not None:
-            counts[link] = joints.index(moving) + 1
-    return counts
+def joints_above(urdf: str, link: str, joints: Container[str]) -> tuple[list[str], str]:
+    """Return those of some joints that move a link, in order from the base, and the child of the last of them."""
+    above = _joints_above(link, _parent_joints(ElementTree.fromstring(urdf)))
+    found = [joint for joint in above if joint.get("name", "") in joints]
+    names = [joint.get("name", "") for joint in reversed(found)]
+    return names, _end(found[0], "child") if found else link
 
 
 def gripper_links(urdf: str, fingers: tuple[str, ...]) -> frozenset[str]:

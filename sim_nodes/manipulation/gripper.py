@@ -138,6 +138,12 @@ class Gripper(Stateful):
             self.goal = replace(self.goal, id=NO_CLIENT)
         self.holds = [hold for hold in self.holds if hold.id not in goals]
 
+    def cancel(self, goal: str) -> None:
+        """Cancel a goal by id, if it is one of the gripper."""
+        if self.goal is not None and self.goal.id == goal:
+            self.stop()
+        self.holds = [hold for hold in self.holds if hold.id != goal]
+
     def set_power(self, on: bool) -> None:
         """Switch the power; without power, the fingers hold their positions and press on a held object."""
         if on == self.fingers.has_power:

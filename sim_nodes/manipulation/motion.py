@@ -104,6 +104,7 @@ def _scaling(time: Array) -> tuple[Array, Array, Array]:
 
 
 BLOCKED = 0.05  # [rad] lag behind the trajectory that indicates an obstacle
+YIELDING = 0.3  # [rad] that lag for joints that carry the weight of their body
 BLOCKED_TICKS = 3  # of that lag in a row
 SETTLE_TIME = 2.0  # [s] after the end of the trajectory for the arm to come to rest
 AT_REST = 0.01  # [rad/s]
@@ -136,6 +137,7 @@ class Motion(Stateful):
 
     Args:
         joints: Names of the joints.
+        blocked: Lag behind the trajectory that indicates an obstacle [rad].
 
     Attributes:
         course: The trajectory, if any.
@@ -144,8 +146,8 @@ class Motion(Stateful):
 
     STATE = ("course", "is_braking", "_time", "_pace", "_late", "_correction")
 
-    def __init__(self, joints: tuple[str, ...]) -> None:
-        self._joints = joints
+    def __init__(self, joints: tuple[str, ...], blocked: float = BLOCKED) -> None:
+        self._joints, self._blocked = joints, blocked
         self.course: JointMotion | None = None
         self.is_braking = False
         self._time = 0.0  # on the trajectory
@@ -209,7 +211,7 @@ class Motion(Stateful):
         """Return the result of the motion by the state of the joints; None while it continues."""
         off = course.trajectory.at(self._time).positions - positions
         worst = int(np.argmax(np.abs(off)))
-        self._late = self._late + 1 if abs(off[worst]) > BLOCKED else 0
+        self._late = self._late + 1 if abs(off[worst]) > self._blocked else 0
         if self._late >= BLOCKED_TICKS:
             return GoalResult(course.goal, Outcome.ABORTED, f"{self._joints[worst]} was blocked")
         if self._time < course.trajectory.duration:

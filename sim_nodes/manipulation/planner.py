@@ -15,7 +15,15 @@ import numpy as np
 from seoro.bridges.wire import ArmResult
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Array, quaternion_of, rotation_matrix, vector
-from sim_nodes.manipulation.chain import Chain, colliding_pairs, gripper_links, inverse, pose_matrix
+from sim_nodes.manipulation.chain import (
+    Chain,
+    Limits,
+    colliding_pairs,
+    gripper_links,
+    inverse,
+    joint_limits,
+    pose_matrix,
+)
 from sim_nodes.manipulation.inverse_kinematics import (
     MORE_STARTS,
     STARTS,
@@ -26,6 +34,7 @@ from sim_nodes.manipulation.inverse_kinematics import (
     solve,
 )
 from sim_nodes.manipulation.motion import Path
+from sim_nodes.manipulation.moved_links import base_in_map
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import MAX_OVERLAP, BodyState, CarriedBody, Engine, Overlap, PlacedRobot
@@ -61,29 +70,23 @@ class PlanningScene:
     may_touch: frozenset[str] = frozenset()
 
 
-class Planner:
-    """Plans paths for one arm.
+class JointPlanner:
+    """Plans paths of joints within their limits.
 
     Args:
-        placed: Robot that has the arm.
-        arm: Declaration of the arm.
-        engine: Engine that checks collisions.
+        robot: Name of the robot.
+        joints: Names of the joints.
+        limits: Limits of the joints.
     """
 
-    def __init__(self, placed: PlacedRobot, arm: ArmDeclaration, engine: Engine) -> None:
-        self._robot, self._engine = placed.name, engine
-        urdf, names = placed.declaration.urdf, [joint.name for joint in arm.joints]
-        self.chain = Chain(urdf, placed.declaration.base_link, arm.tool_link, names)
-        self._own, self._hand = colliding_pairs(urdf), gripper_links(urdf, arm.gripper.links)
-        self._home = np.array([joint.home for joint in arm.joints])
-        self._noise = Noise(0, f"{placed.name}/inverse kinematics")  # independent of the seed, so that plans are
-        self.pose_base_in_map = pose_matrix(placed.state.position, rotation_matrix(placed.state.orientation))
+    def __init__(self, robot: str, joints: tuple[str, ...], limits: Limits) -> None:
+        self._robot, self.joints, self.limits = robot, joints, limits
 
     def through(self, now: PlanningScene, configurations: Sequence[Array]) -> Path:
         """Return the path through configurations.
 
         Raises:
-            RequestRefused: A configuration is out of limits, or the path collides.
+            RequestRefused: A configuration is out of limits.
         """
         for configuration in configurations:
             self._check_limits(configuration)
@@ -91,7 +94,52 @@ class Planner:
         for configuration in configurations:
             if np.abs(configuration - way[-1]).max() > 0.0:
                 way.append(configuration)
-        path = Path(way if len(way) > 1 else [now.start, now.start])
+        return Path(way if len(way) > 1 else [now.start, now.start])
+
+    def _check_limits(self, configuration: Array) -> None:
+        for name, position, lower, upper in zip(
+            self.joints, configuration, self.limits.lower, self.limits.upper, strict=True
+        ):
+            if not lower <= position <= upper:
+                raise RequestRefused(
+                    ArmResult.OUT_OF_LIMITS,
+                    f"invalid position {position:.3f} rad of {name} of {self._robot}; "
+                    f"expected {lower:.3f} to {upper:.3f} rad",
+                )
+
+
+class Planner(JointPlanner):
+    """Plans paths for one arm.
+
+    Args:
+        placed: Robot that has the arm.
+        arm: Declaration of the arm, with a tool.
+        engine: Engine that checks collisions.
+    """
+
+    def __init__(self, placed: PlacedRobot, arm: ArmDeclaration, engine: Engine) -> None:
+        urdf, names = placed.declaration.urdf, [joint.name for joint in arm.joints]
+        assert arm.tool_link is not None
+        self.chain = Chain(urdf, placed.declaration.base_link, arm.tool_link, names)
+        super().__init__(placed.name, self.chain.joints, self.chain.limits)
+        self._engine = engine
+        self._own, self._hand = colliding_pairs(urdf), gripper_links(urdf, arm.finger_links)
+        self._home = np.array([joint.home for joint in arm.joints])
+        self._noise = Noise(0, f"{placed.name}/inverse kinematics")  # independent of the seed, so that plans are
+        self._fixed = base_in_map(engine, placed.name) if placed.declaration.fixed else None
+
+    @property
+    def pose_base_in_map(self) -> Array:
+        """Pose of the base in `map`, shape (4, 4)."""
+        return base_in_map(self._engine, self._robot) if self._fixed is None else self._fixed
+
+    def through(self, now: PlanningScene, configurations: Sequence[Array]) -> Path:
+        """Return the path through configurations.
+
+        Raises:
+            RequestRefused: A configuration is out of limits, or the path collides.
+        """
+        path = super().through(now, configurations)
         self._check_collisions(path, now)
         return path
 
@@ -153,18 +201,6 @@ class Planner:
 
     # ------------------------------------------------------------ checks
 
-    def _check_limits(self, configuration: Array) -> None:
-        limits = self.chain.limits
-        for name, position, lower, upper in zip(
-            self.chain.joints, configuration, limits.lower, limits.upper, strict=True
-        ):
-            if not lower <= position <= upper:
-                raise RequestRefused(
-                    ArmResult.OUT_OF_LIMITS,
-                    f"invalid position {position:.3f} rad of {name} of {self._robot}; "
-                    f"expected {lower:.3f} to {upper:.3f} rad",
-                )
-
     def _check_collisions(self, path: Path, now: PlanningScene) -> None:
         present = self._overlaps(now.start, now, self._own)
         allowed = {(it.link, it.other): it.depth + DEEPER for it in present}
@@ -204,6 +240,14 @@ class Planner:
     def _is_grip(self, overlap: Overlap, now: PlanningScene) -> bool:
         """Whether it is an overlap of the gripper with the held entity."""
         return now.load is not None and overlap.link == now.load.name and overlap.other in self._hand
+
+
+def make_planner(placed: PlacedRobot, arm: ArmDeclaration, engine: Engine) -> JointPlanner:
+    """Return the planner of position-controlled joints; see `Planner` for its arguments."""
+    if arm.tool_link is not None:
+        return Planner(placed, arm, engine)
+    joints = tuple(joint.name for joint in arm.joints)
+    return JointPlanner(placed.name, joints, joint_limits(placed.declaration.urdf, joints))
 
 
 def check_count(robot: str, names: Sequence[str], positions: Sequence[float]) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from sim_nodes.geometry import Array
 from sim_nodes.physics import JointStates, Overlap
-from sim_nodes.robots.declaration import ArmDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, GripperDeclaration
 
 IMPRATIO = 10.0  # ratio of frictional to normal impedance; with less, held objects creep out of the fingers
 ROLLING = 0.0001
@@ -27,16 +27,26 @@ def configure_grip_contacts(spec: Any) -> None:
 
 
 def add_arm(spec: Any, arm: ArmDeclaration) -> None:
-    """Add the motors of an arm and its gripper, and compensate gravity, as an arm's own controller does.
+    """Add the motors of position-controlled joints; links do not collide with each other.
 
-    Links do not collide with each other: paths are checked for that before the arm moves.
+    Gravity is compensated for arms, as their own controllers do, and their paths are checked for collisions.
     """
     for declared in arm.joints:
         joint = spec.joint(declared.name)
         joint.armature, joint.actgravcomp = declared.armature, True
         motor = spec.add_actuator(name=declared.name, target=declared.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.set_to_position(kp=declared.stiffness, kv=declared.damping)
-    gripper = arm.gripper
+    if arm.gripper is not None:
+        _add_gripper(spec, arm.gripper)
+    bodies = [body for body in spec.bodies if body.name != "world"]
+    if arm.tool_link is not None:
+        for body in bodies:
+            body.gravcomp = 1.0
+    for first, second in combinations(bodies, 2):
+        spec.add_exclude(bodyname1=first.name, bodyname2=second.name)
+
+
+def _add_gripper(spec: Any, gripper: GripperDeclaration) -> None:
     for name in gripper.joints:
         spec.joint(name).armature = gripper.armature
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -48,11 +58,6 @@ def add_arm(spec: Any, arm: ArmDeclaration) -> None:
             geom.friction = [gripper.friction, gripper.torsional_friction, ROLLING]
             geom.condim = TORSIONAL_CONTACT
             geom.solref = [STIFF_CONTACT, 1.0]
-    bodies = [body for body in spec.bodies if body.name != "world"]
-    for body in bodies:
-        body.gravcomp = 1.0
-    for first, second in combinations(bodies, 2):
-        spec.add_exclude(bodyname1=first.name, bodyname2=second.name)
 
 
 @dataclass
@@ -77,13 +82,15 @@ class MujocoArm:
         self._arm = arm
         prefix = f"{robot}/"
         names = [joint.name for joint in arm.joints]
-        joints = [model.joint(prefix + name) for name in (*names, *arm.gripper.joints)]
+        joints = [model.joint(prefix + name) for name in (*names, *arm.fingers)]
         motors = [model.actuator(joint.name).id for joint in joints]
         self._positions = np.array([int(joint.qposadr[0]) for joint in joints])
         self._speeds = np.array([int(joint.dofadr[0]) for joint in joints])
-        self._motors, self._fingers = np.array(motors[: len(names)]), np.array(motors[len(names) :])
+        self._motors, self._fingers = np.array(motors[: len(names)]), np.array(motors[len(names) :], dtype=np.intp)
         self._lead = np.array([joint.damping / joint.stiffness for joint in arm.joints])  # [s]
-        self.command = command or ArmCommand(np.zeros(len(names)), arm.gripper.max_force)
+        self.command = command or ArmCommand(
+            np.zeros(len(names)), 0.0 if arm.gripper is None else arm.gripper.max_force
+        )
         self._limit_force(model, self.command.force)
         bodies = {body: model.body(body).name for body in range(model.nbody)}
         own = {body: name.removeprefix(prefix) for body, name in bodies.items() if name.startswith(prefix)}
@@ -101,8 +108,8 @@ class MujocoArm:
     def go_home(self, data: Any) -> None:
         """Set the joints to their initial positions, and make the motors hold them."""
         home = [joint.home for joint in self._arm.joints]
-        finger = self._arm.gripper.stroke / 2.0
-        data.qpos[self._positions] = [*home, finger, finger]
+        finger = 0.0 if self._arm.gripper is None else self._arm.gripper.stroke / 2.0
+        data.qpos[self._positions] = [*home, *(finger for _ in self._arm.fingers)]
         data.ctrl[self._motors] = home
         data.ctrl[self._fingers] = finger
 

@@ -27,7 +27,7 @@ from sim_nodes.physics import (
     Sphere,
 )
 from sim_nodes.pybullet.model import BASE, Links, motors, xyzw
-from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, GripperDeclaration, MobileDeclaration
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.kinematics import per_motor, wheel_joints
 
@@ -142,26 +142,34 @@ class PybulletArm:
         self._links = {number: name for name, number in links.links.items()}
         self._numbers = links.links
         self._joints = [links.joints[joint.name] for joint in arm.joints]
-        self._fingers = [links.joints[name] for name in arm.gripper.joints]
+        self._fingers = [links.joints[name] for name in arm.fingers]
         self.all_joints = (*self._joints, *self._fingers)
         self._torques = [bullet.getJointInfo(body, joint)[MAX_FORCE] for joint in self._joints]
         home = np.array([joint.home for joint in arm.joints])
-        finger = arm.gripper.stroke / 2.0
         self.set_positions(home)
+        self._grip = (0.0, 0.0)
+        if arm.gripper is not None:
+            self._add_gripper(arm.gripper)
+        self.command_joints(home, np.zeros(len(home)))
+        if arm.gripper is not None:
+            self.command_fingers(arm.gripper.stroke / 2.0, arm.gripper.max_force)
+
+    def _add_gripper(self, gripper: GripperDeclaration) -> None:
+        """Open the gripper, and give its fingers their friction."""
+        bullet, body = self._bullet, self._body
+        finger = gripper.stroke / 2.0
         for joint in self._fingers:
             bullet.resetJointState(body, joint, finger)
-        for name in arm.gripper.links:
+        for name in gripper.links:
             bullet.changeDynamics(
                 body,
-                links.links[name],
-                lateralFriction=arm.gripper.friction,
-                spinningFriction=arm.gripper.torsional_friction,
+                self._numbers[name],
+                lateralFriction=gripper.friction,
+                spinningFriction=gripper.torsional_friction,
                 # Without, friction acts on velocities only: fast moved objects slip by millimetres.
                 frictionAnchor=True,
             )
         self._couple_fingers()
-        self.command_joints(home, np.zeros(len(home)))
-        self.command_fingers(finger, arm.gripper.max_force)
 
     def _couple_fingers(self) -> None:
         """Keep the fingers at equal positions by a gear; Bullet ignores `mimic`."""
@@ -205,7 +213,8 @@ class PybulletArm:
     def apply_command(self, command: ArmCommand) -> None:
         """Set the motor targets from a command."""
         self.command_joints(command.targets, command.rates)
-        self.command_fingers(*command.fingers)
+        if self._fingers:
+            self.command_fingers(*command.fingers)
 
     @property
     def is_moving(self) -> bool:

@@ -161,7 +161,7 @@ class MobileDeclaration(Declared):
 
 
 class JointDeclaration(Declared):
-    """A joint of an arm; its limits are in the URDF."""
+    """A position-controlled joint; its limits are in the URDF."""
 
     name: str
     home: float  # initial position [rad]
@@ -189,11 +189,33 @@ class GripperDeclaration(Declared):
 
 
 class ArmDeclaration(Declared):
-    """An arm with a gripper; `joints` are all movable joints from the base to the tool, in order."""
+    """Position-controlled joints: an arm, or a body that moves by its joints, such as one with legs.
 
-    tool_link: str
-    joints: tuple[JointDeclaration, ...]
-    gripper: GripperDeclaration
+    Attributes:
+        tool_link: Last link of an arm, whose `joints` are all movable joints from the base to it, in order.
+            Without it, joints may be anywhere, and paths are not checked for collisions.
+        gripper: Gripper of an arm.
+    """
+
+    tool_link: str | None = None
+    joints: tuple[JointDeclaration, ...] = Field(min_length=1)
+    gripper: GripperDeclaration | None = None
+
+    @property
+    def fingers(self) -> tuple[str, ...]:
+        """Joints of the fingers; empty without a gripper."""
+        return () if self.gripper is None else self.gripper.joints
+
+    @property
+    def finger_links(self) -> tuple[str, ...]:
+        """Links of the fingers; empty without a gripper."""
+        return () if self.gripper is None else self.gripper.links
+
+    @model_validator(mode="after")
+    def _gripper_has_tool(self) -> Self:
+        if self.gripper is not None and self.tool_link is None:
+            raise ValueError("missing `tool_link`; expected the last link of the arm that has the `gripper`")
+        return self
 
 
 class RobotDeclaration(Declared):
@@ -206,6 +228,7 @@ class RobotDeclaration(Declared):
         notes: Parts of its file without effect.
         kinds: Actor types that it can represent, most specific first.
         fixed: Whether it is fixed to the world.
+        standing_height: Initial height of its base above the floor, if it is not fixed [m].
         low_friction_links: Links that slide, such as casters.
     """
 
@@ -217,6 +240,7 @@ class RobotDeclaration(Declared):
     kinds: tuple[str, ...]
     base_link: str
     fixed: bool = False
+    standing_height: NonNegativeFloat = 0.0
     body_friction: PositiveFloat
     low_friction_links: tuple[str, ...] = ()
     mobile: MobileDeclaration | None = None

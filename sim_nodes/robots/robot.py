@@ -87,9 +87,11 @@ class Robot(Stateful):
             return lambda purpose: Noise(seed, f"{self.name}/{device}/{purpose}")
 
         if self._arm is not None:
-            servos, gripper = self._arm.servos, self._arm.gripper
+            servos = self._arm.servos
             yield "joints", ArmActuator(JOINTS, servos, servos, noise("joints"))
-            yield "gripper", ArmActuator(GRIPPER, gripper, gripper.fingers, noise("gripper"))
+            if self._arm.has_gripper:
+                gripper = self._arm.gripper
+                yield "gripper", ArmActuator(GRIPPER, gripper, gripper.fingers, noise("gripper"))
         if self._mobile is not None:
             yield "motors", WheelMotors(self._mobile.wheels, self._mobile.motion, noise("motors"))
 
@@ -111,7 +113,7 @@ class Robot(Stateful):
 
     @property
     def arm(self) -> Arm:
-        """The arm.
+        """The arm, or the position-controlled joints of another body.
 
         Raises:
             RequestRefused: The robot has none.
@@ -148,7 +150,7 @@ class Robot(Stateful):
     @property
     def held(self) -> str | None:
         """Entity held by its gripper, if any."""
-        return None if self._arm is None else self._arm.gripper.held
+        return None if self._arm is None else self._arm.held
 
     def motion(self, tick: int) -> Sample:
         """Return the present motion."""

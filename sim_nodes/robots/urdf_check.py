@@ -11,7 +11,7 @@ import numpy as np
 from defusedxml import ElementTree
 
 from sim_nodes.geometry import conjugate, multiply, rotated, vector, wrap, yaw_of
-from sim_nodes.manipulation.chain import Chain
+from sim_nodes.manipulation.chain import Chain, joint_limits
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
 from sim_nodes.models.urdf import frame_of, read_origin, read_shape
@@ -61,8 +61,8 @@ def _check_names(declaration: RobotDeclaration, links: Mapping[str, Any], joints
             wanted_links.add(mobile.lidar.link)
         wanted_joints |= {*motor_joints(mobile.drive)}
     if arm is not None:
-        wanted_links |= {arm.tool_link, *arm.gripper.links}
-        wanted_joints |= {*arm.gripper.joints, *(joint.name for joint in arm.joints)}
+        wanted_links |= {*arm.finger_links} | ({arm.tool_link} if arm.tool_link is not None else set())
+        wanted_joints |= {*arm.fingers, *(joint.name for joint in arm.joints)}
     _check_known("link", wanted_links, links)
     fixed = {joint.find("child").get("link") for joint in joints.values() if joint.get("type") == "fixed"}
     for sensor in declaration.sensors:
@@ -75,13 +75,18 @@ def _check_names(declaration: RobotDeclaration, links: Mapping[str, Any], joints
 
 
 def _check_arm(declaration: RobotDeclaration, arm: ArmDeclaration) -> None:
-    if not declaration.fixed:
-        raise xml.invalid("missing `fixed: true` in the declaration; robots with an `arm` are fixed")
+    if arm.tool_link is not None and not declaration.fixed and declaration.mobile is None:
+        raise xml.invalid(
+            "missing `fixed: true` in the declaration; an arm is fixed, or carried by a `mobile` base"
+        )
+    names = [joint.name for joint in arm.joints]
     try:
-        chain = Chain(declaration.urdf, declaration.base_link, arm.tool_link, [joint.name for joint in arm.joints])
+        if arm.tool_link is None:
+            limits = joint_limits(declaration.urdf, names)
+        else:
+            limits = Chain(declaration.urdf, declaration.base_link, arm.tool_link, names).limits
     except ValueError as error:
         raise xml.invalid(str(error)) from error
-    limits = chain.limits
     for joint, lower, upper, speed in zip(arm.joints, limits.lower, limits.upper, limits.speed, strict=True):
         if not 0.0 < speed < math.inf:
             raise xml.invalid(f"invalid velocity limit {speed:g} rad/s of {joint.name}; expected more than 0")

@@ -133,7 +133,9 @@ def _lidar(lidar: LidarDeclaration) -> wire.LidarDescription:
 
 def _arm(arm: ArmDeclaration) -> wire.ArmDescription:
     return wire.ArmDescription(
-        joints=tuple(joint.name for joint in arm.joints), fingers=arm.gripper.joints, stroke=arm.gripper.stroke
+        joints=tuple(joint.name for joint in arm.joints),
+        fingers=arm.fingers,
+        stroke=0.0 if arm.gripper is None else arm.gripper.stroke,
     )
 
 

@@ -168,8 +168,8 @@ def get_arm_state(simulator: Simulator, request: wire.RobotName) -> wire.ArmStat
     x, y, z = pose[:3, 3].tolist()
     return wire.ArmState(
         tool=pose_of(BodyState((x, y, z), quaternion_of(pose[:3, :3]))),
-        opening=arm.gripper.opening(),
-        held=arm.gripper.held or "",
+        opening=arm.gripper.opening() if arm.has_gripper else 0.0,
+        held=arm.held or "",
         remaining=arm.remaining,
     )
 

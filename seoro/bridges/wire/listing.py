@@ -173,10 +173,13 @@ class LidarDescription(Message):
 
 
 class ArmDescription(Message):
-    """Arm: its joints in order from the base, the fingers of its gripper, and their stroke [m]."""
+    """Position-controlled joints, those of an arm in order from the base.
+
+    `fingers` are the joints of its gripper and `stroke` their maximum opening [m]: none and 0 without a gripper.
+    """
 
     joints: tuple[str, ...]
-    fingers: tuple[str, str]
+    fingers: tuple[str, ...]
     stroke: float
 
 
