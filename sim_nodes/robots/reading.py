@@ -13,24 +13,36 @@ from sim_nodes.files import bundled_names, validate
 from sim_nodes.models import parse_model
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.derive.complete import complete, is_short
+from sim_nodes.robots.references.catalogue import available_references, find_reference, model_folder
 from sim_nodes.robots.urdf_check import check_urdf
 
 
 def available_robots() -> tuple[str, ...]:
-    """Return the names of the robot kinds that come with the node."""
-    return bundled_names(__package__)
+    """Return the names of the robot kinds that come with the node, and of those by reference."""
+    return (*bundled_names(__package__), *available_references())
 
 
 @cache
 def load_robot(model: str) -> RobotDeclaration:
-    """Load the declaration of one of `available_robots()`."""
+    """Load the declaration of one of `available_robots()`.
+
+    Raises:
+        FileError: The package with its model is not installed.
+    """
+    if model in available_references():
+        reference = find_reference(model)
+        return read_robot(reference.path, model_folder(reference))
     return read_robot(Path(__file__).parent / f"{model}.yaml")
 
 
-def read_robot(path: Path) -> RobotDeclaration:
-    """Read a robot declaration and the URDF that it names, relative to its folder.
+def read_robot(path: Path, models: Path | None = None) -> RobotDeclaration:
+    """Read a robot declaration and the model that it names.
 
     Short declarations, those with `drive`, are completed from the model.
+
+    Args:
+        path: The declaration.
+        models: Folder that the name of the model starts from; None for that of the declaration.
 
     Raises:
         FileError: A file is unreadable or invalid, or the URDF does not fit the declaration.
@@ -40,12 +52,13 @@ def read_robot(path: Path) -> RobotDeclaration:
     if not isinstance(content, dict) or not isinstance(content.get("urdf"), str):
         raise FileError(f"{path}: missing `urdf`; expected a file relative to its folder")
     try:
-        found = gather(path.parent / content["urdf"], expands=True)
+        found = gather((models or path.parent) / content["urdf"], expands=True)
     except InvalidModel as error:
         raise FileError(str(error)) from error
     try:
         model = parse_model(found.text, found.files)
         assert model.urdf is not None
+        content.pop("reference", None)
         content |= {"meshes": tuple(model.urdf.meshes.items()), "notes": model.notes}
         if is_short(content):
             content = complete(content, model.urdf, found.text)

@@ -274,7 +274,10 @@ def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
         raise FileError(
             f"{place}: unknown kind of robot {robot!r} (kinds: {known}, or the path of a declaration, .yaml)"
         )
-    return load_robot(robot)
+    try:
+        return load_robot(robot)
+    except FileError as error:
+        raise FileError(f"{place}: {error}") from error
 
 
 def _own_robot(path: Path, place: str) -> RobotDeclaration:

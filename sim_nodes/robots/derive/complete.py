@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from seoro.bridges.wire.refusal import name_list
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import Urdf
 from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.derive.jointed import FRICTION, JointDrive, derive_jointed
+from sim_nodes.robots.derive.jointed import KINDS as KINDS_OF_JOINTED
 from sim_nodes.robots.derive.mobile import BODY_FRICTION, KINDS, DerivedRobot, derive_mobile
 from sim_nodes.robots.derive.model import read_model
 from sim_nodes.robots.derive.rewriting import source_text
 from sim_nodes.robots.drive_declaration import DriveKind
 
 MOBILE_DRIVES = tuple(kind.value for kind in DriveKind)
+JOINT_DRIVES = tuple(kind.value for kind in JointDrive)
 Content = Mapping[str, object]
 
 
@@ -34,9 +38,11 @@ def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
         RequestRefused: The drive is unknown, or the model does not fit it.
     """
     drive = content["drive"]
-    if drive not in MOBILE_DRIVES:
-        raise xml.invalid(f"unknown `drive` {drive!r}; expected {name_list(MOBILE_DRIVES)}")
     root = xml.parse_xml(text)
+    if drive in JOINT_DRIVES:
+        return _complete_joints(content, urdf, text if root.tag == "robot" else None)
+    if drive not in MOBILE_DRIVES:
+        raise xml.invalid(f"unknown `drive` {drive!r}; expected {name_list((*MOBILE_DRIVES, *JOINT_DRIVES))}")
     robot = derive_mobile(read_model(urdf), DriveKind(str(drive)), root)
     source = source_text(text, robot.changes) if root.tag == "robot" else robot.urdf.text
     notes = content.get("notes")
@@ -44,6 +50,39 @@ def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
     own = {key: value for key, value in content.items() if key not in ("drive", "urdf", "notes")}
     files = {"source": source, "urdf": robot.urdf.text, "notes": (*known, *robot.notes)}
     return merged({**long_form(robot), **files}, own)
+
+
+def _complete_joints(content: Content, urdf: Urdf, text: str | None) -> dict[str, object]:
+    """Return the long form of an arm, or of a body that moves by its joints."""
+    drive, arm = JointDrive(str(content["drive"])), content.get("arm")
+    tool = arm.get("tool_link") if isinstance(arm, Mapping) else None
+    model = read_model(urdf)
+    robot = derive_jointed(model, drive, _home_of(content), None if tool is None else str(tool))
+    notes = content.get("notes")
+    known = tuple(notes) if isinstance(notes, tuple) else ()
+    derived: dict[str, object] = {
+        "kinds": list(KINDS_OF_JOINTED[drive]),
+        "base_link": robot.base_link,
+        "fixed": drive is JointDrive.ARM,
+        "standing_height": robot.standing_height,
+        "body_friction": FRICTION[drive],
+        "arm": robot.arm.model_dump(mode="json", exclude_none=True),
+        "source": robot.urdf if text is None else text,
+        "urdf": robot.urdf,
+        "notes": (*known, *robot.notes),
+    }
+    own = {key: value for key, value in content.items() if key not in ("drive", "urdf", "notes", "home")}
+    return merged(derived, own)
+
+
+def _home_of(content: Content) -> dict[str, float]:
+    """Return the initial positions in a short declaration by joint or pattern [rad]."""
+    home = content.get("home", {})
+    if not isinstance(home, Mapping) or not all(
+        isinstance(value, int | float) and math.isfinite(value) for value in home.values()
+    ):
+        raise xml.invalid(f"invalid `home` {home!r}; expected positions [rad] by joint, such as {{elbow: 1.5}}")
+    return {str(name): float(value) for name, value in home.items()}
 
 
 def long_form(robot: DerivedRobot) -> dict[str, object]:

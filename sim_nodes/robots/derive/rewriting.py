@@ -111,7 +111,7 @@ def source_text(text: str, changes: Changes) -> str:
 def _changed(root: Any, changes: Changes, *, is_canonical: bool) -> str:
     for joint in root.findall("joint"):
         if joint.get("name") in changes.held:
-            _hold(joint)
+            hold_joint(joint)
         elif joint.get("name") in changes.reversed:
             _reverse(joint)
     if changes.base != changes.root:
@@ -128,7 +128,8 @@ def _changed(root: Any, changes: Changes, *, is_canonical: bool) -> str:
     return tostring(root, encoding="unicode").replace("><", ">\n<")
 
 
-def _hold(joint: Element) -> None:
+def hold_joint(joint: Element) -> None:
+    """Fix a joint at zero."""
     joint.set("type", "fixed")
     for tag in ("axis", "limit", "dynamics", "mimic"):
         for element in joint.findall(tag):
