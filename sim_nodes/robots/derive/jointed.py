@@ -51,7 +51,7 @@ class JointDrive(StrEnum):
 
 KINDS = {
     JointDrive.ARM: ("manipulator", "arm", "robot", "osc_actor"),
-    JointDrive.JOINTS: ("arm", "robot", "osc_actor"),
+    JointDrive.JOINTS: ("jointed_robot", "arm", "robot", "osc_actor"),
 }
 FRICTION = {JointDrive.ARM: 0.5, JointDrive.JOINTS: 1.0}
 

@@ -13,6 +13,7 @@ from typing import Final
 from tests.tools.reference.codes import codes
 from tests.tools.reference.commands import commands
 from tests.tools.reference.libraries import libraries
+from tests.tools.reference.robots import referenced_robots
 from tests.tools.reference.schemas import lab_file, profile_file, robot_file, world_file
 from tests.tools.reference.verbs import executor_verbs, node_verbs, result_codes
 
@@ -24,6 +25,7 @@ GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "libraries": libraries,
     "node verbs": node_verbs,
     "profile file": profile_file,
+    "referenced robots": referenced_robots,
     "result codes": result_codes,
     "robot file": robot_file,
     "world file": world_file,
