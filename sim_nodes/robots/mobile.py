@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any
 
 from seoro.bridges.wire import Outcome
+from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.faults.motor_checks import Motion
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.contracts import ControlInput
@@ -76,6 +77,9 @@ class MobileBase(Stateful):
         known: Map of the world.
         seed: Seed of the simulation.
 
+    Raises:
+        RequestRefused: Its planner or controller is unknown or invalid.
+
     Attributes:
         wheels: Its wheels.
         sensors: Pipelines of its sensors by name.
@@ -98,7 +102,10 @@ class MobileBase(Stateful):
         self._bumper: SensorPipeline[Bumps] | None = self.sensors.get("bumper")
         self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
         self._obstacles = ObstacleLayer(known)
-        self._navigator = Navigator(known, self._obstacles, declaration, Noise(seed, f"{name}/navigation"))
+        try:
+            self._navigator = Navigator(known, self._obstacles, declaration, Noise(seed, f"{name}/navigation"))
+        except RequestRefused as refused:
+            raise RequestRefused(refused.code, f"robot {name}: {refused.message}") from refused
         self._steering = Steering(declaration.drive)
         self._scan: Scan | None = self._first_scan
 
