@@ -106,7 +106,7 @@ def test_own_values_replace_derived_ones(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("urdf", "drive", "more", "words"),
     [
-        (makers.two_wheels(), "hover", "", "unknown `drive` 'hover'; expected ackermann, differential"),
+        (makers.two_wheels(), "hover", "", "unknown `drive` 'hover'; expected ackermann, arm, differential"),
         (makers.two_wheels(), "ackermann", "", "found 2 driven wheels for the drive `ackermann`; expected 3"),
         (makers.two_wheels(), "omnidirectional", "", "found: left_joint, right_joint"),
         (makers.two_wheels().replace("continuous", "fixed"), "differential", "", "found: none"),
