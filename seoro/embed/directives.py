@@ -265,9 +265,11 @@ def _world(before: Directives, text: str, span: Span) -> Directives:
     if not text:
         raise UsageError("missing world", span, "for example `world maze` or `world worlds/hall.yaml`")
     name = WorldName.parse(text)
+    if not name.is_file:
+        return replace(before, world=text)
     assert span.file.path is not None
     file = span.file.path.parent / name.world
-    if name.is_file and file.is_file():
+    if file.is_file():
         return replace(before, world=str(name.replaced(os.fspath(file))))
     if file.suffix in WORLD_FILES:  # others may be names of worlds of ROS 2 systems
         raise UsageError(

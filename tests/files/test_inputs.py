@@ -23,6 +23,7 @@ OWN = {
     "seoro/security/network/authorizer.py": "a lock",
     "seoro/bundle/unpack.py": "blobs of the executor",
     "seoro/files/cache.py": "its own cache",
+    "sim_nodes/models/decomposition.py": "arrays between its own processes",
     "seoro/cli/follower.py": "files that it has just fetched",
     "seoro/cli/output_folder.py": "its own index",
     "seoro/cli/fmt_command.py": "writes a new file",

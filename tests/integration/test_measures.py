@@ -60,29 +60,29 @@ def test_each_monitor_and_condition_acts(tmp_path: Path) -> None:
     """The steps are in one run; each monitor that fails is inverted."""
     failing = [
         "limit_speed(0.2mps)",
-        "limit_speed(0.2mps, within: area(x_min: 0.1m), entities: ['turtlebot4'])",
-        "stay_in(area(x_max: 0.3m))",
-        "keep_out_of(area(x_min: 0.3m))",
+        "limit_speed(0.2mps, within: floor_area(x_min: 0.1m), entities: ['turtlebot4'])",
+        "stay_in(floor_area(x_max: 0.3m))",
+        "keep_out_of(floor_area(x_min: 0.3m))",
         "limit_path_length(0.3m)",
-        "limit_time_in(0.5s, within: area(x_min: -1m))",
+        "limit_time_in(0.5s, within: floor_area(x_min: -1m))",
         "limit_localization_error(0.1m)",
     ]
     kept = [
         "keep_clearance(1cm)",
         "keep_clearance(0.1m, other: 'parcel')",
         "limit_speed(0.4mps)",
-        "limit_speed(0.1mps, within: area(x_min: 5m))",
+        "limit_speed(0.1mps, within: floor_area(x_min: 5m))",
         "limit_speed(1mps, entities: ['parcel'])",
-        "stay_in(area(x_max: 3m))",
-        "limit_time_in(3s, within: area())",
+        "stay_in(floor_area(x_max: 3m))",
+        "limit_time_in(3s, within: floor_area())",
     ]
     back = "set_entity_state('turtlebot4', pose_3d())"
     moves = [f"{PUSH} with:\n            inverter()\n            {each}" for each in failing]
     several = f"{PUSH} with:\n" + "\n".join(f"            {each}" for each in kept)
     waits = [
         "wait_for_speed('turtlebot4', above: 0.2mps)",
-        "wait_for_exit('turtlebot4', within: area(x_max: 0.2m))",
-        "wait_for_entry('turtlebot4', within: area(x_min: 0.3m))",
+        "wait_for_exit('turtlebot4', within: floor_area(x_max: 0.2m))",
+        "wait_for_entry('turtlebot4', within: floor_area(x_min: 0.3m))",
         "wait_for_clearance('turtlebot4', at_most: 0.5m, other: 'parcel')",
         "wait_for_slowness('turtlebot4', at_most: 0.01mps)",
         "store_measurement('turtlebot4', 'path_length', length_driven)",

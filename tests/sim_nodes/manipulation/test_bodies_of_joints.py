@@ -64,7 +64,7 @@ def walker(folder: Path) -> str:
     return write_world(folder, four_legs(), declaration)
 
 
-def follow(client: Client, *points: list[float]) -> wire.EndedGoal:
+def follow(client: Client, *points: list[float]) -> wire.Occurrence:
     """Move the joints of `mine` through points; return the result."""
     request = wire.FollowJointTrajectory(
         id="move", robot="mine", points=points, max_velocity_scaling_factor=0.5, tolerance=0.05
