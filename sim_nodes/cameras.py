@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seoro.bridges.wire import CameraFault, Delay, Freeze
-from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix, vector
+from sim_nodes.geometry import Quaternion, Vector, compose_frames, vector
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyState, Engine
@@ -193,8 +193,7 @@ class Cameras(Stateful):
                 position = _moved(target, offset)
                 return position, looking_at(position, target)
             case Mounted(robot=robot, link=link, position=inner, orientation=turned):
-                place, orientation = self._engine.link_pose(robot, link)
-                return _moved(place, rotation_matrix(orientation) @ inner), multiply(orientation, turned)
+                return compose_frames(self._engine.link_pose(robot, link), (inner, turned))
             case _:
                 assert_never(mount)
 

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Frame = tuple[Vector, Quaternion]
+"""Position of an origin [m] and orientation, in a parent frame."""
 Angle = TypeVar("Angle", float, Array)
 
 LOCKED = 1e-12  # distance of the sine of a pitch from 1 at which roll and yaw have the same axis
@@ -139,3 +141,15 @@ def quaternion_of(matrix: Array) -> Quaternion:
     norm = math.hypot(*row)
     w, x, y, z = (value / norm for value in row)
     return (w, x, y, z)
+
+
+def compose_frames(outer: Frame, inner: Frame) -> Frame:
+    """Compose frames: `inner` is given in `outer`; returns it in the parent of `outer`."""
+    return vector(rotation_matrix(outer[1]) @ inner[0] + outer[0]), multiply(outer[1], inner[1])
+
+
+def inverse_frame(frame: Frame) -> Frame:
+    """Return the parent frame in a frame."""
+    turn = conjugate(frame[1])
+    x, y, z = rotated(turn, frame[0])
+    return (-x, -y, -z), turn

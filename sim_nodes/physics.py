@@ -14,7 +14,18 @@ from typing import Any, Protocol, assert_never, runtime_checkable
 
 import numpy as np
 
-from sim_nodes.geometry import Array, Pose2, Quaternion, Vector, multiply, quaternion, rotated, vector, yaw_of
+from sim_nodes.geometry import (
+    Array,
+    Frame,
+    Pose2,
+    Quaternion,
+    Vector,
+    multiply,
+    quaternion,
+    rotated,
+    vector,
+    yaw_of,
+)
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.views import Colour, DepthImage, Picture, View
 
@@ -159,6 +170,11 @@ class BodyState:
     orientation: Quaternion = IDENTITY
     linear: Vector = (0.0, 0.0, 0.0)
     angular: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def frame(self) -> Frame:
+        """The pose as a frame in `map`."""
+        return self.position, self.orientation
 
     @property
     def planar(self) -> Pose2:

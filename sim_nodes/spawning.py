@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from sim_nodes.geometry import conjugate, rotated
+from sim_nodes.geometry import compose_frames, inverse_frame
 from sim_nodes.models.scenes import SceneBody
-from sim_nodes.models.xml_reading import Frame, compose_frames
 from sim_nodes.physics import BodyModel, BodyState
 
 LONGEST = 64  # [characters] of a name
@@ -61,10 +60,10 @@ def placed_bodies(
     """
     first, *others = bodies
     found = {name: (first.model, state)}
-    origin = compose_frames((state.position, state.orientation), _inverse(first.state))
+    origin = compose_frames(state.frame, inverse_frame(first.state.frame))
     for other in others:
         own = first_free(f"{name}_{other.name}"[:LONGEST], {*taken, *found})
-        place, turn = compose_frames(origin, (other.state.position, other.state.orientation))
+        place, turn = compose_frames(origin, other.state.frame)
         found[own] = (other.model, BodyState(place, turn))
     return found
 
@@ -75,9 +74,3 @@ def first_free(name: str, taken: Collection[str]) -> str:
         return name
     numbered = (f"{name[:NUMBERED]}_{number}" for number in range(1, len(taken) + 2))
     return next(new for new in numbered if new not in taken)
-
-
-def _inverse(state: BodyState) -> Frame:
-    turn = conjugate(state.orientation)
-    x, y, z = rotated(turn, state.position)
-    return (-x, -y, -z), turn

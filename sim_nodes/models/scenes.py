@@ -9,6 +9,7 @@ from typing import Any
 
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes.geometry import Frame
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.settings import FROM_FILE, ModelSettings
 from sim_nodes.physics import BodyModel, BodyState, Mjcf
@@ -41,7 +42,7 @@ class _Body:
     name: str
     urdf: Any
     meshes: Mapping[str, bytes]
-    frame: xml.Frame
+    frame: Frame
     mjcf: Mjcf | None = None
     notes: tuple[str, ...] = ()
 

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from seoro.bridges.model_files import virtual_path
 from seoro.bridges.wire.refusal import name_list
-from sim_nodes.geometry import conjugate, roll_pitch_yaw, rotated
+from sim_nodes.geometry import Frame, compose_frames, inverse_frame, roll_pitch_yaw
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.sdf_elements import SdfModel, included_model, name_of, pose_of
 from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
@@ -44,7 +44,7 @@ class _Link:
     """A link with its pose in the outermost model; `folder` is that of its files."""
 
     element: Any
-    pose: xml.Frame
+    pose: Frame
     folder: str
 
 
@@ -67,7 +67,7 @@ class _Tree:
         self._files = files
         self._links: dict[str, tuple[Any, str]] = {}
         self.joints: dict[str, _Joint] = {}
-        self._frames: dict[str, tuple[xml.Frame, str]] = {}  # poses in other frames; those of no name are final
+        self._frames: dict[str, tuple[Frame, str]] = {}  # poses in other frames; those of no name are final
 
     def add(self, model: Any, scope: str, folder: str, depth: int = MAX_INCLUDES) -> None:
         """Add a model whose frame is known; names in it begin with `scope`."""
@@ -94,7 +94,7 @@ class _Tree:
             posed = inner if include.find("pose") is None else include
             self._add_model(scope, name, inner, posed, inside, depth)
 
-    def place(self, pose: xml.Frame) -> None:
+    def place(self, pose: Frame) -> None:
         """Set the pose of the outermost model."""
         self._frames[MODEL] = (pose, "")
 
@@ -111,14 +111,14 @@ class _Tree:
         relative = None if pose is None else pose.get("relative_to") or pose.get("frame")
         self._frames[scope + name] = (pose_of(element), scope + relative if relative else usual)
 
-    def pose(self, name: str) -> xml.Frame:
+    def pose(self, name: str) -> Frame:
         """Return the pose of a frame in that of the file."""
         found, chain = xml.ORIGIN, 0
         while name:
             if name not in self._frames or chain > len(self._frames):
                 raise xml.invalid(f"unknown frame {name!r} of a <pose>, or frames are relative to each other")
             own, name = self._frames[name]
-            found, chain = xml.compose_frames(own, found), chain + 1
+            found, chain = compose_frames(own, found), chain + 1
         return found
 
     def links(self) -> dict[str, _Link]:
@@ -132,7 +132,7 @@ class SdfBody:
 
     name: str
     urdf: Element
-    frame: xml.Frame
+    frame: Frame
 
 
 def translate_sdf(model: SdfModel, files: Mapping[str, bytes], *, apart: bool) -> list[SdfBody]:
@@ -160,7 +160,7 @@ def translate_sdf(model: SdfModel, files: Mapping[str, bytes], *, apart: bool) -
     for body in bodies:
         tree.place(model.pose)
         frame = model.pose if len(bodies) == 1 else tree.pose(body[0])
-        tree.place(xml.compose_frames(_inverse(frame), model.pose))
+        tree.place(compose_frames(inverse_frame(frame), model.pose))
         name = model.name if len(bodies) == 1 else f"{model.name}::{body[0]}"
         found.append(SdfBody(name, _translate(model, tree, body), frame))
     return found
@@ -203,11 +203,11 @@ def _translate(model: SdfModel, tree: _Tree, body: tuple[str, ...]) -> Element:
     else:
         frames[roots[0]] = xml.ORIGIN
     for name, link in links.items():
-        offset = xml.compose_frames(_inverse(frames[name]), link.pose)
+        offset = compose_frames(inverse_frame(frames[name]), link.pose)
         _link(out, name, link, offset, is_held=is_fixed and not has_base and name == roots[0])
     for name, joint in moving.items():
         parent = frames.get(joint.parent, xml.ORIGIN)
-        _joint(out, name, joint, xml.compose_frames(_inverse(parent), frames[joint.child]))
+        _joint(out, name, joint, compose_frames(inverse_frame(parent), frames[joint.child]))
     return out
 
 
@@ -217,11 +217,11 @@ def _check_ends(name: str, joint: _Joint, links: Mapping[str, _Link]) -> None:
             raise xml.invalid(f"<joint name={name!r}>: unknown {end} link {link!r}")
 
 
-def _link(out: Element, name: str, link: _Link, offset: xml.Frame, *, is_held: bool) -> None:
+def _link(out: Element, name: str, link: _Link, offset: Frame, *, is_held: bool) -> None:
     """Write a link, whose frame is at `offset` in its frame in the URDF; a held one does not move."""
     written = SubElement(out, "link", name=name)
     inertial, own = link.element.find("inertial"), SubElement(written, "inertial")
-    place, turn = offset if inertial is None else xml.compose_frames(offset, pose_of(inertial))
+    place, turn = offset if inertial is None else compose_frames(offset, pose_of(inertial))
     write_origin(own, place, roll_pitch_yaw(turn))
     mass = "1" if inertial is None else inertial.findtext("mass", "1")
     SubElement(own, "mass", value="0" if is_held else mass)
@@ -236,7 +236,7 @@ def _link(out: Element, name: str, link: _Link, offset: xml.Frame, *, is_held: b
             if shape is None or shape.tag == "empty":
                 continue
             own = SubElement(written, purpose)
-            place, turn = xml.compose_frames(offset, pose_of(element))
+            place, turn = compose_frames(offset, pose_of(element))
             write_origin(own, place, roll_pitch_yaw(turn))
             _shape(SubElement(own, "geometry"), shape, link.folder)
             diffuse = element.findtext("material/diffuse")
@@ -256,7 +256,7 @@ def _shape(out: Element, shape: Any, folder: str) -> None:
         SubElement(out, shape.tag)
 
 
-def _joint(out: Element, name: str, joint: _Joint, frame: xml.Frame) -> None:
+def _joint(out: Element, name: str, joint: _Joint, frame: Frame) -> None:
     element = joint.element
     kind = element.get("type")
     if kind not in JOINTS:
@@ -311,9 +311,3 @@ def _end(joint: Any, key: str) -> str:
     if not text:
         raise xml.invalid(f"{xml.label(joint)} has no <{key}>")
     return text.removeprefix("__model__::")
-
-
-def _inverse(frame: xml.Frame) -> xml.Frame:
-    turn = conjugate(frame[1])
-    x, y, z = rotated(turn, frame[0])
-    return (-x, -y, -z), turn

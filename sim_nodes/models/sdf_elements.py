@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seoro.bridges.model_files import virtual_path
-from sim_nodes.geometry import quaternion
+from sim_nodes.geometry import Frame, quaternion
 from sim_nodes.models import xml_reading as xml
 
 
@@ -27,7 +27,7 @@ class SdfModel:
 
     name: str
     element: Any
-    pose: xml.Frame
+    pose: Frame
     folder: str
     static: bool
 
@@ -84,13 +84,13 @@ def name_of(element: Any) -> str:
     return str(name)
 
 
-def pose_of(element: Any) -> xml.Frame:
+def pose_of(element: Any) -> Frame:
     """Return the frame that the <pose> of an element gives, or the identity."""
     pose = element.find("pose")
     return xml.ORIGIN if pose is None else _read_pose(pose)
 
 
-def _read_pose(pose: Any) -> xml.Frame:
+def _read_pose(pose: Any) -> Frame:
     """Read a <pose>: x, y, z [m], and roll, pitch and yaw, or a quaternion x, y, z, w."""
     text = (pose.text or "").strip() or "0 0 0 0 0 0"
     if pose.get("rotation_format", "euler_rpy") == "quat_xyzw":

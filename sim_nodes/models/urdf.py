@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, assert_never
 from xml.etree.ElementTree import Element, SubElement
 
-from sim_nodes.geometry import Vector, quaternion, roll_pitch_yaw
+from sim_nodes.geometry import Frame, Vector, compose_frames, quaternion, roll_pitch_yaw
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import Box, Capsule, Cylinder, Hull, Shape, Sphere
 from sim_nodes.views import Colour
@@ -17,7 +17,7 @@ WORLD_LINK = "__world__"  # of a translated model that is fixed to the world
 OPTION = re.compile(r"\$\(optenv\s+\w+\s*([^)]*)\)")  # an environment variable, with its default
 
 
-def frame_of(link: str, hung: Mapping[str, tuple[str, xml.Frame]]) -> xml.Frame:
+def frame_of(link: str, hung: Mapping[str, tuple[str, Frame]]) -> Frame:
     """Return the frame of a link in that of its root, with all joints at zero.
 
     Args:
@@ -29,7 +29,7 @@ def frame_of(link: str, hung: Mapping[str, tuple[str, xml.Frame]]) -> xml.Frame:
         if ancestor not in hung:
             return frame
         ancestor, origin = hung[ancestor]
-        frame = xml.compose_frames(origin, frame)
+        frame = compose_frames(origin, frame)
     raise xml.invalid(f"link {link!r} is its own ancestor, or has more than {xml.MAX_DEPTH} ancestors")
 
 
@@ -42,7 +42,7 @@ def link_of(joint: Any, tag: str, links: Mapping[str, Any]) -> str:
     return str(name)
 
 
-def read_origin(element: Any) -> xml.Frame:
+def read_origin(element: Any) -> Frame:
     """Return the frame of an element's <origin>, or the identity."""
     place, angles = read_pose(element)
     return place, quaternion(*angles)
@@ -68,7 +68,7 @@ def write_origin(out: Element, place: Iterable[float], angles: Iterable[float]) 
     SubElement(out, "origin", xyz=text_of(place), rpy=text_of(angles))
 
 
-def write_joint(out: Element, name: str, kind: str, parent: str, child: str, frame: xml.Frame) -> Element:
+def write_joint(out: Element, name: str, kind: str, parent: str, child: str, frame: Frame) -> Element:
     """Write a <joint> with its frame in that of its parent link; returns it."""
     joint = SubElement(out, "joint", name=name, type=kind)
     write_origin(joint, frame[0], roll_pitch_yaw(frame[1]))

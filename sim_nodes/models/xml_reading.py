@@ -9,8 +9,7 @@ from defusedxml import DefusedXmlException, ElementTree
 
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.geometry import Quaternion, Vector, multiply, rotation_matrix
-from sim_nodes.geometry import vector as array_vector
+from sim_nodes.geometry import Frame, Vector, compose_frames
 from sim_nodes.physics import IDENTITY, Part
 
 MAX_TEXT = 4_000_000  # [characters]
@@ -23,9 +22,7 @@ INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MOST_INERTIA = 1e6  # [kg m^2]
 INERTIAS = (-MOST_INERTIA, MOST_INERTIA)
 ROUNDED = 1e-6  # relative rounding error of moments of inertia in a file
-ORIGIN: tuple[Vector, Quaternion] = ((0.0, 0.0, 0.0), IDENTITY)
-
-Frame = tuple[Vector, Quaternion]
+ORIGIN: Frame = ((0.0, 0.0, 0.0), IDENTITY)
 
 
 def parse_xml(text: str) -> Any:
@@ -77,11 +74,6 @@ def vector(text: str | None, what: str, bounds: tuple[float, float] = PLACES) ->
     """Parse three numbers within bounds."""
     x, y, z = numbers(text, what, 3, bounds)
     return x, y, z
-
-
-def compose_frames(outer: Frame, inner: Frame) -> Frame:
-    """Compose frames: `inner` is given in `outer`; returns it in the parent of `outer`."""
-    return array_vector(rotation_matrix(outer[1]) @ inner[0] + outer[0]), multiply(outer[1], inner[1])
 
 
 def moved(part: Part, frame: Frame) -> Part:

@@ -9,7 +9,7 @@ from typing import Any
 
 import mujoco
 
-from sim_nodes.geometry import Quaternion, vector
+from sim_nodes.geometry import Frame, Quaternion, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.mujoco.to_urdf import WORLD, compile_mjcf, compile_spec, is_free, shapes_of_world, tops_of
 from sim_nodes.physics import Mjcf
@@ -35,7 +35,7 @@ class Piece:
     name: str
     mjcf: Mjcf
     model: Any
-    frame: xml.Frame
+    frame: Frame
     notes: tuple[str, ...] = ()
 
 

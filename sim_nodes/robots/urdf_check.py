@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from defusedxml import ElementTree
 
-from sim_nodes.geometry import conjugate, multiply, rotated, vector, wrap, yaw_of
+from sim_nodes.geometry import Frame, conjugate, multiply, rotated, vector, wrap, yaw_of
 from sim_nodes.manipulation.chain import Chain, joint_limits
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
@@ -157,7 +157,7 @@ def _check_wheels(drive: DriveDeclaration, links: Mapping[str, Any], joints: Map
                 )
 
 
-def _place(link: str, joints: Mapping[str, Any]) -> xml.Frame:
+def _place(link: str, joints: Mapping[str, Any]) -> Frame:
     """Return the frame of a link in that of the base, with all joints at zero."""
     hung = {
         joint.find("child").get("link"): (joint.find("parent").get("link"), read_origin(joint))

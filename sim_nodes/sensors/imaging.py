@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seoro.bridges.wire import Quantity
-from sim_nodes.geometry import Array, multiply, rotation_matrix, vector
+from sim_nodes.geometry import Array, compose_frames
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import feature_unsupported
 from sim_nodes.physics import FLOOR, Engine
@@ -41,9 +41,9 @@ class Eye:
     def view(self, lens: Lens | None = None) -> View:
         """Return the present view, by default with the lens of the sensor."""
         mount = self._declaration
-        position, orientation = self.engine.link_pose(self._robot, mount.link)
-        place = np.add(position, rotation_matrix(orientation) @ mount.position)
-        return View(vector(place), multiply(orientation, mount.orientation), lens or mount.lens)
+        link = self.engine.link_pose(self._robot, mount.link)
+        position, orientation = compose_frames(link, (mount.position, mount.orientation))
+        return View(position, orientation, lens or mount.lens)
 
     def check(self) -> None:
         """Refuse sensors that cannot be rendered on this machine.

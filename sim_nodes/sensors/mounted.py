@@ -5,10 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any, assert_never
 
-import numpy as np
-
 from sim_nodes.geodesy import GeoPoint
-from sim_nodes.geometry import Vector, rotation_matrix, vector
+from sim_nodes.geometry import Vector, compose_frames
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine, PlacedRobot
 from sim_nodes.robots.sensor_declarations import (
@@ -73,5 +71,5 @@ def _sensor(
 
 def _position(engine: Engine, robot: str, declaration: GpsDeclaration) -> Vector:
     """Return the position of a receiver in the map [m]."""
-    place, orientation = engine.link_pose(robot, declaration.link)
-    return vector(np.add(place, rotation_matrix(orientation) @ declaration.position))
+    mount = (declaration.position, declaration.orientation)
+    return compose_frames(engine.link_pose(robot, declaration.link), mount)[0]

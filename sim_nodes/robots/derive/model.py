@@ -10,7 +10,7 @@ from typing import Any
 
 from defusedxml import ElementTree
 
-from sim_nodes.geometry import Vector, rotated
+from sim_nodes.geometry import Frame, Vector, compose_frames, rotated
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
 from sim_nodes.models.urdf import frame_of, read_origin, read_shape
@@ -66,7 +66,7 @@ class RobotModel:
     urdf: Urdf
     root: str
     joints: Mapping[str, ModelJoint]
-    frames: Mapping[str, xml.Frame]
+    frames: Mapping[str, Frame]
     solids: Mapping[str, tuple[Part, ...]]
     masses: Mapping[str, float]
     centres: Mapping[str, Vector]
@@ -106,13 +106,13 @@ def read_model(urdf: Urdf) -> RobotModel:
         {name: tuple(_solids(link, frames[name], urdf)) for name, link in links.items()},
         {name: float(link.find("inertial/mass").get("value")) for name, link in links.items()},
         {
-            name: xml.compose_frames(frames[name], read_origin(link.find("inertial")))[0]
+            name: compose_frames(frames[name], read_origin(link.find("inertial")))[0]
             for name, link in links.items()
         },
     )
 
 
-def _solids(link: Any, frame: xml.Frame, urdf: Urdf) -> Iterator[Part]:
+def _solids(link: Any, frame: Frame, urdf: Urdf) -> Iterator[Part]:
     for collision in link.findall("collision"):
         [shape] = collision.find("geometry")
         if shape.tag == "mesh":
@@ -122,7 +122,7 @@ def _solids(link: Any, frame: xml.Frame, urdf: Urdf) -> Iterator[Part]:
         yield xml.moved(solid, frame)
 
 
-def _joint(element: Any, child: str, frame: xml.Frame) -> ModelJoint:
+def _joint(element: Any, child: str, frame: Frame) -> ModelJoint:
     axis, limit = element.find("axis"), element.find("limit")
     x, y, z = (1.0, 0.0, 0.0) if axis is None else map(float, axis.get("xyz").split())
     limits: Mapping[str, str] = {} if limit is None else limit.attrib
