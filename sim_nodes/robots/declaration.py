@@ -6,13 +6,11 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from sim_nodes.files import NAME, Declared
-from sim_nodes.geometry import Quaternion, Vector, quaternion
+from sim_nodes.files import Declared
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.footprint import Footprint, read_footprint
 from sim_nodes.robots.navigation import NavigationDeclaration
-from sim_nodes.robots.sensor_declarations import MAX_SENSORS, SensorDeclaration
-from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
+from sim_nodes.robots.sensor_declarations import MAX_SENSORS, LinkPart, Mount, SensorDeclaration, WithLens
 
 OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motors", "odometry", "robot"})
 """Names of devices of robots besides cameras and the sensors of the list."""
@@ -42,35 +40,12 @@ class LidarDeclaration(Declared):
     dropout: float = Field(0.0, ge=0.0, le=1.0)  # probability that a beam has no return
 
 
-class CameraDeclaration(Declared):
-    """A camera that is fixed to a link, looking along its own x axis with z up."""
+class CameraDeclaration(WithLens, Mount, LinkPart):
+    """A camera that is fixed to a link."""
 
-    name: str = Field(pattern=NAME)
-    link: str
-    x: float  # mount in the link's frame [m]
+    x: float
     y: float
     z: float
-    roll: float = 0.0  # [rad]
-    pitch: float = 0.0
-    yaw: float = 0.0
-    fov: float = Field(ge=MIN_FOV, le=MAX_FOV)  # vertical [rad]
-    width: int = Field(ge=MIN_SIZE, le=MAX_SIZE)  # [pixels]
-    height: int = Field(ge=MIN_SIZE, le=MAX_SIZE)
-
-    @property
-    def lens(self) -> Lens:
-        """Lens of the camera."""
-        return Lens(self.fov, self.width, self.height)
-
-    @property
-    def position(self) -> Vector:
-        """Position in the link's frame [m]."""
-        return self.x, self.y, self.z
-
-    @property
-    def orientation(self) -> Quaternion:
-        """Orientation in the link's frame."""
-        return quaternion(self.roll, self.pitch, self.yaw)
 
 
 class LocalisationDeclaration(Declared):

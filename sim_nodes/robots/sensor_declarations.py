@@ -22,18 +22,17 @@ MAX_PIXELS = 1 << 20
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class LinkSensor(Declared):
-    """A sensor of a link."""
+class LinkPart(Declared):
+    """A named part of a link."""
 
     name: str = Field(pattern=NAME)
     link: str
-    rate: float = Field(10.0, gt=0.0, le=MAX_RATE)  # [Hz]
 
 
-class MountedSensor(LinkSensor):
-    """A sensor at a pose in the frame of a link."""
+class Mount(Declared):
+    """A pose in the frame of a link."""
 
-    x: float = 0.0  # mount in the link's frame [m]
+    x: float = 0.0  # [m]
     y: float = 0.0
     z: float = 0.0
     roll: float = 0.0  # [rad]
@@ -49,6 +48,29 @@ class MountedSensor(LinkSensor):
     def orientation(self) -> Quaternion:
         """Orientation in the link's frame."""
         return quaternion(self.roll, self.pitch, self.yaw)
+
+
+class WithLens(Declared):
+    """A lens, which looks along its x axis with z up."""
+
+    fov: float = Field(ge=MIN_FOV, le=MAX_FOV)  # vertical [rad]
+    width: int = Field(ge=MIN_SIZE, le=MAX_SIZE)  # [pixels]
+    height: int = Field(ge=MIN_SIZE, le=MAX_SIZE)
+
+    @property
+    def lens(self) -> Lens:
+        """The lens."""
+        return Lens(self.fov, self.width, self.height)
+
+
+class LinkSensor(LinkPart):
+    """A sensor of a link."""
+
+    rate: float = Field(10.0, gt=0.0, le=MAX_RATE)  # [Hz]
+
+
+class MountedSensor(Mount, LinkSensor):
+    """A sensor at a pose in the frame of a link."""
 
 
 class RangingDeclaration(MountedSensor):
@@ -96,17 +118,8 @@ class SonarDeclaration(RangingDeclaration):
     dropout: Probability = 0.0  # probability of no echo
 
 
-class ImagerDeclaration(MountedSensor):
-    """A sensor with pixels, which looks along its x axis with z up."""
-
-    fov: float = Field(ge=MIN_FOV, le=MAX_FOV)  # vertical [rad]
-    width: int = Field(ge=MIN_SIZE, le=MAX_SIZE)  # [pixels]
-    height: int = Field(ge=MIN_SIZE, le=MAX_SIZE)
-
-    @property
-    def lens(self) -> Lens:
-        """Lens of the sensor."""
-        return Lens(self.fov, self.width, self.height)
+class ImagerDeclaration(WithLens, MountedSensor):
+    """A sensor with pixels."""
 
     @model_validator(mode="after")
     def _few_pixels(self) -> Self:

@@ -15,7 +15,7 @@ from sim_nodes.physics import BodyState, ContactPoint
 from sim_nodes.robots.declaration import BumperDeclaration, ImuDeclaration, OdometryDeclaration
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.kinematics import AT_REST, Velocity, base_motion, wheel_joints
-from sim_nodes.sensors.sensor_pipeline import Sensor, Values
+from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of
 from sim_nodes.ticks import TICK
 
 STILL = 1e-5  # [m], [rad]; less motion in a tick is rest, without errors
@@ -151,7 +151,7 @@ class Imu(Sensor[Inertial]):
         draws = bias.at(0).standard_normal((2, 3))
         self._biases = (declaration.accelerometer_bias * draws[0], declaration.gyroscope_bias * draws[1])
         self._last: tuple[int, Vector] | None = None  # tick and velocity [m/s] of the last sample
-        self.period = max(1, round(1.0 / declaration.rate / TICK))
+        self.period = period_of(declaration.rate)
 
     def read(self, tick: int) -> Inertial:
         """Return a sample with the noise of a tick."""

@@ -18,7 +18,7 @@ from sim_nodes.robots.sensor_declarations import (
     ImagerDeclaration,
     SegmentationDeclaration,
 )
-from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of
+from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of, within
 from sim_nodes.views import MIN_SIZE, Lens, NoRendering, Picture, View
 
 TEST_LENS = Lens(width=MIN_SIZE, height=MIN_SIZE)
@@ -107,7 +107,7 @@ class DepthCamera(Sensor[DepthFrame]):
         if declaration.dropout > 0.0:
             depths[random.random(depths.shape) < declaration.dropout] = np.inf
         picture = self._eye.engine.render(view) if declaration.kind == "rgbd_camera" else None
-        return DepthFrame(self._bounded(depths), picture)
+        return DepthFrame(within(depths, self.limits), picture)
 
     def values(self, data: DepthFrame) -> Values:
         """Return the distances of the pixels."""
@@ -115,12 +115,8 @@ class DepthCamera(Sensor[DepthFrame]):
 
     def with_values(self, data: DepthFrame, values: Values) -> DepthFrame:
         """Return the image with other distances."""
-        return DepthFrame(self._bounded(values[Quantity.LENGTH].reshape(data.depths.shape)), data.picture)
-
-    def _bounded(self, depths: Array) -> Array:
-        low, high = self.limits
-        bounded: Array = np.where((depths < low) | (depths > high), np.inf, depths)
-        return bounded
+        depths = values[Quantity.LENGTH].reshape(data.depths.shape)
+        return DepthFrame(within(depths, self.limits), data.picture)
 
 
 def pixel_bearings(lens: Lens) -> Array:

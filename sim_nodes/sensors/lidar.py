@@ -13,8 +13,7 @@ from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import LidarDeclaration
-from sim_nodes.sensors.sensor_pipeline import Sensor, Values
-from sim_nodes.ticks import TICK
+from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of, within
 
 CastRays = Callable[[Array, float], Array]
 """Returns ranges along directions in the lidar's frame up to a limit, as `Engine.cast_rays` for one robot."""
@@ -65,7 +64,7 @@ class Lidar(Sensor[Scan]):
         self._mount = Pose2(declaration.x, declaration.y, declaration.yaw)
         self.bearings = angles + declaration.yaw
         self._cos, self._sin = np.cos(self.bearings), np.sin(self.bearings)
-        self.period = max(1, round(1.0 / declaration.rate / TICK))
+        self.period = period_of(declaration.rate)
         self.limits = (declaration.min_range, declaration.max_range)
 
     def read(self, tick: int) -> Scan:
@@ -89,8 +88,7 @@ class Lidar(Sensor[Scan]):
 
     def _scan(self, ranges: Array) -> Scan:
         """Return the scan of ranges; ranges out of bounds are without a return."""
-        low, high = self.limits
-        ranges = np.where((ranges < low) | (ranges > high), np.inf, ranges)
+        ranges = within(ranges, self.limits)
         # Beams without a return have infinite end points, also along the axes, where inf * 0 is NaN.
         hit = np.isfinite(ranges)
         finite = np.where(hit, ranges, 0.0)

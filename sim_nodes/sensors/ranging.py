@@ -13,7 +13,7 @@ from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine
 from sim_nodes.robots.sensor_declarations import Lidar3dDeclaration, RangingDeclaration, SonarDeclaration
-from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of
+from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of, within
 
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # [rad]
 CONE_RAYS = 128
@@ -81,13 +81,6 @@ class Cloud:
     ranges: Array
     directions: Array
     rings: int
-
-
-def within(ranges: Array, limits: tuple[float, float]) -> Array:
-    """Return distances, with infinity for those out of limits [m]."""
-    low, high = limits
-    bounded: Array = np.where((ranges < low) | (ranges > high), np.inf, ranges)
-    return bounded
 
 
 class Lidar3d(Sensor[Cloud]):

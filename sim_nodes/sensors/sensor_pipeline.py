@@ -91,6 +91,13 @@ def dead_pixels(
             assert_never(fault)
 
 
+def within(ranges: Array, limits: tuple[float, float]) -> Array:
+    """Return distances, with infinity for those out of limits [m]."""
+    low, high = limits
+    bounded: Array = np.where((ranges < low) | (ranges > high), np.inf, ranges)
+    return bounded
+
+
 def period_of(rate: float) -> int:
     """Return the ticks between two samples of a sensor with a rate [Hz]."""
     return max(1, round(1.0 / rate / TICK))
