@@ -50,8 +50,9 @@ async def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from seoro.bridges.conformance import (  # noqa: PLC0415 - Zenoh, for this command only
         LEVELS,
-        RULES,
+        BrokenRule,
         check_rule,
+        checked_contracts,
         highest_level,
         requirement,
         rules_of,
@@ -63,8 +64,7 @@ async def run(options: argparse.Namespace) -> int:
     make = partial(connect_simulator, options.endpoint, initial, options.node, "a check of conformance")
     async with make() as node:
         name, level = node.name, options.level or highest_level(node)
-        every = dict.fromkeys(contract for needed in RULES.values() for contract in needed)
-        supported = {contract for contract in every if node.serves(contract)}
+        supported = {contract for contract in checked_contracts() if node.serves(contract)}
         contracts = supported if level == EVERYTHING else set(LEVELS[level])
         missing = sorted({verb for contract in contracts for verb in node.missing_verbs(contract)})
     report = Report(name, level, options.json)
@@ -73,8 +73,8 @@ async def run(options: argparse.Namespace) -> int:
     for rule in rules_of(contracts & supported):
         try:
             await check_rule(rule, make)
-        except AssertionError as error:
-            report.add(requirement(rule), str(error).removeprefix(requirement(rule)).removeprefix(" But "))
+        except BrokenRule as broken:
+            report.add(requirement(rule), broken.fault)
         else:
             report.add(requirement(rule))
     return report.finish()

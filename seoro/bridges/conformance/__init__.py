@@ -21,7 +21,7 @@ import anyio
 from seoro.bridges.conformance import arms, devices, robots, worlds
 from seoro.bridges.conformance.arms import ArmBench, ArmFacts
 from seoro.bridges.conformance.bench import RULES, Make, Rule, SimulatedBackend, has, started, started_with
-from seoro.bridges.conformance.levels import LEVELS, highest_level, rules_of, unsupported
+from seoro.bridges.conformance.levels import LEVELS, checked_contracts, highest_level, rules_of, unsupported
 from seoro.errors import BackendError, BackendLost, BackendRefused
 from seoro.runtime.contracts.robots import Arms
 
@@ -30,6 +30,7 @@ __all__ = [
     "LEVELS",
     "RULES",
     "ArmFacts",
+    "BrokenRule",
     "Make",
     "Rule",
     "SimulatedBackend",
@@ -37,6 +38,7 @@ __all__ = [
     "check_backend",
     "check_loss",
     "check_rule",
+    "checked_contracts",
     "devices",
     "highest_level",
     "requirement",
@@ -72,13 +74,13 @@ async def check_backend(make: Make) -> tuple[str, ...]:
     Raises:
         AssertionError: A rule is broken; the message has the rule, the observed and the expected value.
     """
-    contracts = dict.fromkeys(contract for needed in RULES.values() for contract in needed)
+    contracts = checked_contracts()
     try:
         async with make() as backend:
             missing = unsupported(backend, contracts)
     except BackendLost as error:
         raise AssertionError(f"A backend starts at time zero, with its robots at rest. But {error}") from error
-    for rule in rules_of(contracts.keys() - set(missing)):
+    for rule in rules_of(set(contracts) - set(missing)):
         await check_rule(rule, make)
     return tuple(sorted(contract.__name__ for contract in missing))
 
@@ -100,6 +102,19 @@ async def check_arm(make: Make, facts: ArmFacts) -> None:
         await check_rule(rule, make, facts)
 
 
+class BrokenRule(AssertionError):
+    """A backend breaks a rule.
+
+    Args:
+        rule: The rule.
+        fault: What was observed instead.
+    """
+
+    def __init__(self, rule: Rule, fault: object) -> None:
+        super().__init__(f"{requirement(rule)} But {fault}")
+        self.fault = str(fault)
+
+
 def requirement(rule: Rule) -> str:
     """Return the sentence that a rule checks."""
     return str(rule.__doc__).partition("\n")[0]
@@ -114,7 +129,7 @@ async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> N
         facts: Facts about the arm, for rules of arms.
 
     Raises:
-        AssertionError: The rule is broken.
+        BrokenRule: The rule is broken.
     """
     try:
         if "make" in rule.__annotations__:
@@ -126,11 +141,11 @@ async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> N
             async with started_with(make, arms.ARM, partial(ArmBench, facts)) as arm:
                 await rule(arm)
     except AssertionError as error:
-        raise AssertionError(f"{requirement(rule)} But {error}") from error
+        raise BrokenRule(rule, error) from error
     except BackendRefused as refused:
-        raise AssertionError(f"{requirement(rule)} But a request is refused: {refused}") from refused
+        raise BrokenRule(rule, f"a request is refused: {refused}") from refused
     except BackendLost as lost:
-        raise AssertionError(f"{requirement(rule)} But {lost}") from lost
+        raise BrokenRule(rule, lost) from lost
 
 
 async def check_loss(make: Make, kill: Callable[[], None]) -> None:

@@ -20,6 +20,11 @@ LEVELS: Mapping[str, tuple[type, ...]] = MappingProxyType(
 """Contracts that each level requires, from the lowest level on."""
 
 
+def checked_contracts() -> tuple[type, ...]:
+    """Return all contracts that rules require, in the order of the rules."""
+    return tuple(dict.fromkeys(contract for needed in RULES.values() for contract in needed))
+
+
 def rules_of(contracts: Collection[type]) -> tuple[Rule, ...]:
     """Return the rules that require no other contracts."""
     return tuple(rule for rule, needed in RULES.items() if set(needed) <= set(contracts))
