@@ -62,9 +62,7 @@ def _named_by(invocation: InvokeAction, mark: Mark, folder: Path) -> Iterator[Re
         if name in mark.uris and is_file_uri(text):
             path = Path(unquote(text.removeprefix(FILE_SCHEME)))
             yield ReferencedFiles([_existing(path, value.span)], is_absolute=True)
-        elif (
-            name in mark.uris and is_world_file(text) and Path(WorldName.parse(text).world).exists()
-        ):  # else a file of the simulator
+        elif name in mark.uris and _is_world_here(text):
             yield ReferencedFiles(files_of_world(text), Path(text).is_absolute())
         elif name in mark.files:
             yield ReferencedFiles([_existing(folder / text, value.span)], Path(text).is_absolute())

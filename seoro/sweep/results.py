@@ -108,9 +108,9 @@ def _of_robots(path: Path) -> Iterator[tuple[str, object]]:
         return
     for entity, values in found.items():
         for name, value in values.items():
-            parts = value.items() if isinstance(value, dict) else ()
-            yield from ((f"{entity}.{name}.{part}", single) for part, single in parts)
-            if not isinstance(value, dict):
+            if isinstance(value, dict):
+                yield from ((f"{entity}.{name}.{part}", single) for part, single in value.items())
+            else:
                 yield f"{entity}.{name}", value
 
 
