@@ -15,7 +15,7 @@ from seoro.runtime.contracts.measures import Measuring
 from seoro.runtime.contracts.modifiers import Child, Interrupt, ModifierContext
 from seoro.runtime.functions.actions import action
 from seoro.runtime.functions.modifiers import modifier
-from seoro.runtime.values.values import Struct, Variable
+from seoro.runtime.values.values import Variable
 from seoro.runtime.verdict import Outcome, Status
 
 WHOLE = (PrimitiveType("int"), PrimitiveType("uint"))
@@ -33,12 +33,10 @@ async def keep_clearance(
 
 @modifier("limit_speed")
 async def limit_speed(
-    ctx: ModifierContext, child: Child, max_speed: float, within: Struct, entities: Sequence[str]
+    ctx: ModifierContext, child: Child, max_speed: float, within: Area, entities: Sequence[str]
 ) -> Outcome:
     """Fail as soon as an entity is faster within an area."""
-    return await _monitor(
-        ctx, child, entities, MeasureLimit(Measure.SPEED, max_speed, above=True, area=_area(within))
-    )
+    return await _monitor(ctx, child, entities, MeasureLimit(Measure.SPEED, max_speed, above=True, area=within))
 
 
 @modifier("limit_localization_error")
@@ -50,19 +48,15 @@ async def limit_localization_error(
 
 
 @modifier("stay_in")
-async def stay_in(ctx: ModifierContext, child: Child, within: Struct, entities: Sequence[str]) -> Outcome:
+async def stay_in(ctx: ModifierContext, child: Child, within: Area, entities: Sequence[str]) -> Outcome:
     """Fail as soon as an entity is outside of an area."""
-    return await _monitor(
-        ctx, child, entities, MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=True, area=_area(within))
-    )
+    return await _monitor(ctx, child, entities, _outside(within))
 
 
 @modifier("keep_out_of")
-async def keep_out_of(ctx: ModifierContext, child: Child, within: Struct, entities: Sequence[str]) -> Outcome:
+async def keep_out_of(ctx: ModifierContext, child: Child, within: Area, entities: Sequence[str]) -> Outcome:
     """Fail as soon as an entity is within an area."""
-    return await _monitor(
-        ctx, child, entities, MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=False, area=_area(within))
-    )
+    return await _monitor(ctx, child, entities, _inside(within))
 
 
 @modifier("limit_path_length")
@@ -75,11 +69,11 @@ async def limit_path_length(
 
 @modifier("limit_time_in")
 async def limit_time_in(
-    ctx: ModifierContext, child: Child, max_time: float, within: Struct, entities: Sequence[str]
+    ctx: ModifierContext, child: Child, max_time: float, within: Area, entities: Sequence[str]
 ) -> Outcome:
     """Fail as soon as an entity has been within an area for longer."""
     return await _monitor(
-        ctx, child, entities, MeasureLimit(Measure.TIME_IN_AREA, max_time, above=True, area=_area(within))
+        ctx, child, entities, MeasureLimit(Measure.TIME_IN_AREA, max_time, above=True, area=within)
     )
 
 
@@ -123,15 +117,15 @@ async def wait_for_slowness(ctx: ActionContext, entity: str, at_most: float) -> 
 
 
 @action("wait_for_entry", anywhere=Measuring)
-async def wait_for_entry(ctx: ActionContext, entity: str, within: Struct) -> None:
+async def wait_for_entry(ctx: ActionContext, entity: str, within: Area) -> None:
     """Wait until an entity is within an area."""
-    await _wait(ctx, entity, MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=False, area=_area(within)))
+    await _wait(ctx, entity, _inside(within))
 
 
 @action("wait_for_exit", anywhere=Measuring)
-async def wait_for_exit(ctx: ActionContext, entity: str, within: Struct) -> None:
+async def wait_for_exit(ctx: ActionContext, entity: str, within: Area) -> None:
     """Wait until an entity is outside of an area."""
-    await _wait(ctx, entity, MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=True, area=_area(within)))
+    await _wait(ctx, entity, _outside(within))
 
 
 @action("wait_for_localization_error", anywhere=Measuring)
@@ -163,6 +157,11 @@ async def store_measurement(
     ctx.update(target_variable, lambda _: int(value) if is_whole else float(value))
 
 
-def _area(struct: Struct) -> Area:
-    corners = (float(struct.fields[name]) for name in ("x_min", "y_min", "x_max", "y_max"))  # type: ignore[arg-type]
-    return Area(*corners)
+def _inside(area: Area) -> MeasureLimit:
+    """Return the limit that an entity reaches in an area."""
+    return MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=False, area=area)
+
+
+def _outside(area: Area) -> MeasureLimit:
+    """Return the limit that an entity reaches outside of an area."""
+    return MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=True, area=area)

@@ -16,7 +16,7 @@ from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.backends import Reporter
 from seoro.runtime.contracts.people import People, Point, Traits
 from seoro.runtime.functions.actions import action
-from seoro.runtime.values.values import Actor, Struct
+from seoro.runtime.values.values import Actor
 
 BODY = "body"  # one motion at a time
 
@@ -31,7 +31,7 @@ async def appear(
 
 
 @action("pedestrian.walk_to", anywhere=People, uses=BODY)
-async def walk_to(ctx: ActionContext, person: Actor, position: Struct, speed: float) -> None:
+async def walk_to(ctx: ActionContext, person: Actor, position: Point, speed: float) -> None:
     """Walk to a position."""
     await _walk(ctx, person, (position,), speed)
 
@@ -45,22 +45,22 @@ async def walk_to_place(ctx: ActionContext, person: Actor, place: str, speed: fl
 
 
 @action("pedestrian.walk_along", anywhere=People, uses=BODY)
-async def walk_along(ctx: ActionContext, person: Actor, positions: Sequence[Struct], speed: float) -> None:
+async def walk_along(ctx: ActionContext, person: Actor, positions: Sequence[Point], speed: float) -> None:
     """Walk along positions."""
     await _walk(ctx, person, positions, speed)
 
 
 @action("pedestrian.patrol", anywhere=People, uses=BODY, open_ended=True)
-async def patrol(ctx: ActionContext, person: Actor, positions: Sequence[Struct], speed: float) -> None:
+async def patrol(ctx: ActionContext, person: Actor, positions: Sequence[Point], speed: float) -> None:
     """Walk along positions, again and again."""
     await _walk(ctx, person, positions, speed, repeat=True)
 
 
 @action("pedestrian.wander", anywhere=People, uses=BODY, open_ended=True)
-async def wander(ctx: ActionContext, person: Actor, lower: Struct, upper: Struct, speed: float) -> None:
+async def wander(ctx: ActionContext, person: Actor, lower: Point, upper: Point, speed: float) -> None:
     """Walk between random positions."""
     people, name = ctx.anywhere(People), _name_of(person)
-    await _move(ctx, lambda report: people.wander(name, _point(lower), _point(upper), speed, report))
+    await _move(ctx, lambda report: people.wander(name, lower, upper, speed, report))
 
 
 @action("pedestrian.follow", anywhere=People, uses=BODY, open_ended=True)
@@ -77,13 +77,13 @@ async def stand(ctx: ActionContext, person: Actor) -> None:
 
 
 @action("cart.drive_along", anywhere=People, uses=BODY)
-async def drive_along(ctx: ActionContext, cart: Actor, positions: Sequence[Struct], speed: float) -> None:
+async def drive_along(ctx: ActionContext, cart: Actor, positions: Sequence[Point], speed: float) -> None:
     """Drive along positions."""
     await _walk(ctx, cart, positions, speed)
 
 
 @action("cart.patrol", anywhere=People, uses=BODY, open_ended=True)
-async def patrol_by_cart(ctx: ActionContext, cart: Actor, positions: Sequence[Struct], speed: float) -> None:
+async def patrol_by_cart(ctx: ActionContext, cart: Actor, positions: Sequence[Point], speed: float) -> None:
     """Drive along positions, again and again."""
     await _walk(ctx, cart, positions, speed, repeat=True)
 
@@ -97,25 +97,19 @@ async def stop_cart(ctx: ActionContext, cart: Actor) -> None:
 async def _walk(
     ctx: ActionContext,
     actor: Actor,
-    positions: Sequence[Struct],
+    positions: Sequence[Point],
     speed: float,
     place: str = "",
     *,
     repeat: bool = False,
 ) -> None:
-    people, name, points = ctx.anywhere(People), _name_of(actor), [_point(position) for position in positions]
-    await _move(ctx, lambda report: people.walk_along(name, points, place, speed, report, repeat=repeat))
+    people, name = ctx.anywhere(People), _name_of(actor)
+    await _move(ctx, lambda report: people.walk_along(name, positions, place, speed, report, repeat=repeat))
 
 
 async def _move(ctx: ActionContext, start: Callable[[Reporter], Awaitable[str]]) -> None:
     """Start a motion and wait for its end."""
     await finish(ctx, start, ctx.anywhere(People).cancel_goal)
-
-
-def _point(position: Struct) -> Point:
-    x, y = position.fields["x"], position.fields["y"]
-    assert isinstance(x, float) and isinstance(y, float), "declared as lengths"
-    return x, y
 
 
 def _name_of(actor: Actor) -> str:

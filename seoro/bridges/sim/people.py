@@ -33,7 +33,7 @@ class PeopleRequests(RobotRequests):
         request = wire.WalkAlong(
             id=self.new_id("goal"),
             person=person,
-            points=tuple(Position3D(*point) for point in points),
+            points=tuple(Position3D(point.x, point.y) for point in points),
             place=place,
             speed=speed,
             repeat=repeat,
@@ -45,8 +45,8 @@ class PeopleRequests(RobotRequests):
         request = wire.Wander(
             id=self.new_id("goal"),
             person=person,
-            lower=Position3D(*lower),
-            upper=Position3D(*upper),
+            lower=Position3D(lower.x, lower.y),
+            upper=Position3D(upper.x, upper.y),
             speed=speed,
         )
         return await self.start(wire.WANDER, request, report)

@@ -10,7 +10,12 @@ from seoro.robotics.geometry import Pose3D
 from seoro.robotics.people import Avoidance
 from seoro.runtime.contracts.backends import Reporter
 
-Point = tuple[float, float]  # x, y in the map [m]
+
+class Point(Value):
+    """A point of the map [m]."""
+
+    x: float
+    y: float
 
 
 class Traits(Value):
