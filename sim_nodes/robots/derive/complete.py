@@ -18,6 +18,8 @@ from sim_nodes.robots.drive_declaration import DriveKind
 
 MOBILE_DRIVES = tuple(kind.value for kind in DriveKind)
 JOINT_DRIVES = tuple(kind.value for kind in JointDrive)
+SHORT = frozenset({"drive", "urdf", "notes"})
+"""Keys of short declarations that derived content replaces."""
 Content = Mapping[str, object]
 
 
@@ -45,11 +47,8 @@ def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
         raise xml.invalid(f"unknown `drive` {drive!r}; expected {name_list((*MOBILE_DRIVES, *JOINT_DRIVES))}")
     robot = derive_mobile(read_model(urdf), DriveKind(str(drive)), root)
     source = source_text(text, robot.changes) if root.tag == "robot" else robot.urdf.text
-    notes = content.get("notes")
-    known = tuple(notes) if isinstance(notes, tuple) else ()
-    own = {key: value for key, value in content.items() if key not in ("drive", "urdf", "notes")}
-    files = {"source": source, "urdf": robot.urdf.text, "notes": (*known, *robot.notes)}
-    return merged({**long_form(robot), **files}, own)
+    derived = {**long_form(robot), "source": source, "urdf": robot.urdf.text}
+    return _with_own(derived, robot.notes, content, SHORT)
 
 
 def _complete_joints(content: Content, urdf: Urdf, text: str | None) -> dict[str, object]:
@@ -58,8 +57,6 @@ def _complete_joints(content: Content, urdf: Urdf, text: str | None) -> dict[str
     tool = arm.get("tool_link") if isinstance(arm, Mapping) else None
     model = read_model(urdf)
     robot = derive_jointed(model, drive, _home_of(content), None if tool is None else str(tool))
-    notes = content.get("notes")
-    known = tuple(notes) if isinstance(notes, tuple) else ()
     derived: dict[str, object] = {
         "kinds": list(KINDS_OF_JOINTED[drive]),
         "base_link": robot.base_link,
@@ -69,10 +66,18 @@ def _complete_joints(content: Content, urdf: Urdf, text: str | None) -> dict[str
         "arm": robot.arm.model_dump(mode="json", exclude_none=True),
         "source": robot.urdf if text is None else text,
         "urdf": robot.urdf,
-        "notes": (*known, *robot.notes),
     }
-    own = {key: value for key, value in content.items() if key not in ("drive", "urdf", "notes", "home")}
-    return merged(derived, own)
+    return _with_own(derived, robot.notes, content, SHORT | {"home"})
+
+
+def _with_own(
+    derived: Content, notes: tuple[str, ...], content: Content, short: frozenset[str]
+) -> dict[str, object]:
+    """Return derived content with notes and the own values of a declaration, except keys of its short form."""
+    known = content.get("notes")
+    all_notes = (*(known if isinstance(known, tuple) else ()), *notes)
+    own = {key: value for key, value in content.items() if key not in short}
+    return merged({**derived, "notes": all_notes}, own)
 
 
 def _home_of(content: Content) -> dict[str, float]:
