@@ -13,8 +13,8 @@ from sim_nodes.agents import orca, social_force
 from sim_nodes.agents.agent import Agent, Motion, Point, Stand, Wander
 from sim_nodes.agents.drawing import path_of
 from sim_nodes.agents.motions import PATIENCE, Task, advance, choose_target, wanted_velocity
+from sim_nodes.agents.neighbourhood import Neighbourhood
 from sim_nodes.agents.stopping import stop_before_others, stop_before_walls, without_blocked
-from sim_nodes.agents.surroundings import Surroundings
 from sim_nodes.agents.walls import Walls
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, wrap
@@ -179,7 +179,7 @@ class Agents(Stateful):
 
     def _avoid(self, names: Sequence[str], places: Array, wanted: Array) -> Array:
         """Return the velocities by the model of each agent, limited in acceleration and before walls."""
-        around = self._surroundings(names, places)
+        around = self._neighbourhood(names, places)
         velocities = wanted.copy()
         avoids = np.array([self._entities.agents[name].avoid for name in names])
         for avoidance, model in MODELS.items():
@@ -205,13 +205,13 @@ class Agents(Stateful):
             if tick < self._paused.get(name, 0):
                 velocities[index] = 0.0
 
-    def _surroundings(self, names: Sequence[str], places: Array) -> Surroundings:
+    def _neighbourhood(self, names: Sequence[str], places: Array) -> Neighbourhood:
         robots = [self._engine.body_state(name) for name in self._robots]
         velocities = np.array([self._velocities.get(name, (0.0, 0.0)) for name in names])
         radii = np.array([self._entities.agents[name].radius for name in names])
         distances, away = self._walls.nearest(places)
         count = len(names)
-        return Surroundings(
+        return Neighbourhood(
             places,
             velocities,
             radii,
@@ -224,10 +224,10 @@ class Agents(Stateful):
         )
 
 
-MODELS: Mapping[Avoidance, Callable[[Surroundings, Array, float], Array]] = MappingProxyType(
+MODELS: Mapping[Avoidance, Callable[[Neighbourhood, Array, float], Array]] = MappingProxyType(
     {Avoidance.SOCIAL_FORCE: social_force.velocities_after, Avoidance.ORCA: orca.velocities_after}
 )
-"""Models that avoid others: functions of surroundings, wanted velocities and the duration of a tick."""
+"""Models that avoid others: functions of the neighbourhood, wanted velocities and the duration of a tick."""
 
 
 def _limited(before: Array, after: Array) -> Array:

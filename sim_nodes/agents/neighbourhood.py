@@ -1,4 +1,4 @@
-"""Surroundings of agents: positions and velocities of all others, and the nearest walls."""
+"""Neighbourhood of agents: positions and velocities of all others, and the nearest walls."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sim_nodes.geometry import Array
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class Neighbourhood:
     """Agents with one way to avoid others, and all others around them.
 
     Attributes:
@@ -36,9 +36,9 @@ class Surroundings:
     other_radii: Array
     is_self: NDArray[np.bool_]
 
-    def of(self, chosen: NDArray[np.bool_]) -> Surroundings:
-        """Return the surroundings of some of these agents, given as a mask of shape (n,)."""
-        return Surroundings(
+    def of(self, chosen: NDArray[np.bool_]) -> Neighbourhood:
+        """Return the neighbourhood of some of these agents, given as a mask of shape (n,)."""
+        return Neighbourhood(
             self.positions[chosen],
             self.velocities[chosen],
             self.radii[chosen],

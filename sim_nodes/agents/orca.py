@@ -1,7 +1,7 @@
 """Optimal reciprocal collision avoidance of van den Berg et al. (ISRR 2009), by the library pyrvo.
 
 All others are expected to do half of the avoiding. A new simulator of the library in each tick makes the result a
-function of the surroundings alone. Its obstacles exclude walls, before which all agents stop (`stopping.py`).
+function of the neighbourhood alone. Its obstacles exclude walls, before which all agents stop (`stopping.py`).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from sim_nodes.agents.surroundings import Surroundings
+from sim_nodes.agents.neighbourhood import Neighbourhood
 from sim_nodes.geometry import Array
 
 NEIGHBOUR_DISTANCE, NEIGHBOURS = 5.0, 10  # [m], number of considered neighbours
@@ -20,11 +20,11 @@ GAP = 0.05  # [m] added to each radius
 SIDESTEP = 1e-3  # [rad] turn of wanted velocities, which decides between equal sides
 
 
-def velocities_after(around: Surroundings, wanted: Array, duration: float) -> Array:
+def velocities_after(around: Neighbourhood, wanted: Array, duration: float) -> Array:
     """Return the velocities of people after a duration [s], shape (n, 2) [m/s].
 
     Args:
-        around: The people and their surroundings.
+        around: The people and their neighbourhood.
         wanted: Wanted velocities, shape (n, 2) [m/s].
         duration: Duration [s].
     """

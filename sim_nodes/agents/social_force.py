@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from sim_nodes.agents.surroundings import Surroundings
+from sim_nodes.agents.neighbourhood import Neighbourhood
 from sim_nodes.geometry import Array
 
 RELAXATION = 0.5  # [s]
@@ -28,11 +28,11 @@ USUAL_RADIUS = 0.25  # [m]
 TINY = 1e-9
 
 
-def velocities_after(around: Surroundings, wanted: Array, duration: float) -> Array:
+def velocities_after(around: Neighbourhood, wanted: Array, duration: float) -> Array:
     """Return the velocities of people after a duration [s], shape (n, 2) [m/s].
 
     Args:
-        around: The people and their surroundings.
+        around: The people and their neighbourhood.
         wanted: Wanted velocities, shape (n, 2) [m/s].
         duration: Duration [s].
     """
@@ -48,7 +48,7 @@ def velocities_after(around: Surroundings, wanted: Array, duration: float) -> Ar
     return limited
 
 
-def _from_others(around: Surroundings, wanted: Array) -> Array:
+def _from_others(around: Neighbourhood, wanted: Array) -> Array:
     """Return the accelerations away from others, shape (n, 2) [m/s^2]."""
     apart = around.positions[:, None] - around.other_positions
     way = STRIDE * around.other_velocities

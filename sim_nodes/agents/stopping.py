@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sim_nodes.agents.surroundings import Surroundings
+from sim_nodes.agents.neighbourhood import Neighbourhood
 from sim_nodes.geometry import Array
 from sim_nodes.physics import ContactPoint
 
@@ -16,7 +16,7 @@ LEVEL = 0.5  # vertical component of a normal from which a contact does not bloc
 TINY = 1e-9
 
 
-def stop_before_walls(around: Surroundings, velocities: Array) -> Array:
+def stop_before_walls(around: Neighbourhood, velocities: Array) -> Array:
     """Return velocities of shape (n, 2) without the part that leads into a wall within the reaction time [m/s]."""
     limit = (around.wall_distances - around.radii).clip(0.0) / REACTION
     approach = -(velocities * around.away).sum(axis=1)
@@ -24,7 +24,7 @@ def stop_before_walls(around: Surroundings, velocities: Array) -> Array:
     return slowed
 
 
-def stop_before_others(around: Surroundings, velocities: Array) -> Array:
+def stop_before_others(around: Neighbourhood, velocities: Array) -> Array:
     """Return velocities of shape (n, 2) without the part that leads into the most urgent other one [m/s]."""
     apart = around.other_positions - around.positions[:, None]
     distance = np.maximum(np.hypot(apart[..., 0], apart[..., 1]), TINY)
