@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Container
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from sim_nodes.sensors.load import Wrench
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline, dead_beams
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
+
+T = TypeVar("T")
 
 MAX_WATCHES = 1000
 
@@ -237,6 +239,14 @@ class SensorWatch(Watch):
         now.pipeline(self.robot, self.sensor).activate()
         return self
 
+    def latest(self, world: Watched, kind: type[T]) -> T | None:
+        """Return the data of the latest sample, which has the kind of the sensor; None without a sample."""
+        sample = world.pipeline(self.robot, self.sensor).latest
+        if sample is None:
+            return None
+        assert isinstance(sample.data, kind)
+        return sample.data
+
 
 @dataclass(frozen=True)
 class SampleWatch(SensorWatch):
@@ -264,11 +274,9 @@ class BumperWatch(SensorWatch):
 
     def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
-        latest = world.pipeline(self.robot, self.sensor).latest
-        if latest is None:
-            return False
-        assert isinstance(latest.data, Bumps)
-        return any(self.zone in ("", bump.zone) and self.entity in ("", bump.entity) for bump in latest.data.bumps)
+        found = self.latest(world, Bumps)
+        bumps = () if found is None else found.bumps
+        return any(self.zone in ("", bump.zone) and self.entity in ("", bump.entity) for bump in bumps)
 
 
 @dataclass(frozen=True)
@@ -297,11 +305,8 @@ class ForceWatch(SensorWatch):
 
     def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
-        latest = world.pipeline(self.robot, self.sensor).latest
-        if latest is None:
-            return False
-        assert isinstance(latest.data, Wrench)
-        return bool(np.linalg.norm(latest.data.force) > self.force)
+        wrench = self.latest(world, Wrench)
+        return wrench is not None and bool(np.linalg.norm(wrench.force) > self.force)
 
 
 @dataclass(frozen=True)
@@ -313,11 +318,8 @@ class SightWatch(SensorWatch):
 
     def holds(self, world: Watched) -> bool:
         """Whether the condition is true."""
-        latest = world.pipeline(self.robot, self.sensor).latest
-        if latest is None:
-            return False
-        assert isinstance(latest.data, Segments)
-        seen = latest.data.share(self.entity)
+        segments = self.latest(world, Segments)
+        seen = 0.0 if segments is None else segments.share(self.entity)
         return seen > 0.0 and seen >= self.share
 
 

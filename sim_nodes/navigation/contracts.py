@@ -47,6 +47,18 @@ class Setup:
     parameters: Mapping[str, Parameter]
     noise: Noise
 
+    def refuse_parameters(self, plugin: str) -> None:
+        """Refuse own parameters of a plugin that has none.
+
+        Raises:
+            InvalidParameter: There are some.
+        """
+        if self.parameters:
+            raise InvalidParameter(
+                f"unknown parameter `{min(self.parameters)}`; the {plugin} has none of its own, "
+                "its parameters stand directly under `navigation`"
+            )
+
 
 @dataclass(frozen=True)
 class PlanRequest:
@@ -96,8 +108,8 @@ class Path:
         return float(self.to_go[index] + np.hypot(*(self.points[index] - (x, y))))
 
 
-class Planner(Stateful, ABC):
-    """Finds paths.
+class Plugin(Stateful, ABC):
+    """A planner or controller.
 
     Args:
         setup: Robot, map and parameters.
@@ -108,6 +120,10 @@ class Planner(Stateful, ABC):
 
     @abstractmethod
     def __init__(self, setup: Setup) -> None: ...
+
+
+class Planner(Plugin):
+    """Finds paths."""
 
     @abstractmethod
     def plan(self, request: PlanRequest) -> Path | None:
@@ -138,18 +154,8 @@ class ControlInput:
     tick: int
 
 
-class Controller(Stateful, ABC):
-    """Chooses velocities along a path.
-
-    Args:
-        setup: Robot, map and parameters.
-
-    Raises:
-        InvalidParameter: A parameter is unknown or invalid.
-    """
-
-    @abstractmethod
-    def __init__(self, setup: Setup) -> None: ...
+class Controller(Plugin):
+    """Chooses velocities along a path."""
 
     @abstractmethod
     def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:

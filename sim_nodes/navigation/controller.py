@@ -14,7 +14,7 @@ import numpy as np
 
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.arcs import arc_points, free_lengths, solid_points
-from sim_nodes.navigation.contracts import ControlInput, Controller, InvalidParameter, Path, Setup
+from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Setup
 from sim_nodes.robots.kinematics import Velocity
 
 LATENCY = 0.2  # [s] from an obstacle's appearance to braking: scan, decision, wheels
@@ -39,11 +39,7 @@ class ArcController(Controller):
     STATE = ("_is_turning", "_curvature")
 
     def __init__(self, setup: Setup) -> None:
-        if setup.parameters:
-            raise InvalidParameter(
-                f"unknown parameter `{min(setup.parameters)}`; the controller `arcs` has none of its own, "
-                "its parameters stand directly under `navigation`"
-            )
+        setup.refuse_parameters("controller `arcs`")
         declared = setup.declaration
         self._drive = declared.drive
         self._parameters = p = declared.navigation

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from sim_nodes.geometry import Array
-from sim_nodes.navigation.contracts import InvalidParameter, Path, Planner, PlanRequest, Setup
+from sim_nodes.navigation.contracts import Path, Planner, PlanRequest, Setup
 from sim_nodes.navigation.maps import Grid
 from sim_nodes.robots.navigation import NavigationDeclaration
 
@@ -28,11 +28,7 @@ class GridPlanner(Planner):
     """The default planner."""
 
     def __init__(self, setup: Setup) -> None:
-        if setup.parameters:
-            raise InvalidParameter(
-                f"unknown parameter `{min(setup.parameters)}`; the planner `grid` has none of its own, "
-                "its parameters stand directly under `navigation`"
-            )
+        setup.refuse_parameters("planner `grid`")
         self._clearance = setup.declaration.clearance
         self._parameters = setup.declaration.navigation
 

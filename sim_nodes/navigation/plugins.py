@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 from typing import TypeVar
 
 from seoro.bridges.wire.refusal import name_list
-from sim_nodes.navigation.contracts import Controller, InvalidParameter, Planner, Setup
+from sim_nodes.navigation.contracts import Controller, InvalidParameter, Planner, Plugin, Setup
 from sim_nodes.navigation.controller import ArcController
 from sim_nodes.navigation.planner import GridPlanner
 from sim_nodes.outcomes import operation_failed
@@ -16,7 +16,7 @@ from sim_nodes.outcomes import operation_failed
 PLANNERS: Mapping[str, type[Planner]] = {"grid": GridPlanner}
 CONTROLLERS: Mapping[str, type[Controller]] = {"arcs": ArcController}
 
-P = TypeVar("P", bound=Planner | Controller)
+P = TypeVar("P", bound=Plugin)
 
 
 def find_planner(name: str) -> type[Planner]:
