@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import assert_never
 
 from seoro.bridges.wire import Outcome
-from seoro.robotics.measures import MEASURES, Area, Measure, MeasureLimit
+from seoro.robotics.measures import ONLY_DRIVING, UNITS, Area, Measure, MeasureLimit
 from sim_nodes.physics import BodyState
 from sim_nodes.ticks import TICK
 from sim_nodes.watches import Watch, Watched
@@ -34,7 +34,7 @@ class MeasureWatch(Watch):
     @property
     def watched_robot(self) -> str | None:
         """Robot of a measure that only robots have."""
-        return self.entity if MEASURES[self.limit.measure].only_driving else None
+        return self.entity if self.limit.measure in ONLY_DRIVING else None
 
     def updated(self, world: Watched) -> MeasureWatch:
         """Return the watch with the sum up to the present tick."""
@@ -68,7 +68,7 @@ class MeasureWatch(Watch):
         found = None if state is None else self._measured(world, state)
         assert state is not None and found is not None, "it holds"
         value, other = found
-        unit, name = MEASURES[self.limit.measure].unit, self.limit.measure.replace("_", " ")
+        unit, name = UNITS[self.limit.measure], self.limit.measure.replace("_", " ")
         whom = f" to '{other}'" if other else ""
         where = f"({state.position[0]:.3f}, {state.position[1]:.3f}) m"
         expected = "at most" if self.limit.above else "more than"

@@ -1,7 +1,4 @@
-"""Measures of robots and other entities, and limits of them.
-
-`MEASURES` is the one table of measures that limits can name: monitors, conditions and nodes derive from it.
-"""
+"""Measures of robots and other entities, and limits of them."""
 
 from __future__ import annotations
 
@@ -16,37 +13,27 @@ FAR: Final = 1e6  # [m] edge of an area that is not bounded
 class Measure(StrEnum):
     """Names of measures."""
 
-    CLEARANCE = "clearance"
-    SPEED = "speed"
-    LOCALIZATION_ERROR = "localization_error"
-    PATH_LENGTH = "path_length"
-    AREA_DISTANCE = "area_distance"
-    TIME_IN_AREA = "time_in_area"
+    CLEARANCE = "clearance"  # distance of a robot's circle to the nearest entity, or to `other`, from above
+    SPEED = "speed"  # true speed in the plane; 0 outside of `area`
+    LOCALIZATION_ERROR = "localization_error"  # between the estimated and the true position; 0 without an estimate
+    PATH_LENGTH = "path_length"  # of the true path since the watch began
+    AREA_DISTANCE = "area_distance"  # of the entity's origin to `area`; 0 within
+    TIME_IN_AREA = "time_in_area"  # since the watch began
 
 
-@dataclass(frozen=True)
-class MeasureInfo:
-    """Unit and meaning of a measure; some are of robots that drive only."""
-
-    unit: str
-    meaning: str
-    only_driving: bool = False
-
-
-MEASURES: Final = MappingProxyType(
+UNITS: Final = MappingProxyType(
     {
-        Measure.CLEARANCE: MeasureInfo(
-            "m", "distance of the robot's circle to the nearest entity, or to `other`, from above", True
-        ),
-        Measure.SPEED: MeasureInfo("m/s", "true speed in the plane; 0 outside of `area`"),
-        Measure.LOCALIZATION_ERROR: MeasureInfo(
-            "m", "distance between the estimated and the true position; 0 without an estimate", True
-        ),
-        Measure.PATH_LENGTH: MeasureInfo("m", "length of the true path since the watch began"),
-        Measure.AREA_DISTANCE: MeasureInfo("m", "distance of the entity's origin to `area`; 0 within"),
-        Measure.TIME_IN_AREA: MeasureInfo("s", "time within `area` since the watch began"),
+        Measure.CLEARANCE: "m",
+        Measure.SPEED: "m/s",
+        Measure.LOCALIZATION_ERROR: "m",
+        Measure.PATH_LENGTH: "m",
+        Measure.AREA_DISTANCE: "m",
+        Measure.TIME_IN_AREA: "s",
     }
 )
+"""Units of measures."""
+ONLY_DRIVING: Final = frozenset({Measure.CLEARANCE, Measure.LOCALIZATION_ERROR})
+"""Measures of robots that drive only."""
 
 
 @dataclass(frozen=True)

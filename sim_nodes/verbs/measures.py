@@ -6,7 +6,7 @@ from dataclasses import astuple
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import check_finite
-from seoro.robotics.measures import MEASURES, Measure
+from seoro.robotics.measures import ONLY_DRIVING, Measure
 from sim_nodes.measure_watch import MeasureWatch
 from sim_nodes.outcomes import operation_failed, unknown
 from sim_nodes.simulator import Simulator
@@ -19,7 +19,7 @@ def watch_measure(simulator: Simulator, request: wire.WatchMeasure) -> None:
     if limit.area.x_min > limit.area.x_max or limit.area.y_min > limit.area.y_max:
         raise operation_failed(f"invalid area {astuple(limit.area)}; expected lower corners before upper ones")
     state = simulation.entities.state(name)
-    if MEASURES[limit.measure].only_driving:
+    if limit.measure in ONLY_DRIVING:
         _ = simulation.robot(name).mobile  # refuses robots that do not drive
     known = simulation.run_data.clearances.names
     if limit.measure is Measure.CLEARANCE and limit.other and limit.other not in known:

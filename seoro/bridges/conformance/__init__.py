@@ -107,7 +107,7 @@ class BrokenRule(AssertionError):
 
     Args:
         rule: The rule.
-        fault: What was observed instead.
+        fault: Observation that contradicts it.
     """
 
     def __init__(self, rule: Rule, fault: object) -> None:
