@@ -11,10 +11,10 @@ import mujoco
 
 from sim_nodes.geometry import Frame, Quaternion, vector
 from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.scenes import MAX_BODIES
 from sim_nodes.mujoco.to_urdf import WORLD, compile_mjcf, compile_spec, is_free, shapes_of_world, tops_of
 from sim_nodes.physics import Mjcf
 
-MAX_BODIES = 200  # of a file
 BASE = "scene"  # name of the part that is fixed to the world
 EQUALITY, WRAP = mujoco.mjtEq, mujoco.mjtWrap
 LOST = "without effect: {count} equalities or tendons between bodies that move apart"
