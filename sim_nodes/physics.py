@@ -27,7 +27,8 @@ from sim_nodes.geometry import (
     yaw_of,
 )
 from sim_nodes.robots.declaration import RobotDeclaration
-from sim_nodes.views import Colour, DepthImage, Picture, View
+from sim_nodes.terrain.ground import FLAT, Ground
+from sim_nodes.views import DAYLIGHT, Colour, DepthImage, Light, Picture, View
 
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 FLOOR = "floor"
@@ -220,11 +221,13 @@ class PlacedRobot:
 
 @dataclass(frozen=True)
 class Scene:
-    """The static scene of an engine: a floor at z = 0, walls and robots."""
+    """The static scene of an engine: a floor at z = 0 with terrain, walls and robots, and its light."""
 
     walls: tuple[Wall, ...]
     robots: tuple[PlacedRobot, ...]
     extent: tuple[float, float, float, float]  # of the floor: lower x, lower y, upper x, upper y [m]
+    ground: Ground = FLAT
+    light: Light = DAYLIGHT
 
 
 @dataclass(frozen=True)

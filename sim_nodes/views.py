@@ -141,7 +141,33 @@ SKY: Colour = (0.72, 0.80, 0.88, 1.0)
 FLOOR_TILES: tuple[Colour, Colour] = ((0.86, 0.85, 0.82, 1.0), (0.79, 0.78, 0.75, 1.0))
 TILE = 1.0  # [m] edge of a floor tile
 WALL: Colour = (0.42, 0.47, 0.56, 1.0)
-LIGHT_DIRECTION = (0.35, 0.5, -1.0)  # of the sun's rays
+
+
+@dataclass(frozen=True)
+class Light:
+    """Light in rendered pictures: the sun, and ambient light from all sides.
+
+    Attributes:
+        direction: Direction of the sun's rays in `map`, downwards.
+        ambient: Ambient light, relative to the usual.
+        diffuse: Light of the sun, relative to the usual.
+        brightness: Factor of both.
+    """
+
+    direction: Vector = (0.35, 0.5, -1.0)
+    ambient: float = 1.0
+    diffuse: float = 1.0
+    brightness: float = 1.0
+
+    @property
+    def sky(self) -> Colour:
+        """Colour of the sky in this light."""
+        red, green, blue, opacity = SKY
+        share = min(self.brightness, 1.0)
+        return red * share, green * share, blue * share, opacity
+
+
+DAYLIGHT = Light()
 
 # Colours of bodies without one, chosen by name.
 BODIES: tuple[Colour, ...] = (

@@ -18,6 +18,7 @@ from sim_nodes.mujoco.files import attach_file, with_compiler
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP
 from sim_nodes.mujoco.planar import add_planar_drive
 from sim_nodes.mujoco.stepping import add_counters
+from sim_nodes.mujoco.terrain import LOOSE_PRIORITY, ground_priority
 from sim_nodes.physics import (
     FLOOR,
     BodyModel,
@@ -35,7 +36,8 @@ from sim_nodes.physics import (
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DifferentialDrive, PlanarDrive
 from sim_nodes.robots.sensor_declarations import ForceTorqueDeclaration
-from sim_nodes.views import FLOOR_TILES, LIGHT_DIRECTION, SKY, TILE, WALL, colour_of
+from sim_nodes.terrain.ground import FLOOR_FRICTION
+from sim_nodes.views import FLOOR_TILES, TILE, WALL, Light, colour_of
 
 FLOOR_MATERIAL = "floor"
 SUN_DISTANCE = 20.0  # [m]; shadows are sharp about the point where its rays meet the floor
@@ -43,7 +45,10 @@ SHADOW_REACH = 0.6  # share of the diagonal of the floor
 SHADOW_SIZE = 1024  # [pixels]; MuJoCo's 4096 more than doubles the time of software rendering
 
 
-def add_appearance(spec: Any, extent: tuple[float, float, float, float]) -> None:
+AMBIENT, HEADLIGHT, SUN = 0.4, 0.2, 0.5  # usual ambient light, diffuse light of the camera and of the sun
+
+
+def add_appearance(spec: Any, extent: tuple[float, float, float, float], sun: Light) -> None:
     """Add floor, sky and light to a scene; `extent` is that of the floor [m]."""
     left, bottom, right, top = extent
     centre = ((left + right) / 2, (bottom + top) / 2, 0.0)
@@ -51,20 +56,22 @@ def add_appearance(spec: Any, extent: tuple[float, float, float, float]) -> None
     quality.shadowsize, quality.offsamples = SHADOW_SIZE, 0
     # Limits shadows, beyond which floors have artefacts; MuJoCo's own estimate ignores floors.
     spec.stat.extent, spec.stat.center = SHADOW_REACH * math.hypot(right - left, top - bottom), centre
-    light.ambient, light.diffuse, light.specular = [0.4] * 3, [0.2] * 3, [0.0] * 3
+    ambient, diffuse = sun.ambient * sun.brightness, sun.diffuse * sun.brightness
+    light.ambient, light.diffuse = [AMBIENT * ambient] * 3, [HEADLIGHT * diffuse] * 3
+    light.specular = [0.0] * 3
     spec.worldbody.add_light(
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        dir=LIGHT_DIRECTION,
-        pos=[at - SUN_DISTANCE * along for at, along in zip(centre, LIGHT_DIRECTION, strict=True)],
-        diffuse=[0.5] * 3,
+        dir=sun.direction,
+        pos=[at - SUN_DISTANCE * along for at, along in zip(centre, sun.direction, strict=True)],
+        diffuse=[SUN * diffuse] * 3,
         specular=[0.0] * 3,
     )
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-        rgb1=SKY[:3],
-        rgb2=SKY[:3],
+        rgb1=sun.sky[:3],
+        rgb2=sun.sky[:3],
         width=8,
         height=8,
     )
@@ -107,7 +114,7 @@ def scene_spec(scene: Scene) -> Any:
     spec = mujoco.MjSpec()
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    add_appearance(spec, scene.extent)
+    add_appearance(spec, scene.extent, scene.light)
     left, bottom, right, top = scene.extent
     spec.worldbody.add_geom(
         name=FLOOR,
@@ -115,12 +122,13 @@ def scene_spec(scene: Scene) -> Any:
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         pos=[(left + right) / 2, (bottom + top) / 2, 0.0],
         size=[(right - left) / 2, (top - bottom) / 2, 0.1],
-        friction=[1.0, TORSIONAL, ROLLING],
+        friction=[scene.ground.friction, TORSIONAL, ROLLING],
+        priority=ground_priority(scene.ground.friction),
     )
     for index, wall in enumerate(scene.walls):
         _add_wall(spec, index, wall)
     for robot in scene.robots:
-        _add_robot(spec, robot)
+        _add_robot(spec, robot, scene.ground.friction)
     if any(robot.declaration.arm is not None for robot in scene.robots):
         configure_grip_contacts(spec)
     add_counters(spec)
@@ -138,13 +146,13 @@ def _add_wall(spec: Any, index: int, wall: Wall) -> None:
     )
 
 
-def _add_robot(spec: Any, robot: PlacedRobot) -> None:
+def _add_robot(spec: Any, robot: PlacedRobot, floor_friction: float) -> None:
     frame = spec.worldbody.add_frame(pos=robot.state.position, quat=robot.state.orientation)
-    spec.attach(robot_spec(robot.declaration), prefix=f"{robot.name}/", frame=frame)
+    spec.attach(robot_spec(robot.declaration, floor_friction), prefix=f"{robot.name}/", frame=frame)
 
 
-def robot_spec(declaration: RobotDeclaration) -> Any:
-    """Return the specification of a robot: its URDF with a free joint and motors."""
+def robot_spec(declaration: RobotDeclaration, floor_friction: float = FLOOR_FRICTION) -> Any:
+    """Return the specification of a robot: its URDF with a free joint and motors, for a floor."""
     spec = mujoco.MjSpec.from_string(
         with_compiler(ElementTree.fromstring(declaration.urdf)), assets=dict(declaration.meshes)
     )
@@ -156,12 +164,12 @@ def robot_spec(declaration: RobotDeclaration) -> Any:
     for link in declaration.low_friction_links:
         for geom in _solids(spec.body(link)):
             # Without priority, a contact has the larger friction of the two, which would be the floor's.
-            geom.condim, geom.priority = 1, 1
+            geom.condim, geom.priority = 1, LOOSE_PRIORITY
     match declaration.mobile.drive if declaration.mobile is not None else None:
         case DifferentialDrive() as drive:
             _add_drive(spec, drive)
         case PlanarDrive() as drive:
-            add_planar_drive(spec, declaration, drive)
+            add_planar_drive(spec, declaration, drive, floor_friction)
     if declaration.arm is not None:
         add_arm(spec, declaration.arm)
     for sensor in declaration.sensors:

@@ -6,6 +6,7 @@ from typing import Any
 
 import mujoco
 
+from sim_nodes.mujoco.terrain import LOOSE_PRIORITY
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.kinematics import base_motion, steering_joints
@@ -21,14 +22,14 @@ def motor_name(axis: str) -> str:
     return f"base#{axis}"
 
 
-def add_planar_drive(spec: Any, declaration: RobotDeclaration, drive: PlanarDrive) -> None:
+def add_planar_drive(spec: Any, declaration: RobotDeclaration, drive: PlanarDrive, floor_friction: float) -> None:
     """Add the motors of a planar drive to a robot."""
     for wheel in drive.wheels:
         joint = spec.joint(wheel.joint)
         joint.armature = drive.armature
         for geom in joint.parent.geoms:
             if geom.contype:
-                geom.condim, geom.priority, geom.friction = 1, 1, [0.0, 0.0, 0.0]
+                geom.condim, geom.priority, geom.friction = 1, LOOSE_PRIORITY, [0.0, 0.0, 0.0]
         motor = _motor(spec, wheel.joint, drive)
         motor.set_to_velocity(kv=drive.motor_gain)
     for name in steering_joints(drive):
@@ -38,7 +39,7 @@ def add_planar_drive(spec: Any, declaration: RobotDeclaration, drive: PlanarDriv
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.set_to_position(kp=gain, kv=2.0 * drive.armature * STEERING_FREQUENCY)
     spec.body(declaration.base_link).add_site(name=ORIGIN)
-    traction = traction_of(declaration, drive)
+    traction = traction_of(declaration, drive, floor_friction)
     limits = (traction.force, traction.side_force, traction.torque)
     for (axis, gear), gain, limit in zip(AXES.items(), _gains(traction), limits, strict=True):
         motor = spec.add_actuator(name=motor_name(axis), target=ORIGIN, trntype=mujoco.mjtTrn.mjTRN_SITE)

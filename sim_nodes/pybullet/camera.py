@@ -13,9 +13,9 @@ import numpy as np
 import pybullet
 
 from sim_nodes.physics import FLOOR
-from sim_nodes.views import FAR, FLOOR_TILES, LIGHT_DIRECTION, NEAR, SKY, TILE, DepthImage, Picture, View
+from sim_nodes.views import DAYLIGHT, FAR, FLOOR_TILES, NEAR, TILE, DepthImage, Light, Picture, View
 
-SUN = tuple(-part for part in LIGHT_DIRECTION)  # direction towards the light
+AMBIENT, SUN, SPECULAR = 0.6, 0.35, 0.05  # Bullet's usual light
 SUN_DISTANCE = 20.0  # [m]
 BACKGROUND = 1.0  # of the depth buffer
 NO_SHAPE = -1  # of a body that nothing touches
@@ -69,20 +69,20 @@ def _tiles(extent: Extent, odd: int) -> tuple[list[tuple[float, float, float]], 
     return vertices, indices
 
 
-def draw(bullet: Any, view: View) -> Picture:
+def draw(bullet: Any, view: View, light: Light) -> Picture:
     """Render a view."""
-    colours, depths, _ = _image(bullet, view, shadow=True, flags=pybullet.ER_NO_SEGMENTATION_MASK)
+    colours, depths, _ = _image(bullet, view, light, shadow=True, flags=pybullet.ER_NO_SEGMENTATION_MASK)
     shape = (view.lens.height, view.lens.width)
     # PyBullet builds without numpy return tuples.
     picture = np.array(colours, dtype=np.uint8).reshape(*shape, 4)[:, :, :3].copy()
     empty = np.asarray(depths, dtype=np.float64).reshape(shape) >= BACKGROUND
-    picture[empty] = np.round(255 * np.array(SKY[:3]))
+    picture[empty] = np.round(255 * np.array(light.sky[:3]))
     return picture
 
 
 def measure(bullet: Any, view: View, owners: Mapping[int, str]) -> DepthImage:
     """Measure the distances of a view; `owners` are the entities of bodies, except for parts of the floor."""
-    _, depths, bodies = _image(bullet, view, shadow=False, flags=0)
+    _, depths, bodies = _image(bullet, view, DAYLIGHT, shadow=False, flags=0)
     shape = (view.lens.height, view.lens.width)
     buffer = np.asarray(depths, dtype=np.float64).reshape(shape)
     distances = (FAR * NEAR / (FAR - (FAR - NEAR) * buffer)).astype(np.float32)
@@ -93,7 +93,7 @@ def measure(bullet: Any, view: View, owners: Mapping[int, str]) -> DepthImage:
     )
 
 
-def _image(bullet: Any, view: View, *, shadow: bool, flags: int) -> tuple[Any, Any, Any]:
+def _image(bullet: Any, view: View, light: Light, *, shadow: bool, flags: int) -> tuple[Any, Any, Any]:
     """Return colours, depth buffer and body numbers of a view."""
     ahead, up = view.axes
     *_, colours, depths, bodies = bullet.getCameraImage(
@@ -101,8 +101,11 @@ def _image(bullet: Any, view: View, *, shadow: bool, flags: int) -> tuple[Any, A
         view.lens.height,
         bullet.computeViewMatrix(view.position, (np.array(view.position) + ahead).tolist(), up.tolist()),
         bullet.computeProjectionMatrixFOV(math.degrees(view.lens.fov), view.lens.aspect, NEAR, FAR),
-        lightDirection=SUN,
+        lightDirection=[-part for part in light.direction],  # towards the light
         lightDistance=SUN_DISTANCE,
+        lightAmbientCoeff=AMBIENT * light.ambient * light.brightness,
+        lightDiffuseCoeff=SUN * light.diffuse * light.brightness,
+        lightSpecularCoeff=SPECULAR * light.diffuse * light.brightness,
         shadow=shadow,
         renderer=pybullet.ER_TINY_RENDERER,
         flags=flags,

@@ -140,7 +140,7 @@ class PybulletEngine:
         self._jointed: dict[int, tuple[int, ...]] = {}  # joints of arms, and of bodies that have some
         self._broadphase = BroadPhase(bullet)
         floor = add_floor(bullet, self._scene.extent)
-        bullet.changeDynamics(floor, BASE, lateralFriction=1.0)
+        bullet.changeDynamics(floor, BASE, lateralFriction=self._scene.ground.friction)
         self._owners[floor] = FLOOR
         self._static.add(floor)
         walls = self._scene.walls
@@ -188,7 +188,7 @@ class PybulletEngine:
             drive = PybulletDrive(self._bullet, number, links, mobile)
             self._drives[robot.name] = drive
             if isinstance(mobile.drive, PlanarDrive):
-                traction = traction_of(robot.declaration, mobile.drive)
+                traction = traction_of(robot.declaration, mobile.drive, self._scene.ground.friction)
                 state = partial(self.body_state, robot.name)
                 self._forces.append(PlanarForces(self._bullet, drive, traction, state))
         if robot.declaration.arm is not None:
@@ -444,4 +444,4 @@ class PybulletEngine:
 
     def render(self, view: View) -> Picture:
         """See `Engine.render`."""
-        return draw(self._bullet, view)
+        return draw(self._bullet, view, self._scene.light)

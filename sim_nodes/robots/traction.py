@@ -15,6 +15,7 @@ from defusedxml import ElementTree
 
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DriveKind, PlanarDrive
+from sim_nodes.terrain.ground import FLOOR_FRICTION
 
 GRAVITY = 9.81  # [m/s^2]
 RESPONSE = 0.015  # [s] in which the base reaches the velocity of its wheels, without a limit
@@ -45,11 +46,13 @@ class Traction:
 
 
 @cache
-def traction_of(declaration: RobotDeclaration, drive: PlanarDrive) -> Traction:
-    """Return the motor of a robot's base."""
+def traction_of(
+    declaration: RobotDeclaration, drive: PlanarDrive, floor_friction: float = FLOOR_FRICTION
+) -> Traction:
+    """Return the motor of a robot's base on a floor."""
     root: Any = ElementTree.fromstring(declaration.urdf)
     mass = sum(float(each.get("value")) for each in root.findall("link/inertial/mass"))
-    grip = drive.wheel_friction * mass * GRAVITY
+    grip = drive.wheel_friction * floor_friction * mass * GRAVITY
     by_motors = sum(drive.motor_torque / wheel.radius for wheel in drive.wheels)
     lever = sum(math.hypot(wheel.x, wheel.y) for wheel in drive.wheels) / len(drive.wheels)
     is_omnidirectional = drive.kind is DriveKind.OMNIDIRECTIONAL

@@ -19,7 +19,8 @@ from sim_nodes.physics import PlacedRobot, Scene, Wall
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.reading import available_robots, load_robot, read_robot
 from sim_nodes.robots.sensor_declarations import GpsDeclaration
-from sim_nodes.views import Lens, View, looking_at
+from sim_nodes.terrain.ground import FLAT, Ground
+from sim_nodes.views import DAYLIGHT, Lens, Light, View, looking_at
 from sim_nodes.worlds.poses import START_RADIUS, NamedPose, free_start, read_pose
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
 from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
@@ -58,11 +59,13 @@ class World:
     tags: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     origin: GeoPoint | None = None  # of the map
+    ground: Ground = FLAT
+    light: Light = DAYLIGHT
 
     @property
     def scene(self) -> Scene:
         """Scene for an engine."""
-        return Scene(self.walls, self.robots, self.extent)
+        return Scene(self.walls, self.robots, self.extent, self.ground, self.light)
 
     @property
     def outlines(self) -> tuple[Array, ...]:
@@ -193,6 +196,8 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         file.tags,
         (*surroundings.warnings, *_notes(robots, placed)),
         None if file.geo_origin is None else file.geo_origin.point,
+        Ground(file.floor.friction),
+        file.light.light,
     )
 
 

@@ -1,0 +1,1 @@
+"""Terrain of worlds: ramps, steps and height fields on the floor."""
