@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -20,6 +20,7 @@ from sim_nodes.path_efficiency import efficiency
 from sim_nodes.physics import Engine
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
+from sim_nodes.trajectories import Trajectories
 from sim_nodes.worlds.loader import World
 
 STEP = 0.01  # [m] between two points of a path
@@ -64,13 +65,16 @@ class RunData(Stateful):
         frames: Frames with the true poses of robots.
         known: Map of the world.
         starts: Initial poses of robots.
+        touches: Returns whether an entity is in contact.
+        tick: Present tick.
 
     Attributes:
         records: Tracks of robots by name.
         trails: Paths of movable bodies in `map` [m], by name.
+        trajectories: Samples of poses, commands and joints over time.
     """
 
-    STATE = ("records", "trails", "_since", "_measuring", "_entity_metrics")
+    STATE = ("records", "trails", "trajectories", "_since", "_measuring", "_entity_metrics")
 
     def __init__(
         self,
@@ -81,6 +85,8 @@ class RunData(Stateful):
         frames: Frames,
         known: NavigationMap,
         starts: Mapping[str, Pose2],
+        touches: Callable[[str], bool],
+        tick: int,
     ) -> None:
         self._engine = engine
         self._world = world
@@ -99,19 +105,28 @@ class RunData(Stateful):
             for name in self._radii
         }
         self._entity_metrics: dict[str, EntityMetrics] = {}
+        self.trajectories = Trajectories(engine, robots, entities, touches, tick)
 
     def record_pose(self, robot: Robot, time: float, tick: int) -> None:
         """Record the pose of a robot at a time [s]."""
         pose = self._frames.true_pose(robot.name)
         self.records[robot.name].add_pose(pose, time)
+        self.trajectories.record_robot(robot, tick)
         if robot.drives:
             base, (vx, vy, _) = robot.mobile, self._engine.body_state(robot.name).linear
             self._measuring[robot.name].update(
                 pose, math.hypot(vx, vy), base.localised_pose(), base.deviation(), tick
             )
 
-    def record_positions(self, tick: int) -> None:
-        """Record the positions of tools and movable bodies."""
+    def record_positions(self, tick: int, *, at_rest: bool) -> None:
+        """Record the positions of tools and movable bodies.
+
+        Args:
+            tick: Present tick.
+            at_rest: Whether all robots and people are at rest; such ticks depend on grants and watches.
+        """
+        if not at_rest:
+            self.trajectories.record_bodies(tick)
         for robot in self._robots.values():
             arm = robot.declaration.arm
             if arm is not None and arm.tool_link is not None and tick % TOOL_TICKS == 0:
@@ -134,6 +149,7 @@ class RunData(Stateful):
 
     def record_contact(self, first: str, second: str) -> None:
         """Record a contact."""
+        self.trajectories.record_contact(first, second)
         for name, other in ((first, second), (second, first)):
             if name in self._measuring:
                 self._measuring[name].count_contact(other)

@@ -119,7 +119,17 @@ class Simulation(Stateful):
         self.streams.activate_sensors(self.robots)
 
     def _new_run_data(self, starts: Mapping[str, Pose2]) -> RunData:
-        return RunData(self.engine, self.world, self.entities, self.robots, self.frames, self.known, starts)
+        return RunData(
+            self.engine,
+            self.world,
+            self.entities,
+            self.robots,
+            self.frames,
+            self.known,
+            starts,
+            self._touched.touches,
+            self.tick,
+        )
 
     def travelled(self, robot: str) -> float:
         """Return the distance travelled by a robot's odometry [m]."""
@@ -254,7 +264,7 @@ class Simulation(Stateful):
             self._report_departure(robot.name)
             if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
                 self._emit(feedback_message(robot.name, self.time, feedback))
-        self.run_data.record_positions(tick)
+        self.run_data.record_positions(tick, at_rest=tick % IDLE_TICKS != 0 and not awake and not self.agents)
         self._check_watches()
         self.recording.tick()
         self.streams.tick(self)

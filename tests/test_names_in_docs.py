@@ -33,7 +33,7 @@ WRITTEN = re.compile(r"(?:--trace|--record-video|--junit|--perfetto|-o|--output|
 OUTPUTS = frozenset(
     {
         *("trace.jsonl", "measurements.json", "top_down.png", "test.xml", "coverage.json", "results.csv"),
-        *("log.txt", "video.mp4", "audit.jsonl"),
+        *("log.txt", "video.mp4", "audit.jsonl", "trajectories.csv", "joint_trajectories.csv"),
         "metadata.yaml",  # of bags, by rosbag2
     }
 )

@@ -170,7 +170,10 @@ def option_texts(options: argparse.Namespace, names: Sequence[str]) -> list[str]
     texts = []
     for name in names:
         value = getattr(options, name)
-        values = value if isinstance(value, list) else [] if value is None else [value]
+        if value is True:
+            texts.append(f"--{name.replace('_', '-')}")
+            continue
+        values = value if isinstance(value, list) else [] if value in (None, False) else [value]
         texts += [f"--{name.replace('_', '-')}={'max' if each == math.inf else each}" for each in values]
     return texts
 

@@ -14,6 +14,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from seoro.cli.arguments import add_option
 from seoro.cli.files import shown_name, write_errors
+from seoro.cli.parquet import add_parquet_argument, check_parquet, is_table, to_parquet
 from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
 from seoro.runtime.execution.outputs import RESULT_NAMES
@@ -34,6 +35,7 @@ def add_result_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(
         parser, "-o --output-dir DIR", "write the trace, test.xml, coverage.json and other results to this folder"
     )
+    add_parquet_argument(parser)
     add_option(parser, "--trace FILE", "write the trace (JSON Lines) to this file; - for stdout", type=str)
     add_option(parser, "-t --live-tree", "show a live tree of running behaviors")
     add_option(parser, "--junit FILE", "write the result as JUnit XML to this file")
@@ -93,6 +95,7 @@ class ResultFiles:
     def _check(self) -> None:
         """Check before the run that all results can be written."""
         options = self._options
+        check_parquet(options)
         if options.trace == STDOUT and options.json:
             raise UsageError("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
         traces = {resolved(path) for path in self._trace_paths}
@@ -168,6 +171,10 @@ class ResultFiles:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
+                if is_table(self._options, path.name):
+                    table = path.with_suffix(".parquet")
+                    _write(table, to_parquet(artifact.data))
+                    written.append((table, f"{artifact.description}, as Parquet"))
             written += _write_coverage(folder / _COVERAGE, verdict)
         if self._junit_paths:
             from seoro.runtime.trace.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load

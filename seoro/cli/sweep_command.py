@@ -19,6 +19,7 @@ from seoro.cli.arguments import add_option, option_texts
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.output import is_terminal
+from seoro.cli.parquet import add_parquet_argument, check_parquet
 from seoro.cli.run_arguments import add_run_arguments, overrides_of, settings_of, use_file_settings
 from seoro.cli.video_arguments import OUTPUT_FOLDER, VIDEO_OPTIONS, add_view_arguments, video_of
 from seoro.concurrency.background import background
@@ -49,7 +50,7 @@ verdict, 130 by Ctrl-C"""
 _RUNS = "runs"  # folder for the results of runs
 _PASSED = (
     "scenario", "params", "clock", "sim", "connect", "ros", "lab", "world", "from_snapshot", "rate", "timeout",
-    "set", "model_path", "ros_interfaces", *VIDEO_OPTIONS,
+    "set", "model_path", "ros_interfaces", "parquet", *VIDEO_OPTIONS,
 )  # fmt: skip # options of `seoro exec` that are the same for all runs
 
 
@@ -63,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"folder for {TABLE}, test.xml and the results of runs (default: sweep)",
         default=Path("sweep"),
     )
+    add_parquet_argument(parser)
     add_option(parser, "--overwrite", "replace the results of an earlier sweep")
     add_option(parser, "-j --jobs N", "number of simultaneous runs (default: number of processors)")
     add_option(
@@ -103,6 +105,7 @@ class _Sweep:
         options = self._options
         settings_of(options)  # these two check that options are consistent
         video_of(options)
+        check_parquet(options)
         if options.from_snapshot is not None:
             from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
 

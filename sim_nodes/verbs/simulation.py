@@ -7,6 +7,7 @@ import json
 from seoro.bridges import wire
 from sim_nodes.outcomes import operation_failed
 from sim_nodes.simulator import Simulator
+from sim_nodes.trajectory_files import trajectory_files
 
 
 def get_simulator_features(simulator: Simulator, _: wire.Empty) -> wire.SimulatorFeatures:
@@ -113,7 +114,8 @@ def get_artifacts(simulator: Simulator, _: wire.Empty) -> wire.Artifacts:
         description="measurements of the robots",
         data=(json.dumps(simulation.measurements().model_dump(), indent=2) + "\n").encode(),
     )
-    return wire.Artifacts(artifacts=(picture, measured))
+    trajectories = trajectory_files(simulation.run_data.trajectories, simulation.time_of_tick)
+    return wire.Artifacts(artifacts=(picture, measured, *trajectories))
 
 
 def get_measurements(simulator: Simulator, _: wire.Empty) -> wire.Measurements:

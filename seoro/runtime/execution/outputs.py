@@ -9,8 +9,9 @@ from seoro.errors import ActionFailed
 from seoro.lang.frozen import Value
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
-# Standard results of runs; simulators write the pictures and the measurements.
+# Standard results of runs; simulators write the pictures, measurements and trajectories.
 VIDEO = "video.mp4"
+TABLES = ("trajectories", "joint_trajectories")  # written as CSV, and as Parquet on request
 RESULT_NAMES = frozenset(
     {
         "top_down.png",
@@ -18,6 +19,7 @@ RESULT_NAMES = frozenset(
         "trace.jsonl",
         "test.xml",
         "coverage.json",
+        *(f"{name}.{suffix}" for name in TABLES for suffix in ("csv", "parquet")),
         VIDEO,
         "log.txt",
     }
