@@ -11,6 +11,7 @@ import numpy as np
 
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, Pose2, rotation_matrix
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Engine, Hull, Part, Sphere, Wall
 
 
@@ -96,12 +97,19 @@ class Clearances:
         walls: Walls of the world.
         entities: Entities of the world.
         radii: Radii of the robots that drive [m], by name.
+        known: Map of the walls, which bounds their distance from below.
     """
 
     def __init__(
-        self, engine: Engine, walls: Sequence[Wall], entities: Entities, radii: Mapping[str, float]
+        self,
+        engine: Engine,
+        walls: Sequence[Wall],
+        entities: Entities,
+        radii: Mapping[str, float],
+        known: NavigationMap,
     ) -> None:
         self._engine = engine
+        self._known = known
         self._entities = entities
         self._radii = radii
         self._walls = WallDistance(walls)
@@ -115,15 +123,31 @@ class Clearances:
         """Names of the entities to which there is a distance."""
         return [*self._walls_by_name, *self._entities.bodies, *self._radii]
 
-    def nearest(self, robot: str, pose: Pose2) -> Clearance:
-        """Return the nearest of all walls, bodies and other robots that drive; 0 m at least."""
-        best = self._walls.nearest(pose.x, pose.y)
+    def nearest(self, robot: str, pose: Pose2, within: float = math.inf) -> Clearance:
+        """Return the nearest of all walls, bodies and other robots that drive; 0 m at least.
+
+        Args:
+            robot: Name of the robot.
+            pose: Its pose in `map`.
+            within: Distance from which entities are left out [m]; the result has none if all are left out.
+        """
+        limit = within + self._radii[robot]
+        best = Clearance(limit)
+        if self._least_to_walls(pose) < limit:
+            best = min(best, self._walls.nearest(pose.x, pose.y), key=_distance)
         for name, model in self._entities.bodies.items():
             best = self._nearer(best, name, model, pose)
         for other in self._radii:
             if other != robot:
-                best = min(best, Clearance(self._to_robot(other, pose), other), key=_distance)
-        return self._from_outline(robot, best)
+                best = self._nearer_robot(best, other, pose)
+        return self._from_outline(robot, best) if best.entity else Clearance()
+
+    def _least_to_walls(self, pose: Pose2) -> float:
+        """Return a lower bound of the distance to walls, without computing it [m]."""
+        grid = self._known.grid
+        if not grid.contains(pose.x, pose.y):
+            return 0.0
+        return float(self._known.distance[grid.cell(pose.x, pose.y)]) - grid.resolution
 
     def between(self, robot: str, pose: Pose2, other: str) -> Clearance:
         """Return the distance to one entity, which is one of `names`; 0 m at least."""
@@ -146,8 +170,15 @@ class Clearances:
         return min(best, Clearance(distance_to_body(model, state, pose.x, pose.y), name), key=_distance)
 
     def _to_robot(self, other: str, pose: Pose2) -> float:
-        there = self._engine.body_state(other).planar
-        return pose.distance(there.x, there.y) - self._radii[other]
+        x, y, _ = self._engine.body_state(other).position
+        return pose.distance(x, y) - self._radii[other]
+
+    def _nearer_robot(self, best: Clearance, other: str, pose: Pose2) -> Clearance:
+        x, y, _ = self._engine.body_state(other).position
+        reach = best.distance + self._radii[other]
+        if abs(pose.x - x) >= reach or abs(pose.y - y) >= reach:
+            return best
+        return min(best, Clearance(self._to_robot(other, pose), other), key=_distance)
 
     def _from_outline(self, robot: str, found: Clearance) -> Clearance:
         return Clearance(max(0.0, found.distance - self._radii[robot]), found.entity)

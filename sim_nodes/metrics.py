@@ -132,7 +132,7 @@ class RobotMetrics(Stateful):
 
     Args:
         pose: Initial pose [m, rad].
-        clearance: Returns the nearest entity at a pose.
+        clearance: Returns the nearest entity at a pose that is nearer than a distance [m], if any.
         rooms: Rooms of the world.
     """
 
@@ -156,7 +156,7 @@ class RobotMetrics(Stateful):
         "_goals",
     )
 
-    def __init__(self, pose: Pose2, clearance: Callable[[Pose2], Clearance], rooms: Rooms) -> None:
+    def __init__(self, pose: Pose2, clearance: Callable[[Pose2, float], Clearance], rooms: Rooms) -> None:
         self._pose = self._measured_at = pose
         self._tick: int | None = None  # of the last update
         self._clearance = clearance
@@ -165,7 +165,7 @@ class RobotMetrics(Stateful):
         self._error, self._error_driving, self._deviation, self._speed = Mean(), Mean(), Mean(), Mean()
         self._smoothness = Smoothness()
         self._stays = Stays(rooms)
-        self._closest = clearance(pose)
+        self._closest = clearance(pose, math.inf)
         self._contacts: dict[str, int] = {}
         self._goal: Goal | None = None  # navigation goal
         self._began: tuple[Pose2, float] = (pose, 0.0)  # pose and path length at its start
@@ -201,7 +201,8 @@ class RobotMetrics(Stateful):
             self._smoothness.add(speed)
             if pose.distance(self._measured_at.x, self._measured_at.y) >= STEP:
                 self._measured_at = pose
-                self._closest = min(self._closest, self._clearance(pose), key=lambda found: found.distance)
+                found = self._clearance(pose, self._closest.distance)
+                self._closest = min(self._closest, found, key=lambda clearance: clearance.distance)
         if believed is not None and deviation is not None:
             error = believed.distance(pose.x, pose.y)
             self._error.add(error)

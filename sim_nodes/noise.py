@@ -11,6 +11,8 @@ from hashlib import blake2b
 
 import numpy as np
 
+NOTHING = np.zeros(4, dtype=np.uint64)  # numbers in the buffer of a new generator, all of them used
+
 
 class Noise:
     """The source of random numbers for one purpose.
@@ -23,7 +25,19 @@ class Noise:
     def __init__(self, seed: int, purpose: str) -> None:
         digest = blake2b(f"{seed}/{purpose}".encode(), digest_size=16).digest()
         self._key = np.frombuffer(digest, dtype=np.uint64)
+        # One generator for all ticks: to make another takes five times as long as to set its state.
+        self._philox = np.random.Philox(key=self._key)
+        self._generator = np.random.Generator(self._philox)
 
     def at(self, tick: int) -> np.random.Generator:
-        """Return the generator of a tick; every call returns the same numbers."""
-        return np.random.Generator(np.random.Philox(key=self._key, counter=[0, 0, tick, 0]))
+        """Return the generator of a tick, valid until the next call; every call returns the same numbers."""
+        counter = np.array((0, 0, tick, 0), dtype=np.uint64)
+        self._philox.state = {
+            "bit_generator": "Philox",
+            "state": {"counter": counter, "key": self._key},
+            "buffer": NOTHING,
+            "buffer_pos": len(NOTHING),
+            "has_uint32": 0,
+            "uinteger": 0,
+        }
+        return self._generator

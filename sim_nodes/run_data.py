@@ -98,7 +98,7 @@ class RunData(Stateful):
         self.trails: dict[str, list[Vector]] = {}
         self._since: dict[str, float] = {}  # times at which the bodies of the trails were spawned [s]
         self._radii = {name: robot.mobile.declaration.radius for name, robot in robots.items() if robot.drives}
-        self.clearances = Clearances(engine, world.walls, entities, self._radii)
+        self.clearances = Clearances(engine, world.walls, entities, self._radii, known)
         self._rooms = Rooms({pose.name: pose.room for pose in world.poses if pose.room is not None})
         self._measuring = {
             name: RobotMetrics(frames.true_pose(name), partial(self.clearances.nearest, name), self._rooms)

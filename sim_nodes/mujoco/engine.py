@@ -10,16 +10,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from sim_nodes.geometry import Array, Quaternion, Vector, rotated, rotation_matrix, vector
 from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_overlaps
 from sim_nodes.mujoco.camera import Renderer
 from sim_nodes.mujoco.driven import DrivenBodies
 from sim_nodes.mujoco.files import detach_file
-from sim_nodes.mujoco.groups import SEEN_BY_RAYS
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, load_sensors, scene_spec
 from sim_nodes.mujoco.planar import PlanarMotors
+from sim_nodes.mujoco.rays import Rays
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
     FLOOR,
@@ -72,8 +71,6 @@ class MujocoEngine:
     steps_per_second = round(1.0 / TIMESTEP)
 
     def __init__(self) -> None:
-        self._ray_groups = np.zeros(6, dtype=np.uint8)
-        self._ray_groups[list(SEEN_BY_RAYS)] = 1
         self._renderer: Renderer | None = None
 
     def build(self, scene: Scene) -> None:
@@ -95,6 +92,7 @@ class MujocoEngine:
         if self._arms:
             mujoco.mj_forward(self._model, self._data)
         self._set_velocities(self._added)
+        self._forget_states()
 
     def _bind(self) -> None:
         model = self._model
@@ -124,8 +122,21 @@ class MujocoEngine:
             names[int(root)] if root else _static_owner(model.geom(geom).name) for geom, root in enumerate(roots)
         ]
         self._stepper = Stepper(model, self._data, self._owners)
+        self._rays = Rays(model, self._data)
         self._prediction: Any = None  # second data, for predicted overlaps
         self._last: LastStep | None = None
+        self._forget_states()
+
+    def _forget_states(self) -> None:
+        """Drop cached states and frames, because positions or velocities change."""
+        self._states: dict[str, BodyState] = {}
+        self._is_placed = False  # whether the frames of all bodies are those of the present positions
+
+    def _place_bodies(self) -> None:
+        """Update the frames of bodies, which are those before the last step after it."""
+        if not self._is_placed:
+            mujoco.mj_kinematics(self._model, self._data)
+            self._is_placed = True
 
     def reset(self) -> None:
         """See `Engine.reset`."""
@@ -176,10 +187,12 @@ class MujocoEngine:
         self._last = checkpoint["last"]
         self._stepper = Stepper(self._model, self._data, self._owners, self._last.touching)
         self._data.qfrc_actuator[:] = self._last.efforts
+        self._forget_states()
 
     def step(self, count: int = 1) -> int:
         """See `Engine.step`."""
         self._last = None
+        self._forget_states()
         return self._stepper.step(count, [arm for arm in self._arms.values() if arm.is_moving])
 
     def touching(self) -> frozenset[tuple[str, str]]:
@@ -249,6 +262,11 @@ class MujocoEngine:
 
     def body_state(self, name: str) -> BodyState:
         """See `Engine.body_state`."""
+        if name not in self._states:
+            self._states[name] = self._read_state(name)
+        return self._states[name]
+
+    def _read_state(self, name: str) -> BodyState:
         body, data = self._bases[name], self._data
         if not self._model.body_dofnum[body]:
             return BodyState(vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
@@ -275,6 +293,7 @@ class MujocoEngine:
         if name in self._drives:
             data.qvel[self._drives[name].wheel_angular_speeds] = 0.0
         self._last = None
+        self._forget_states()
         mujoco.mj_forward(self._model, data)
 
     def driven_poses(self) -> Array:
@@ -284,6 +303,7 @@ class MujocoEngine:
     def drive_bodies(self, velocities: Array) -> None:
         """See `DrivesBodies.drive_bodies`."""
         self._driven.drive(self._data, velocities)
+        self._forget_states()
 
     def wheel_angles(self, robot: str) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""
@@ -305,28 +325,9 @@ class MujocoEngine:
         self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
     ) -> Array:
         """See `Engine.cast_rays`."""
-        data, body = self._data, self._model.body(f"{robot}/{link}").id
-        mujoco.mj_kinematics(self._model, data)  # after a step, positions are still those before it
-        count, turn = len(directions), data.xmat[body].reshape(3, 3)
-        vectors = (directions @ turn.T).ravel()
-        hit = np.zeros(count, dtype=np.int32)
-        distance = np.zeros(count)
-        mujoco.mj_multiRay(
-            self._model,
-            data,
-            data.xpos[body] + turn @ position,
-            vectors,
-            self._ray_groups,
-            1,
-            self._bases[robot],
-            hit,
-            distance,
-            None,
-            count,
-            limit,
-        )
-        distance[(hit < 0) | (distance > limit)] = np.inf
-        return distance
+        self._place_bodies()
+        body = self._model.body(f"{robot}/{link}").id
+        return self._rays.cast(body, self._bases[robot], directions, limit, position)
 
     def joint_states(self, robot: str) -> JointStates:
         """See `Engine.joint_states`."""
@@ -370,7 +371,7 @@ class MujocoEngine:
 
     def link_pose(self, robot: str, link: str) -> tuple[Vector, Quaternion]:
         """See `Engine.link_pose`."""
-        mujoco.mj_kinematics(self._model, self._data)  # after a step, positions are still those before it
+        self._place_bodies()
         body = self._model.body(f"{robot}/{link}").id
         w, i, j, k = self._data.xquat[body].tolist()
         return vector(self._data.xpos[body]), (w, i, j, k)

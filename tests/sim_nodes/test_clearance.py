@@ -4,9 +4,10 @@ import math
 
 import pytest
 
-from sim_nodes.clearance import WallDistance, distance_to_body
-from sim_nodes.geometry import quaternion
+from sim_nodes.clearance import Clearance, WallDistance, distance_to_body
+from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Shape, Sphere, Wall
+from tests.sim_nodes.client import ROBOT, Client, pose
 
 
 def one(shape: Shape) -> BodyModel:
@@ -42,3 +43,30 @@ def test_the_distance_to_a_body_depends_on_its_orientation() -> None:
     assert distance_to_body(one(Box((0.4, 0.2, 0.3))), turned, 0.0, 0.0) == pytest.approx(1.9)
     lying = BodyState((2.0, 0.0, 0.3), quaternion(0.0, math.pi / 2, 0.0))
     assert distance_to_body(one(Cylinder(0.3, 1.0)), lying, 0.0, 0.0) == pytest.approx(1.5)
+
+
+def test_a_bound_leaves_out_entities_beyond_it() -> None:
+    client = Client("maze")
+    client.spawn("box", pose(1.0, 0.6, z=0.1))
+    clearances = client.simulator.simulation.run_data.clearances
+    for x in (-3.0, 0.3, 0.6, 2.2):
+        for y in (-3.1, -1.0, 0.4, 4.0):
+            here = Pose2(x, y, 0.0)
+            nearest = clearances.nearest(ROBOT, here)
+            assert clearances.nearest(ROBOT, here, nearest.distance + 1e-9) == nearest
+            assert clearances.nearest(ROBOT, here, nearest.distance) in (Clearance(), nearest)
+
+
+def test_a_drive_seldom_needs_the_distance_to_walls(monkeypatch: pytest.MonkeyPatch) -> None:
+    client, calls, nearest = Client("maze"), [0], WallDistance.nearest
+
+    def counted(walls: WallDistance, x: float, y: float) -> Clearance:
+        calls[0] += 1
+        return nearest(walls, x, y)
+
+    monkeypatch.setattr(WallDistance, "nearest", counted)
+    client.localise()
+    client.navigate(pose(1.5, 1.5))
+    client.run_until("goal")
+    travelled = client.simulator.simulation.travelled(ROBOT)
+    assert calls[0] < 0.6 * travelled / 0.01  # instead of once in each centimetre

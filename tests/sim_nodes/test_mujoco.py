@@ -3,10 +3,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from typing import Any
 
+import numpy as np
 import pytest
 
-from sim_nodes.check.bench import CUBE, ORIGIN, at, body, built
+from sim_nodes.check.bench import CUBE, ORIGIN, OTHER, ROBOT, at, body, built, scene
+from sim_nodes.geometry import Pose2
 from sim_nodes.physics import IDENTITY, BodyState, UnstablePhysics
 from sim_nodes.views import Lens, NoRendering, View
 
@@ -14,6 +18,7 @@ pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
 
 from sim_nodes.mujoco import camera
 from sim_nodes.mujoco.engine import MujocoEngine
+from sim_nodes.mujoco.rays import Rays
 
 
 def test_diverged_physics_raises_with_the_warning_of_mujoco(caplog: pytest.LogCaptureFixture) -> None:
@@ -49,3 +54,48 @@ def test_a_simulation_runs_without_rendering_libraries() -> None:
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     assert (done.stdout.strip(), done.stderr) == ("nonsense", "")
+
+
+@pytest.mark.parametrize("rise", [0.0, -0.15])
+def test_hidden_bodies_change_no_distance(rise: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = MujocoEngine()
+    engine.build(scene(ORIGIN, Pose2(1.5, 0.2, 1.0)))
+    engine.add_bodies([(f"cube{z}", body(CUBE), at(-1.0, z, z)) for z in (0.1, 0.5, 1.2)])
+    engine.set_body_state(ROBOT, BodyState((0.0, 0.0, 0.05), (0.998, 0.03, 0.05, 0.0)))  # leans
+    bearings = np.linspace(-np.pi, np.pi, 200)
+    beams = np.column_stack([np.cos(bearings), np.sin(bearings), np.full(200, rise)])
+    model = engine._model
+    before = [array.copy() for array in (model.geom_group, model.body_geomnum, model.body_bvhadr)]
+    hidden: list[int] = []
+    reachable = Rays._reachable
+    monkeypatch.setattr(Rays, "_hide", _recorded(Rays._hide, hidden))
+    fast = [
+        engine.cast_rays(name, "rplidar_link", beams, limit) for name in (ROBOT, OTHER) for limit in (0.9, 9.0)
+    ]
+    assert max(hidden) > model.ngeom / 2
+    monkeypatch.setattr(Rays, "_reachable", lambda self, *_: reachable(self, np.zeros(3), np.inf, None))
+    slow = [
+        engine.cast_rays(name, "rplidar_link", beams, limit) for name in (ROBOT, OTHER) for limit in (0.9, 9.0)
+    ]
+    np.testing.assert_array_equal(fast, slow)
+    assert np.isfinite(fast).any()
+    for array, present in zip(before, (model.geom_group, model.body_geomnum, model.body_bvhadr), strict=True):
+        np.testing.assert_array_equal(array, present)
+
+
+def _recorded(hide: Callable[[Rays, Any], None], hidden: list[int]) -> Callable[[Rays, Any], None]:
+    def recording(rays: Rays, geoms: Any) -> None:
+        hidden.append(int(geoms.sum()))
+        hide(rays, geoms)
+
+    return recording
+
+
+def test_states_are_read_once_in_a_step() -> None:
+    engine = built(MujocoEngine, ORIGIN)
+    first = engine.body_state(ROBOT)
+    assert engine.body_state(ROBOT) is first
+    engine.step()
+    assert engine.body_state(ROBOT) != first
+    engine.set_body_state(ROBOT, at(1.0, 0.0, 0.1))
+    assert engine.body_state(ROBOT) == at(1.0, 0.0, 0.1)
