@@ -10,6 +10,7 @@ from types import MappingProxyType
 from seoro.bridges.wire import Category, SpawnResult, WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
 from sim_nodes.agents.agent import Agent
+from sim_nodes.buildings.parts import Lift, initial_state
 from sim_nodes.cameras import Cameras
 from sim_nodes.departures import is_within
 from sim_nodes.extents import FLOOR_TOLERANCE, BoundingBox, bounding_box, lowest_point
@@ -49,9 +50,11 @@ class Entities(Stateful):
         agents: People and carts of the world.
 
     Raises:
-        RequestRefused: A robot, a person, a cart or a movable prop overlaps something.
+        RequestRefused: A robot, a person, a cart, a door, a lift or a movable prop overlaps something.
 
     Attributes:
+        built_in: Bodies of doors and lifts by name, which are the first driven bodies in the engine.
+        lifts: Names of the lifts.
         agents: People and carts by name, also spawned ones, in the order of their bodies in the engine.
         spawned: Spawned bodies by name, in order.
         cameras: All cameras; the free ones are entities.
@@ -65,22 +68,31 @@ class Entities(Stateful):
         self._robots = {robot.name: robot for robot in world.robots}
         self._walls = frozenset(wall.name for wall in world.walls)
         self._props = {prop.name: prop.model for prop in world.props}
+        self.built_in = {name: model for part in world.building for name, model in part.bodies}
+        self.lifts = frozenset(part.name for part in world.building if isinstance(part, Lift))
         self.agents = dict(agents)
         self._add_props(world)
         check_start_poses(engine, world.name, world.robots)
-        self._of_world = self._robots.keys() | self._walls | self._props.keys() | agents.keys()
+        own = self._robots.keys() | self._walls | self._props.keys()
+        self._of_world = own | self.built_in.keys() | agents.keys()
         self.spawned: dict[str, Spawned] = {}
         self._infos: dict[str, EntityInfo] = {}  # set by clients
         self.cameras = Cameras(engine, world, seed)
 
     def _add_props(self, world: World) -> None:
-        if self.agents and not isinstance(self._engine, DrivesBodies):
+        if (moving := [*self.built_in, *self.agents]) and not isinstance(self._engine, DrivesBodies):
             raise feature_unsupported(
-                f"the engine {self._engine.name} does not move people and carts; the world {world.name} has "
-                f"{name_list(self.agents)}"
+                f"the engine {self._engine.name} does not move doors, lifts, people and carts; the world "
+                f"{world.name} has {name_list(moving)}"
             )
+        built_in = [
+            (name, model, initial_state(place))
+            for part in world.building
+            for (name, model), place in zip(part.bodies, part.places(part.start), strict=True)
+        ]
         agents = [(name, agent.model, agent.state) for name, agent in self.agents.items()]
-        for name, model, state in (*((prop.name, prop.model, prop.state) for prop in world.props), *agents):
+        props = [(prop.name, prop.model, prop.state) for prop in world.props]
+        for name, model, state in (*props, *built_in, *agents):
             self._engine.add_body(name, model, state)
         checked = [("prop", prop.name, prop.state) for prop in world.props if not prop.model.static]
         for kind, name, state in (*checked, *(("person or cart", name, state) for name, _, state in agents)):
@@ -89,6 +101,17 @@ class Entities(Stateful):
                     WorldResult.RESOURCE_PARSE_ERROR,
                     f"{world.name}: the {kind} {_at(name, state)} overlaps {name_list(overlapping)}",
                 )
+        for name, _, state in built_in:
+            others = set(self._engine.overlaps(name)) - self._walls - self.built_in.keys()
+            if others:
+                raise RequestRefused(
+                    WorldResult.RESOURCE_PARSE_ERROR,
+                    f"{world.name}: the {self.kind_of_part(name)} {_at(name, state)} overlaps {name_list(others)}",
+                )
+
+    def kind_of_part(self, name: str) -> str:
+        """Return the kind of a part of the building: `door` or `lift`."""
+        return "lift" if name in self.lifts else "door"
 
     def start_run(self) -> None:
         """Start a run with the present entities."""
@@ -96,9 +119,10 @@ class Entities(Stateful):
 
     @property
     def bodies(self) -> Mapping[str, BodyModel]:
-        """Props, people, carts and spawned bodies by name."""
+        """Props, doors, lifts, people, carts and spawned bodies by name."""
         agents = {name: agent.model for name, agent in self.agents.items()}
-        return {**self._props, **agents, **{name: spawned.model for name, spawned in self.spawned.items()}}
+        spawned = {name: spawned.model for name, spawned in self.spawned.items()}
+        return {**self._props, **self.built_in, **agents, **spawned}
 
     def info(self, name: str) -> EntityInfo:
         """Return the description and tags of an entity: those last set, or the initial ones."""
@@ -122,6 +146,8 @@ class Entities(Stateful):
         if agent is not None:
             category = Category.HUMAN if agent.is_person else Category.DYNAMIC_OBJECT
             return EntityInfo(category, "a person" if agent.is_person else "a cart", agent.tags)
+        if name in self.built_in:
+            return EntityInfo(Category.DYNAMIC_OBJECT, f"a {self.kind_of_part(name)}", tags)
         category = Category.STATIC_OBJECT if self.bodies[name].static else Category.DYNAMIC_OBJECT
         if name in self._props:
             return EntityInfo(category, "a prop of the world", tags)
@@ -147,7 +173,7 @@ class Entities(Stateful):
     def movable(self) -> dict[str, float]:
         """Return the movable bodies, with the times at which they were spawned [s]; 0 for props."""
         props = {name: 0.0 for name, model in self._props.items() if not model.static}
-        props |= dict.fromkeys(self.agents, 0.0)
+        props |= dict.fromkeys((*self.built_in, *self.agents), 0.0)
         return props | {name: body.time for name, body in self.spawned.items() if not body.model.static}
 
     def is_movable(self, name: str) -> bool:
@@ -321,6 +347,9 @@ class Entities(Stateful):
         self._check_known(name)
         if name in self._walls:
             raise feature_unsupported(f"{name!r} cannot be moved: it is a wall of the world")
+        if name in self.built_in:
+            kind = self.kind_of_part(name)
+            raise feature_unsupported(f"{name!r} cannot be placed: it is a {kind}; move it by `move_{kind}`")
         if name in self._robots and self._robots[name].declaration.fixed:
             raise feature_unsupported(f"{name!r} cannot be moved: it is fixed to the world")
         if name in self.cameras.free:

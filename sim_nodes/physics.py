@@ -134,7 +134,8 @@ class BodyModel:
     mass: float = 1.0
     friction: float = 1.0
     static: bool = False  # not moved by forces; `set_body_state` still moves it
-    driven: bool = False  # moves upright at its initial height by `DrivesBodies.drive_bodies`; never static
+    driven: bool = False  # moves upright by `DrivesBodies.drive_bodies`; never static
+    built_in: bool = False  # a driven part of the building: without weight; passes through walls and the floor
     colour: Colour | None = None  # in rendered pictures; None to derive it from the name
     urdf: Urdf | None = None
     mjcf: Mjcf | None = None
@@ -404,8 +405,8 @@ class Engine(Protocol):
 
         Args:
             robot: Name of the robot.
-            positions: Target positions, shape (n,) [rad], [m].
-            velocities: Velocities of the targets, shape (n,) [rad/s], [m/s].
+            positions: Target positions, shape (n,) [rad].
+            velocities: Velocities of the targets, shape (n,) [rad/s].
         """
 
     def command_fingers(self, robot: str, position: float, force: float) -> None:
@@ -426,7 +427,7 @@ class Engine(Protocol):
 
         Args:
             robot: Name of the robot.
-            positions: Positions of the arm's joints, shape (n,) [rad], [m]; the fingers stay where they are.
+            positions: Positions of the arm's joints, shape (n,) [rad]; the fingers stay where they are.
             own: Pairs of links of the robot to check; others may overlap.
             carried: A body that is checked at another pose than its own.
         """
@@ -481,13 +482,14 @@ class DrivesBodies(Protocol):
     def driven_poses(self) -> Array:
         """Return the poses of the driven bodies: x, y [m] and yaw [rad], shape (n, 3)."""
 
-    def drive_bodies(self, velocities: Array) -> None:
+    def drive_bodies(self, velocities: Array, heights: Array) -> None:
         """Set the velocities of the driven bodies for the next tick; collisions may change them.
 
-        Speeds increase by at most 20 m/s^2. Without a call in each tick, the bodies fall.
+        Speeds increase by at most 20 m/s^2. Without a call in each tick, the bodies fall, except built-in ones.
 
         Args:
             velocities: x, y [m/s] in `map`, and yaw rate [rad/s], shape (n, 3), n >= 1.
+            heights: Heights of the origins at the next tick [m], shape (n,).
         """
 
 

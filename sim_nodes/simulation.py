@@ -9,8 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from threading import Event
 from typing import Any
+
+import numpy as np
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused, name_list
@@ -18,6 +21,7 @@ from sim_nodes.agents.agent import Motion
 from sim_nodes.agents.agents import Agents
 from sim_nodes.agents.drawing import draw_agents
 from sim_nodes.agents.walls import Walls
+from sim_nodes.buildings.buildings import Buildings
 from sim_nodes.clearance import Clearance
 from sim_nodes.departures import Departures, check_state
 from sim_nodes.entities import Entities
@@ -25,14 +29,14 @@ from sim_nodes.event_log import EventLog, WorldEvent
 from sim_nodes.faults.devices import FreeCameras
 from sim_nodes.faults.registry import FaultRegistry
 from sim_nodes.frames import Frames
-from sim_nodes.geometry import Pose2
+from sim_nodes.geometry import Array, Pose2
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.messages import contact_message, feedback_message
 from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
-from sim_nodes.physics import BodyState, Engine, PlacedRobot
+from sim_nodes.physics import BodyState, DrivesBodies, Engine, PlacedRobot
 from sim_nodes.recording import Recording
 from sim_nodes.robots.drive import COMMAND_TIMEOUT, VelocityCommand
 from sim_nodes.robots.kinematics import Velocity
@@ -45,6 +49,9 @@ from sim_nodes.strikes import Contacts, Strikes
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.watches import Watch, Watches
 from sim_nodes.worlds.loader import World
+
+NO_POSES = np.zeros((0, 3))
+GoalOwner = Robot | FaultRegistry | Agents | Buildings
 
 
 class Simulation(Stateful):
@@ -69,6 +76,7 @@ class Simulation(Stateful):
         "departures",
         "entities",
         "agents",
+        "buildings",
         "camera_faults",
         "robots",
         "run_data",
@@ -112,6 +120,7 @@ class Simulation(Stateful):
         }
         radii = {name: radius for name, (_, radius) in _robot_circles(placed).items()}
         self.agents = Agents(self.engine, self.entities, radii, self._walls, self.seed)
+        self.buildings = Buildings(self.world.building, self.engine)
         self.departures = Departures(self.world.extent)
         self.frames = Frames(self.engine, self.robots, self.entities)
         self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)
@@ -217,7 +226,7 @@ class Simulation(Stateful):
         """Make the steps to a future time, or to the next tick with something due, if that is earlier."""
         shown = self.is_rendering or self.streams.are_open
         watched = bool(self.watches) or bool(self.camera_faults.goals) or shown
-        idle = not (watched or self.agents) and all(map(self._is_at_rest, self.robots.values()))
+        idle = not (watched or self.agents or self.buildings) and all(map(self._is_at_rest, self.robots.values()))
         count = self._steps_to_tick(IDLE_TICKS if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
         # Steps that would begin at or after that time are not made.
@@ -255,9 +264,11 @@ class Simulation(Stateful):
     def _tick(self, tick: int) -> None:
         self.entities.cameras.tick(tick)
         self._report(self.camera_faults, self.camera_faults.tick(tick))
-        self._report(self.agents, self.agents.tick(tick, self._touched.touching))
+        self._drive_bodies(tick)
         awake = [robot for robot in self.robots.values() if not tick % IDLE_TICKS or not self._is_at_rest(robot)]
-        self._sample_motion([robot.name for robot in awake], tick)
+        # People and doors may strike robots at rest.
+        sampled = self.robots.values() if self.agents or self.buildings else awake
+        self._sample_motion([robot.name for robot in sampled], tick)
         for robot in awake:
             self._report(robot, robot.tick(tick))
             self.run_data.record_pose(robot, self.time, tick)
@@ -269,6 +280,24 @@ class Simulation(Stateful):
         self.recording.tick()
         self.streams.tick(self)
 
+    def _drive_bodies(self, tick: int) -> None:
+        """Move doors, lifts, people and carts until the next tick."""
+        engine, touching = self.engine, self._touched.touching
+        if not isinstance(engine, DrivesBodies) or not (self.buildings or self.agents):
+            self._report(self.agents, self.agents.tick(tick, touching, NO_POSES))
+            return
+        poses, first = engine.driven_poses(), len(self.entities.built_in)
+        built_in, agents = poses[:first], poses[first:]
+        self._report(self.buildings, self.buildings.tick(tick, touching, partial(self._visitors, agents)))
+        self._report(self.agents, self.agents.tick(tick, touching, agents))
+        (velocities, heights), (others, low) = self.buildings.motion(built_in), self.agents.motion(agents)
+        engine.drive_bodies(np.vstack([velocities, others]), np.concatenate([heights, low]))
+
+    def _visitors(self, agents: Array) -> Array:
+        """Return the positions of robots, people and carts, shape (n, 2) [m]."""
+        robots = [self.engine.body_state(name).position[:2] for name in self.robots]
+        return np.vstack([agents[:, :2], np.array(robots).reshape(-1, 2)])
+
     def connect_outputs(self, streams: Streams, log: EventLog, halted: Event) -> None:
         """Connect streams, log and stop event, also those of an earlier simulation."""
         self.streams, self.log, self.halted = streams, log, halted
@@ -277,6 +306,8 @@ class Simulation(Stateful):
     def _report_contacts(self) -> None:
         touching = self.engine.touching()
         for first, second in self._touched.update(touching, self._steps):
+            if self.strikes.is_on_lift((first, second)):
+                continue
             strike = self.strikes.judge_contact((first, second), self._steps, touching)
             self._emit(contact_message(self.time, (first, second), strike))
             self.run_data.record_contact(first, second)
@@ -378,6 +409,11 @@ class Simulation(Stateful):
         """Make a person or cart stand; its goal ends as canceled."""
         self._report(self.agents, self.agents.stop(person))
 
+    def move_building(self, name: str, target: float, goal: str) -> None:
+        """Move a door to an opening, or a lift to a height [m]; the result is reported."""
+        self._check_unused(goal)
+        self.buildings.start(name, target, goal, self.tick)
+
     def inject_fault(self, identifier: str, robot: str, device: str, fault: wire.Fault, limit: float) -> None:
         """Inject a fault into a device; the result of its check, within a limit [s], is reported."""
         self._check_unused(identifier)
@@ -388,11 +424,11 @@ class Simulation(Stateful):
         return self.robot(robot).faults if robot else self.camera_faults
 
     @property
-    def _goal_owners(self) -> tuple[Robot | FaultRegistry | Agents, ...]:
+    def _goal_owners(self) -> tuple[GoalOwner, ...]:
         """Objects that have goals."""
-        return (*self.robots.values(), self.camera_faults, self.agents)
+        return (*self.robots.values(), self.camera_faults, self.agents, self.buildings)
 
-    def _active(self) -> dict[str, Robot | FaultRegistry | Agents]:
+    def _active(self) -> dict[str, GoalOwner]:
         """Owners of the active goals by id."""
         return {goal: owner for owner in self._goal_owners for goal in owner.goals}
 
@@ -401,7 +437,7 @@ class Simulation(Stateful):
         if identifier in self._active() or identifier in self.watches:
             raise operation_failed(f"duplicate id {identifier!r}; expected an unused one")
 
-    def _report(self, owner: Robot | FaultRegistry | Agents, ended: Iterable[GoalResult]) -> None:
+    def _report(self, owner: GoalOwner, ended: Iterable[GoalResult]) -> None:
         for end in ended:
             if end.id == NO_CLIENT:
                 continue
@@ -421,6 +457,10 @@ class Simulation(Stateful):
         return self.run_data.measurements(self.seed, self.time)
 
     # ------------------------------------------------------------ watches
+
+    def building_position(self, name: str) -> float | None:
+        """Return the opening of a door, or the height of a lift [m]; None if it is unknown."""
+        return self.buildings.position(name)
 
     def pose(self, frame: str) -> Pose2 | None:
         """Return the pose of a frame or body in `map`; None if it is unknown yet."""
@@ -456,6 +496,7 @@ class Simulation(Stateful):
                 self._report(self.robots[robot], self.robots[robot].faults.cancel_all())
             for person in self.entities.agents:
                 self.stop_person(person)
+            self._report(self.buildings, self.buildings.cancel_all())
             self._report(self.camera_faults, self.camera_faults.cancel_all())
             self.engine.reset()
             self.entities.cameras.reset()

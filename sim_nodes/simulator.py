@@ -37,6 +37,11 @@ REQUIRED_CAPABILITIES: Mapping[str, type] = {
     wire.WANDER.name: DrivesBodies,
     wire.WALK_AFTER.name: DrivesBodies,
     wire.STAND_STILL.name: DrivesBodies,
+    wire.MOVE_DOOR.name: DrivesBodies,
+    wire.LOCK_DOOR.name: DrivesBodies,
+    wire.WATCH_DOOR.name: DrivesBodies,
+    wire.MOVE_LIFT.name: DrivesBodies,
+    wire.WATCH_LIFT.name: DrivesBodies,
 }
 """Optional parts of an engine that verbs require."""
 OWN_MODELS = ModelPath()

@@ -15,6 +15,8 @@ A robot that another striker pushes into a third entity is not a striker of that
 A lasting contact gets a new striker when a robot pushes. It pushes if the commanded velocity of its wheels, or the
 velocity of its joints, leads into the other entity with more than 0.01 m/s. A robot that was struck has half a
 second to react.
+
+The surface of a lift counts as floor: contacts with entities on it are not reported.
 """
 
 from __future__ import annotations
@@ -125,6 +127,14 @@ class Strikes(Stateful):
     def on_command(self, robot: str) -> None:
         """Record a new command of a robot: pushing from now on makes it a striker again."""
         self._strikers = {pair: _without(robot, strikers) for pair, strikers in self._strikers.items()}
+
+    def is_on_lift(self, pair: Pair) -> bool:
+        """Whether one of a pair stands on the other, which is a lift."""
+        for name in pair:
+            if _other(pair, name) in self._entities.lifts:
+                points = self._points(name, pair)
+                return bool(points) and all(point.normal[2] < -DOWNWARD for point in points)
+        return False
 
     def judge_contact(self, pair: Pair, step: int, touching: frozenset[Pair]) -> JudgedContact:
         """Attribute a contact that began in a step."""

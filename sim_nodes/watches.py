@@ -58,6 +58,9 @@ class Watched(Protocol):
     def clearance(self, robot: str, other: str) -> Clearance | None:
         """Return the clearance of a robot to another entity, or the nearest; None if one is unknown."""
 
+    def building_position(self, name: str) -> float | None:
+        """Return the opening of a door, or the height of a lift [m]; None if it is unknown."""
+
     def localization_error(self, robot: str) -> float | None:
         """Return the distance between a robot's estimated and true position [m]; None without an estimate."""
 

@@ -27,7 +27,7 @@ async def appear(
 ) -> None:
     """Spawn the person."""
     traits = Traits(speed, radius, height, Avoidance(avoid.member))
-    await ctx.ask(ctx.anywhere(People).spawn_person(_name_of(person), pose, traits))
+    await ctx.ask(ctx.anywhere(People).spawn_person(name_of(person), pose, traits))
 
 
 @action("pedestrian.walk_to", anywhere=People, uses=BODY)
@@ -59,21 +59,21 @@ async def patrol(ctx: ActionContext, person: Actor, positions: Sequence[Point], 
 @action("pedestrian.wander", anywhere=People, uses=BODY, open_ended=True)
 async def wander(ctx: ActionContext, person: Actor, lower: Point, upper: Point, speed: float) -> None:
     """Walk between random positions."""
-    people, name = ctx.anywhere(People), _name_of(person)
+    people, name = ctx.anywhere(People), name_of(person)
     await _move(ctx, lambda report: people.wander(name, lower, upper, speed, report))
 
 
 @action("pedestrian.follow", anywhere=People, uses=BODY, open_ended=True)
 async def follow(ctx: ActionContext, person: Actor, entity: str, distance: float, speed: float) -> None:
     """Follow an entity."""
-    people, name = ctx.anywhere(People), _name_of(person)
+    people, name = ctx.anywhere(People), name_of(person)
     await _move(ctx, lambda report: people.walk_after(name, entity, distance, speed, report))
 
 
 @action("pedestrian.stand", anywhere=People, uses=BODY)
 async def stand(ctx: ActionContext, person: Actor) -> None:
     """Stop the person."""
-    await ctx.ask(ctx.anywhere(People).stand_still(_name_of(person)))
+    await ctx.ask(ctx.anywhere(People).stand_still(name_of(person)))
 
 
 @action("cart.drive_along", anywhere=People, uses=BODY)
@@ -91,7 +91,7 @@ async def patrol_by_cart(ctx: ActionContext, cart: Actor, positions: Sequence[Po
 @action("cart.stand", anywhere=People, uses=BODY)
 async def stop_cart(ctx: ActionContext, cart: Actor) -> None:
     """Stop the cart."""
-    await ctx.ask(ctx.anywhere(People).stand_still(_name_of(cart)))
+    await ctx.ask(ctx.anywhere(People).stand_still(name_of(cart)))
 
 
 async def _walk(
@@ -103,7 +103,7 @@ async def _walk(
     *,
     repeat: bool = False,
 ) -> None:
-    people, name = ctx.anywhere(People), _name_of(actor)
+    people, name = ctx.anywhere(People), name_of(actor)
     await _move(ctx, lambda report: people.walk_along(name, positions, place, speed, report, repeat=repeat))
 
 
@@ -112,7 +112,7 @@ async def _move(ctx: ActionContext, start: Callable[[Reporter], Awaitable[str]])
     await finish(ctx, start, ctx.anywhere(People).cancel_goal)
 
 
-def _name_of(actor: Actor) -> str:
+def name_of(actor: Actor) -> str:
     """Return the name of an actor's entity in the simulator."""
     entity = actor.fields["entity"]
     return entity if isinstance(entity, str) and entity else actor.name.replace(".", "_")

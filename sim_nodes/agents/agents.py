@@ -10,7 +10,7 @@ import numpy as np
 
 from seoro.bridges.wire import Avoidance, Outcome
 from sim_nodes.agents import orca, social_force
-from sim_nodes.agents.agent import Agent, Motion, Point, Stand, Wander
+from sim_nodes.agents.agent import HOVER, Agent, Motion, Point, Stand, Wander
 from sim_nodes.agents.drawing import path_of
 from sim_nodes.agents.motions import PATIENCE, Task, advance, choose_target, wanted_velocity
 from sim_nodes.agents.neighbourhood import Neighbourhood
@@ -20,7 +20,7 @@ from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, wrap
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import GoalResult, incorrect_state, operation_failed, unknown
-from sim_nodes.physics import DrivesBodies, Engine
+from sim_nodes.physics import Engine
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
@@ -111,19 +111,17 @@ class Agents(Stateful):
 
     # ------------------------------------------------------------ ticks
 
-    def tick(self, tick: int, touching: Set[Pair]) -> Iterator[GoalResult]:
-        """Set the velocities until the next tick; yields the results of goals that ended.
+    def tick(self, tick: int, touching: Set[Pair], poses: Array) -> Iterator[GoalResult]:
+        """Choose the velocities until the next tick; yields the results of goals that ended.
 
         Args:
             tick: The present tick.
             touching: Pairs of entities in contact.
+            poses: Poses of the agents: x, y [m] and yaw [rad], shape (n, 3).
         """
         yield from self._drop_deleted()
         if not self:
             return
-        engine = self._engine
-        assert isinstance(engine, DrivesBodies), "worlds with agents are refused otherwise"
-        poses = engine.driven_poses()
         names = tuple(self._entities.agents)
         places: list[Point] = [(x, y) for x, y, _ in poses.tolist()]
         for name, place in zip(names, places, strict=True):
@@ -132,7 +130,16 @@ class Agents(Stateful):
         velocities = self._avoid(names, poses[:, :2], wanted)
         self._stop_at_contacts(names, velocities, touching, tick)
         self._velocities = {name: (vx, vy) for name, (vx, vy) in zip(names, velocities.tolist(), strict=True)}
-        engine.drive_bodies(np.column_stack([velocities, _turn_rates(velocities, poses[:, 2])]))
+
+    def motion(self, poses: Array) -> tuple[Array, Array]:
+        """Return velocities and heights of the agents, the arguments of `DrivesBodies.drive_bodies`.
+
+        Args:
+            poses: See `tick`.
+        """
+        velocities = np.array([self._velocities[name] for name in self._entities.agents]).reshape(-1, 2)
+        turns = _turn_rates(velocities, poses[:, 2])
+        return np.column_stack([velocities, turns]), np.full(len(poses), HOVER)
 
     def _drop_deleted(self) -> Iterator[GoalResult]:
         """Forget deleted agents; yields the results of their goals."""

@@ -28,17 +28,18 @@ class DrivenBodies:
         joints = model.body_jntadr[[bases[name] for name in names]] if names else np.zeros(0, dtype=np.int64)
         self._poses = model.jnt_qposadr[joints][:, None] + np.arange(7)
         self._speeds = model.jnt_dofadr[joints][:, None] + np.arange(6)
-        self._heights = np.array([added[name][1].position[2] for name in names])
+        self._falling = np.array([0.0 if added[name][0].built_in else 1.0 for name in names])
 
     def poses(self, data: Any) -> Array:
         """Return x, y [m] and yaw [rad] of each body, shape (n, 3)."""
         frames = data.qpos[self._poses]
         return np.column_stack([frames[:, :2], yaws(frames[:, 3:])])
 
-    def drive(self, data: Any, velocities: Array) -> None:
-        """Set velocities: x, y [m/s] and yaw rate [rad/s], shape (n, 3)."""
+    def drive(self, data: Any, velocities: Array, heights: Array) -> None:
+        """Set velocities: x, y [m/s] and yaw rate [rad/s], shape (n, 3), and heights to reach [m], shape (n,)."""
         frames = data.qpos[self._poses]
-        linear, angular = upright_velocities(velocities, self._heights - frames[:, 2], frames[:, 3:])
+        climbs = heights - frames[:, 2]
+        linear, angular = upright_velocities(velocities, climbs, frames[:, 3:], self._falling)
         # Angular velocities of free joints are in the frame of the body, which leans very little.
         cos, sin = np.cos(turns := yaws(frames[:, 3:])), np.sin(turns)
         about_x, about_y = angular[:, 0].copy(), angular[:, 1].copy()

@@ -300,9 +300,9 @@ class MujocoEngine:
         """See `DrivesBodies.driven_poses`."""
         return self._driven.poses(self._data)
 
-    def drive_bodies(self, velocities: Array) -> None:
+    def drive_bodies(self, velocities: Array, heights: Array) -> None:
         """See `DrivesBodies.drive_bodies`."""
-        self._driven.drive(self._data, velocities)
+        self._driven.drive(self._data, velocities, heights)
         self._forget_states()
 
     def wheel_angles(self, robot: str) -> tuple[float, ...]:

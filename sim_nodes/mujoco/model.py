@@ -103,6 +103,7 @@ def hide_collision_shapes(robot: Any) -> None:
 
 TIMESTEP = 0.004  # [s]; the wheels of our robots are stable up to 5 ms
 WALL_PREFIX = "wall/"
+WORLD = "world"  # MuJoCo's name of the body of walls and floor
 FOOTING = (
     500.0  # [kg], [kg m^2] added to the inertia of driven bodies, which stand on no floor that would hold them
 )
@@ -218,6 +219,9 @@ def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
         body.add_joint(type=mujoco.mjtJoint.mjJNT_FREE, armature=FOOTING)
     elif not model.static:
         body.add_freejoint()
+    if model.built_in:
+        body.gravcomp = 1.0
+        spec.add_exclude(name=name, bodyname1=name, bodyname2=WORLD)
     if model.urdf is not None:
         attach_file(spec, body, name, model)
         return

@@ -37,6 +37,7 @@ from sim_nodes.physics import (
     Scene,
 )
 from sim_nodes.pybullet import captured_output
+from sim_nodes.pybullet.built_in import Weightless, pass_through
 from sim_nodes.pybullet.camera import add_floor, draw, measure
 from sim_nodes.pybullet.joints import (
     BODY_B,
@@ -60,7 +61,7 @@ from sim_nodes.pybullet.model import (
 )
 from sim_nodes.pybullet.planar import PlanarForces
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
-from sim_nodes.pybullet.stepping import RETRY, Stepper
+from sim_nodes.pybullet.stepping import RETRY, StepForces, Stepper
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.traction import traction_of
 from sim_nodes.views import WALL, DepthImage, Picture, View, colour_of
@@ -147,8 +148,10 @@ class PybulletEngine:
         for name in dict.fromkeys(wall.name for wall in walls):
             parts = tuple(wall.part for wall in walls if wall.name == name)
             self._load_body(name, BodyModel(parts, static=True, colour=WALL), BodyState((0.0, 0.0, 0.0)))
+        self._fixtures = tuple(self._owners)  # numbers of the floor and the walls
         self._drives: dict[str, PybulletDrive] = {}
-        self._forces: list[PlanarForces] = []
+        self._weightless = Weightless(self._client, GRAVITY)
+        self._forces: list[StepForces] = [self._weightless]
         self._arms: dict[str, PybulletArm] = {}
         self._placed_shapes = PlacedShapes(bullet)
         self._links: dict[str, dict[str, int]] = {}
@@ -199,6 +202,10 @@ class PybulletEngine:
         self._register(name, number, static=model.static)
         if joints := movable_joints(self._bullet, number):
             self._jointed[number] = joints
+        if model.built_in:
+            pass_through(self._bullet, number, self._fixtures)
+            self._broadphase.ignore(number, self._fixtures)
+            self._weightless.add(number, model.mass)
         if model.static and not joints:
             self._broadphase.add_static(number, model.parts, state)
         else:
@@ -296,6 +303,7 @@ class PybulletEngine:
         del self._owners[number], self._added[name]
         self._static.discard(number)
         self._jointed.pop(number, None)
+        self._weightless.remove(number)
         self._broadphase.remove(number)
         self._last = None
         self._stepper.invalidate()
@@ -337,17 +345,17 @@ class PybulletEngine:
         places, turns = self._driven_frames()
         return np.column_stack([places[:, :2], yaws(turns)])
 
-    def drive_bodies(self, velocities: Array) -> None:
+    def drive_bodies(self, velocities: Array, heights: Array) -> None:
         """See `DrivesBodies.drive_bodies`."""
-        self.set_driven_velocities(velocities.ravel())
+        self.set_driven_velocities(velocities.ravel(), heights)
 
     @journaled
-    def set_driven_velocities(self, row: Array) -> None:
+    def set_driven_velocities(self, row: Array, heights: Array) -> None:
         """Set the velocities of `drive_bodies`, given as one row for the journal."""
         velocities = row.reshape(-1, 3)
         places, turns = self._driven_frames()
-        heights = [self._added[name][1].position[2] for name in self._driven]
-        linear, angular = upright_velocities(velocities, heights - places[:, 2], turns)
+        falling = np.array([0.0 if self._added[name][0].built_in else 1.0 for name in self._driven])
+        linear, angular = upright_velocities(velocities, heights - places[:, 2], turns, falling)
         for name, along, about in zip(self._driven, linear.tolist(), angular.tolist(), strict=True):
             pybullet.resetBaseVelocity(self._bodies[name].number, along, about, self._client)
 

@@ -66,6 +66,7 @@ class BroadPhase:
         self._bullet = bullet
         self._standing: dict[int, Collider] = {}
         self._moving: dict[int, tuple[Mapping[int, Parts], bool]] = {}
+        self._ignored: dict[int, frozenset[int]] = {}  # bodies that a body passes through
 
     def add_static(self, body: int, parts: Parts, state: BodyState) -> None:
         """Add a static body of one link."""
@@ -75,8 +76,13 @@ class BroadPhase:
         """Add a body that moves, or whose links do if its base is fixed, with its links of several shapes."""
         self._moving[body] = (compound, fixed)
 
+    def ignore(self, body: int, others: Iterable[int]) -> None:
+        """Ignore contacts of a body with others, which it passes through, and with the floor."""
+        self._ignored[body] = frozenset((*others, NO_BODY))
+
     def remove(self, body: int) -> None:
         """Remove a body."""
+        self._ignored.pop(body, None)
         self._standing.pop(body, None)
         self._moving.pop(body, None)
 
@@ -90,9 +96,15 @@ class BroadPhase:
                 lower, upper = each.boxes[:, None, 0] - NEAR, each.boxes[:, None, 1] + NEAR
                 near = ((lower <= boxes[:, 1]) & (boxes[:, 0] <= upper)).all(axis=2).sum(axis=0)
                 met = (np.bincount(owners, near) > 1).nonzero()[0].tolist()
-                if any(_may_touch(each, colliders[index]) for index in met):
+                if any(self._may_touch(each, colliders[index]) for index in met):
                     return True
         return False
+
+    def _may_touch(self, first: Collider, second: Collider) -> bool:
+        if first.body == second.body or not (first.moves or second.moves):
+            return False
+        pairs = ((first.body, second.body), (second.body, first.body))
+        return not any(other in self._ignored.get(body, ()) for body, other in pairs)
 
     def _colliders(self) -> Iterator[Collider]:
         yield Collider(NO_BODY, False, FLOOR_BOX)
@@ -104,10 +116,6 @@ class BroadPhase:
                 else:
                     boxes = np.array([self._bullet.getAABB(body, link)])
                 yield Collider(body, link != BASE or not fixed, boxes)
-
-
-def _may_touch(first: Collider, second: Collider) -> bool:
-    return first.body != second.body and (first.moves or second.moves)
 
 
 def _boxes(parts: Iterable[Part], position: Vector, orientation: Quaternion) -> Array:

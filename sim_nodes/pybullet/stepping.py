@@ -10,14 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import pybullet
 
 from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
 from sim_nodes.pybullet.joints import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
 from sim_nodes.pybullet.model import BASE, XYZW
-from sim_nodes.pybullet.planar import PlanarForces
 
 Vector = tuple[float, float, float]
 
@@ -34,6 +33,13 @@ class Pose(NamedTuple):
     turn: XYZW
     joints: tuple[float, ...]
     rates: tuple[float, ...]  # of these joints
+
+
+class StepForces(Protocol):
+    """Forces for one step."""
+
+    def apply(self) -> None:
+        """Apply the forces of one step."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,7 @@ class Stepper:
         owners: Mapping[int, str],
         static: Set[int],
         jointed: Mapping[int, tuple[int, ...]],
-        forces: Sequence[PlanarForces] = (),
+        forces: Sequence[StepForces] = (),
     ) -> None:
         self._client = client
         self._timestep = timestep

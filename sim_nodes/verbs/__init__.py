@@ -14,9 +14,9 @@ from seoro.bridges.wire.refusal import RequestRefused, check_id, name_list, read
 from sim_nodes.outcomes import feature_unsupported
 from sim_nodes.physics import UnstablePhysics
 from sim_nodes.simulator import Simulator
-from sim_nodes.verbs import entities, measures, people, queries, robots, sensors, simulation
+from sim_nodes.verbs import buildings, entities, measures, people, queries, robots, sensors, simulation
 
-PARTS = (simulation, entities, people, robots, sensors, measures, queries)
+PARTS = (simulation, entities, people, buildings, robots, sensors, measures, queries)
 
 Handler = Callable[[Simulator, Any], wire.Message | None]
 HANDLERS: MappingProxyType[str, Handler] = MappingProxyType(

@@ -10,7 +10,9 @@ from pathlib import Path
 from seoro.files.inputs import Kind, read_input_text
 from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.files.yaml_lines import FileError, Lines, read_yaml
-from sim_nodes.agents.schema import AgentFile, agent_names
+from sim_nodes.agents.schema import AgentFile
+from sim_nodes.buildings.parts import BuildingPart, make_door, make_lift
+from sim_nodes.departures import is_within
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.geodesy import GeoPoint
 from sim_nodes.geometry import Array, Pose2, quaternion
@@ -54,6 +56,7 @@ class World:
     props: tuple[Prop, ...] = ()
     poses: tuple[NamedPose, ...] = ()
     agents: tuple[AgentFile, ...] = ()  # people, crowds and carts
+    building: tuple[BuildingPart, ...] = ()  # doors and lifts
     entity_tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     description: str = ""
     tags: tuple[str, ...] = ()
@@ -182,6 +185,7 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         starts[START] = free_start(build_map(extent, surroundings.walls, outlines), START_RADIUS)
     robots = _robots(file, folder, starts)
     check_placement(robots, extent)
+    building = _building(file, extent)
     return World(
         file.name,
         extent,
@@ -191,7 +195,8 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         props,
         poses,
         (*file.people, *file.crowds, *file.carts),
-        _entity_tags(file),
+        building,
+        _entity_tags(file) | {name: part.tags for part in building for name, _ in part.bodies if part.tags},
         file.description,
         file.tags,
         (*surroundings.warnings, *_notes(robots, placed)),
@@ -199,6 +204,19 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         Ground(file.floor.friction),
         file.light.light,
     )
+
+
+def _building(file: WorldFile, extent: tuple[float, float, float, float]) -> tuple[BuildingPart, ...]:
+    doors = ((f"doors.{index}", door.name, door.pose) for index, door in enumerate(file.doors))
+    lifts = ((f"lifts.{index}", lift.name, lift.pose) for index, lift in enumerate(file.lifts))
+    for place, name, pose in (*doors, *lifts):
+        if not is_within((pose.x, pose.y, 0.0), extent):
+            left, bottom, right, top = extent
+            raise FileError(
+                f"{place}.pose: {name!r} at ({pose.x:g}, {pose.y:g}) is outside of the world; "
+                f"expected a position from ({left:g}, {bottom:g}) to ({right:g}, {top:g})"
+            )
+    return (*(make_door(door, file.wall_height) for door in file.doors), *map(make_lift, file.lifts))
 
 
 def _notes(robots: Sequence[PlacedRobot], props: Sequence[Sequence[Prop]]) -> Iterator[str]:
@@ -217,7 +235,7 @@ def _notes(robots: Sequence[PlacedRobot], props: Sequence[Sequence[Prop]]) -> It
 def _props(file: WorldFile, folder: Path) -> list[tuple[Prop, ...]]:
     """Return the props of each entry of a file; a model may have several bodies."""
     taken = {entity.name for entity in _entities(file)}
-    taken |= {name for _, name in agent_names(file.people, file.crowds, file.carts)}
+    taken |= {name for _, name in file.moving_names}
     found = []
     for index, prop in enumerate(file.props):
         found.append(read_prop(prop, index, folder, taken))

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from sim_nodes.agents.schema import CartFile, CrowdFile, PersonFile, agent_names
+from sim_nodes.buildings.schema import DoorFile, LiftFile, building_names
 from sim_nodes.files import Declared
 from sim_nodes.geodesy import GeoPoint
 from sim_nodes.models.xml_reading import FRICTIONS, MASSES
@@ -241,6 +242,8 @@ class WorldFile(Declared):
     people: tuple[PersonFile, ...] = ()
     crowds: tuple[CrowdFile, ...] = ()
     carts: tuple[CartFile, ...] = ()
+    doors: tuple[DoorFile, ...] = ()
+    lifts: tuple[LiftFile, ...] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -260,7 +263,7 @@ class WorldFile(Declared):
         others = [
             *(("prop", prop.name) for prop in self.props),
             *(("camera", camera.name) for camera in self.cameras),
-            *agent_names(self.people, self.crowds, self.carts),
+            *self.moving_names,
         ]
         for kind, name in others:
             if name in taken | set(names):
@@ -269,6 +272,16 @@ class WorldFile(Declared):
         if len({pose.name for pose in self.poses}) < len(self.poses):
             raise ValueError("duplicate name in `poses`")
         return self
+
+    @property
+    def moving_names(self) -> tuple[tuple[str, str], ...]:
+        """Kinds and names of its people, carts, doors and lifts.
+
+        Raises:
+            ValueError: There are too many.
+        """
+        people = agent_names(self.people, self.crowds, self.carts)
+        return (*people, *building_names(self.doors, self.lifts))
 
 
 def check_extent(extent: tuple[float, float, float, float]) -> None:

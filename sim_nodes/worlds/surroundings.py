@@ -9,7 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 
 from seoro.files.yaml_lines import FileError
-from sim_nodes.agents.schema import agent_names
 from sim_nodes.extents import highest_of, lowest_of, outline
 from sim_nodes.geometry import Array, quaternion
 from sim_nodes.physics import BodyState, Wall
@@ -100,7 +99,7 @@ def check_names(file: WorldFile, surroundings: Surroundings) -> None:
         for index, name in enumerate(names):
             if name in taken:
                 raise FileError(f"{kind}.{index}.name: {name!r} is in use by another thing of the world")
-    for kind, name in agent_names(file.people, file.crowds, file.carts):
+    for kind, name in file.moving_names:
         if name in taken:
             raise FileError(
                 f"the name {name!r} of a {kind} is in use by another thing of the world; rename the {kind}"

@@ -8,6 +8,7 @@ from typing import Any
 from seoro.bridges import wire
 from seoro.bridges.models import ModelPath
 from seoro.bridges.sim.advance import GRANT_TIMEOUT, AdvanceRequests
+from seoro.bridges.sim.buildings import BuildingRequests
 from seoro.bridges.sim.devices import DeviceRequests
 from seoro.bridges.sim.measures import MeasureRequests
 from seoro.bridges.sim.people import PeopleRequests
@@ -17,6 +18,7 @@ from seoro.files.inputs import resolved
 from seoro.files.path_mapping import Locate
 from seoro.files.world_names import WorldName
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
+from seoro.runtime.contracts.buildings import Doors, Lifts
 from seoro.runtime.contracts.measures import Measuring
 from seoro.runtime.contracts.people import People
 from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots, VelocityCommands
@@ -72,6 +74,8 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
         wire.STAND_STILL,
         wire.CANCEL_GOAL,
     ),
+    Doors: (wire.MOVE_DOOR, wire.LOCK_DOOR, wire.WATCH_DOOR, wire.CANCEL_GOAL, wire.CANCEL_WATCH),
+    Lifts: (wire.MOVE_LIFT, wire.WATCH_LIFT, wire.CANCEL_GOAL, wire.CANCEL_WATCH),
     Cameras: (
         wire.SPAWN_CAMERA,
         wire.GET_CAMERAS,
@@ -89,7 +93,9 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
 """Verbs of each capability, all of which a node must serve to have it."""
 
 
-class SimulatorNode(DeviceRequests, PeopleRequests, MeasureRequests, WorldRequests, AdvanceRequests):
+class SimulatorNode(
+    DeviceRequests, PeopleRequests, BuildingRequests, MeasureRequests, WorldRequests, AdvanceRequests
+):
     """A simulator node.
 
     Args:

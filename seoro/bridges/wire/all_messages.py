@@ -8,6 +8,7 @@ from seoro.bridges.wire import authentication, holds, lab
 from seoro.bridges.wire.advance import *
 from seoro.bridges.wire.arms import *
 from seoro.bridges.wire.authentication import *
+from seoro.bridges.wire.buildings import *
 from seoro.bridges.wire.cameras import *
 from seoro.bridges.wire.entities import *
 from seoro.bridges.wire.event_log import *

@@ -1,0 +1,1 @@
+"""Doors and lifts: parts of a building that move."""
