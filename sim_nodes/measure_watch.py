@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 from typing import assert_never
 
 from seoro.bridges.wire import Outcome
-from seoro.robotics.measures import ONLY_DRIVING, UNITS, Area, Measure, MeasureLimit
+from seoro.robotics.measures import ONLY_ROBOTS, UNITS, Area, Measure, MeasureLimit
 from sim_nodes.physics import BodyState
 from sim_nodes.ticks import TICK
 from sim_nodes.watches import Watch, Watched
+
+SUMS = (Measure.PATH_LENGTH, Measure.TIME_IN_AREA, Measure.WORK)  # since the watch began
 
 
 def area_distance(area: Area, x: float, y: float) -> float:
@@ -22,31 +24,36 @@ def area_distance(area: Area, x: float, y: float) -> float:
 class MeasureWatch(Watch):
     """True when a measure of an entity has reached a limit; never while the entity is unknown.
 
-    `total` sums the path [m] or the ticks in the area since the watch began, up to `tick`.
+    `total` sums the path [m], the ticks in the area, or the work [J] since the watch began, up to `tick`.
     """
 
     entity: str
     limit: MeasureLimit
     tick: int
     position: tuple[float, float]  # [m] at that tick
+    work: float = 0.0  # of the robot's motors up to that tick [J]
     total: float = 0.0
 
     @property
     def watched_robot(self) -> str | None:
         """Robot of a measure that only robots have."""
-        return self.entity if self.limit.measure in ONLY_DRIVING else None
+        return self.entity if self.limit.measure in ONLY_ROBOTS else None
 
     def updated(self, world: Watched) -> MeasureWatch:
         """Return the watch with the sum up to the present tick."""
         state = world.state_of(self.entity)
-        if self.limit.measure not in (Measure.PATH_LENGTH, Measure.TIME_IN_AREA) or state is None:
+        if self.limit.measure not in SUMS or state is None:
             return self
         x, y, _ = state.position
-        if self.limit.measure is Measure.PATH_LENGTH:
-            added = math.dist((x, y), self.position)
-        else:
-            added = world.tick - self.tick if area_distance(self.limit.area, x, y) == 0.0 else 0.0
-        return replace(self, tick=world.tick, position=(x, y), total=self.total + added)
+        work = world.work(self.entity) or 0.0
+        match self.limit.measure:
+            case Measure.PATH_LENGTH:
+                added = math.dist((x, y), self.position)
+            case Measure.WORK:
+                added = work - self.work
+            case _:
+                added = world.tick - self.tick if area_distance(self.limit.area, x, y) == 0.0 else 0.0
+        return replace(self, tick=world.tick, position=(x, y), work=work, total=self.total + added)
 
     def holds(self, world: Watched) -> bool:
         """Whether the limit is reached."""
@@ -60,7 +67,8 @@ class MeasureWatch(Watch):
         """Return the watch with the same sum, from the present position."""
         state = now.state_of(self.entity)
         place = self.position if state is None else state.position[:2]
-        return replace(self, tick=now.tick, position=(place[0], place[1]))
+        work = now.work(self.entity) or 0.0
+        return replace(self, tick=now.tick, position=(place[0], place[1]), work=work)
 
     def result(self, world: Watched) -> tuple[Outcome, str]:
         """Return a text with the value, the other entity, place and time."""
@@ -93,7 +101,7 @@ class MeasureWatch(Watch):
                 return (math.hypot(state.linear[0], state.linear[1]) if within else 0.0), ""
             case Measure.AREA_DISTANCE:
                 return area_distance(area, x, y), ""
-            case Measure.PATH_LENGTH:
+            case Measure.PATH_LENGTH | Measure.WORK:
                 return self.total, ""
             case Measure.TIME_IN_AREA:
                 return self.total * TICK, ""

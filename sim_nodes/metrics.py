@@ -147,6 +147,7 @@ class RobotMetrics(Stateful):
         "_deviation",
         "_speed",
         "_smoothness",
+        "_work",
         "_stays",
         "_closest",
         "_contacts",
@@ -164,6 +165,7 @@ class RobotMetrics(Stateful):
         self._driving_ticks = 0
         self._error, self._error_driving, self._deviation, self._speed = Mean(), Mean(), Mean(), Mean()
         self._smoothness = Smoothness()
+        self._work: float | None = None  # [J]
         self._stays = Stays(rooms)
         self._closest = clearance(pose, math.inf)
         self._contacts: dict[str, int] = {}
@@ -173,7 +175,13 @@ class RobotMetrics(Stateful):
         self._goals = dict.fromkeys(Outcome, 0)
 
     def update(
-        self, pose: Pose2, speed: float, believed: Pose2 | None, deviation: float | None, tick: int
+        self,
+        pose: Pose2,
+        speed: float,
+        believed: Pose2 | None,
+        deviation: float | None,
+        tick: int,
+        power: float | None = None,
     ) -> None:
         """Update with the pose of the robot.
 
@@ -183,6 +191,7 @@ class RobotMetrics(Stateful):
             believed: Localised pose; None before localisation.
             deviation: Standard deviation of the position by the localisation [m].
             tick: Present tick; idle robots are updated less often.
+            power: Mechanical power of its motors [W]; None if the engine does not know it.
         """
         way = pose.distance(self._pose.x, self._pose.y)
         turn = abs(wrap(pose.yaw - self._pose.yaw))
@@ -191,6 +200,8 @@ class RobotMetrics(Stateful):
         interval = ticks * TICK
         moving = way > MOVING[0] * interval or turn > MOVING[1] * interval
         self._pose = pose
+        if power is not None:
+            self._work = (self._work or 0.0) + power * TICK  # robots at rest do no work between updates
         self._stays.add(pose.x, pose.y, ticks)
         if not moving or ticks != 1:
             self._smoothness.interrupt()
@@ -231,6 +242,11 @@ class RobotMetrics(Stateful):
         self._goals[outcome] += 1
 
     @property
+    def work(self) -> float | None:
+        """Mechanical work of its motors so far [J]; None if the engine does not know it."""
+        return self._work
+
+    @property
     def drives(self) -> tuple[EndedDrive, ...]:
         """Goals that were reached or aborted, at most `MAX_DRIVES`."""
         return tuple(self._drives)
@@ -267,6 +283,7 @@ class RobotMetrics(Stateful):
             energy=energy,
             smoothness=self._smoothness.value,
             path_efficiency=efficiency,
+            work=self._work,
         )
 
 

@@ -494,6 +494,18 @@ class DrivesBodies(Protocol):
 
 
 @runtime_checkable
+class MeasuresPower(Protocol):
+    """Optional: knows the power of motors, for the mechanical work of robots."""
+
+    def motor_power(self, robot: str) -> float:
+        """Return the mechanical power that the motors of a robot delivered in the last step [W].
+
+        It is the sum of force times speed over motors that drive their joint; motors that brake count as 0. After
+        a state is restored, it is valid from the next step.
+        """
+
+
+@runtime_checkable
 class SavesState(Protocol):
     """Optional: saves and restores states."""
 

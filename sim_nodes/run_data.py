@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from seoro.bridges.wire import Measurements, RobotMeasurements
-from sim_nodes.clearance import Clearances
+from sim_nodes.clearance import Clearance, Clearances
 from sim_nodes.entities import Entities
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2, Vector
@@ -17,7 +17,7 @@ from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.path_efficiency import efficiency
-from sim_nodes.physics import Engine
+from sim_nodes.physics import Engine, MeasuresPower
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.trajectories import Trajectories
@@ -99,24 +99,33 @@ class RunData(Stateful):
         self._since: dict[str, float] = {}  # times at which the bodies of the trails were spawned [s]
         self._radii = {name: robot.mobile.declaration.radius for name, robot in robots.items() if robot.drives}
         self.clearances = Clearances(engine, world.walls, entities, self._radii, known)
+        # Looked up once: a check against a protocol takes longer than a measurement.
+        self._power = engine.motor_power if isinstance(engine, MeasuresPower) else None
         self._rooms = Rooms({pose.name: pose.room for pose in world.poses if pose.room is not None})
         self._measuring = {
-            name: RobotMetrics(frames.true_pose(name), partial(self.clearances.nearest, name), self._rooms)
-            for name in self._radii
+            name: RobotMetrics(frames.true_pose(name), self._nearest_of(name), self._rooms) for name in robots
         }
         self._entity_metrics: dict[str, EntityMetrics] = {}
         self.trajectories = Trajectories(engine, robots, entities, touches, tick)
+
+    def _nearest_of(self, robot: str) -> Callable[[Pose2, float], Clearance]:
+        """Return the function that finds the nearest entity; robots that do not drive have no circle."""
+        return partial(self.clearances.nearest, robot) if robot in self._radii else lambda *_: Clearance()
 
     def record_pose(self, robot: Robot, time: float, tick: int) -> None:
         """Record the pose of a robot at a time [s]."""
         pose = self._frames.true_pose(robot.name)
         self.records[robot.name].add_pose(pose, time)
         self.trajectories.record_robot(robot, tick)
-        if robot.drives:
-            base, (vx, vy, _) = robot.mobile, self._engine.body_state(robot.name).linear
-            self._measuring[robot.name].update(
-                pose, math.hypot(vx, vy), base.localised_pose(), base.deviation(), tick
-            )
+        base, (vx, vy, _) = robot.mobile if robot.drives else None, self._engine.body_state(robot.name).linear
+        self._measuring[robot.name].update(
+            pose,
+            math.hypot(vx, vy),
+            None if base is None else base.localised_pose(),
+            None if base is None else base.deviation(),
+            tick,
+            None if self._power is None else self._power(robot.name),
+        )
 
     def record_positions(self, tick: int, *, at_rest: bool) -> None:
         """Record the positions of tools and movable bodies.
@@ -161,13 +170,17 @@ class RunData(Stateful):
         self.records[robot].goals.extend(goal.poses)
         self._measuring[robot].start_goal(goal)
 
+    def work_of(self, robot: str) -> float | None:
+        """Return the mechanical work of a robot's motors so far [J]; None if it is unknown."""
+        return self._measuring[robot].work if robot in self._measuring else None
+
     def record_result(self, robot: str, end: GoalResult) -> None:
         """Record the result of a robot's goal."""
         if robot in self._measuring:
             self._measuring[robot].end_goal(end.id, end.outcome)
 
     def measurements(self, seed: int, time: float) -> Measurements:
-        """Return the measurements of wheeled robots and movable entities up to a time [s]."""
+        """Return the measurements of robots and movable entities up to a time [s]."""
         return Measurements(
             world=self._world.name,
             engine=self._engine.name,
@@ -179,6 +192,9 @@ class RunData(Stateful):
         )
 
     def _measured(self, name: str) -> RobotMeasurements:
-        metrics, base = self._measuring[name], self._robots[name].mobile
+        metrics, robot = self._measuring[name], self._robots[name]
+        if not robot.drives:
+            return metrics.result(0)
+        base = robot.mobile
         energy = None if base.battery is None else base.battery.drawn
         return metrics.result(base.recoveries, energy, efficiency(metrics.drives, self._known, self._radii[name]))

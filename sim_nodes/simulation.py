@@ -168,6 +168,10 @@ class Simulation(Stateful):
         truth = self.frames.true_pose(robot)
         return estimate.distance(truth.x, truth.y)
 
+    def work(self, robot: str) -> float | None:
+        """Return the mechanical work of a robot's motors [J]; None if it is unknown."""
+        return self.run_data.work_of(robot)
+
     def pipeline(self, robot: str, sensor: str) -> SensorPipeline[Any]:
         """Return the pipeline of a robot's sensor.
 
@@ -453,7 +457,7 @@ class Simulation(Stateful):
         )
 
     def measurements(self) -> wire.Measurements:
-        """Return the measurements of wheeled robots since the start of the run."""
+        """Return the measurements of robots and movable entities since the start of the run."""
         return self.run_data.measurements(self.seed, self.time)
 
     # ------------------------------------------------------------ watches

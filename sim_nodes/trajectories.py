@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from sim_nodes.entities import Entities
-from sim_nodes.geometry import Array, Pose2, Quaternion, rotation_matrix
+from sim_nodes.geometry import Array, Pose2, roll_pitch_yaw
 from sim_nodes.physics import BodyState, Engine
 from sim_nodes.robots.kinematics import base_motion
 from sim_nodes.robots.mobile import MobileBase
@@ -166,15 +166,7 @@ class Trajectories(Stateful):
 
 
 def _pose(state: BodyState) -> tuple[float, ...]:
-    return (*state.position, *_angles(state.orientation))
-
-
-def _angles(orientation: Quaternion) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw [rad]: rotations about fixed x, y and z, in this order."""
-    matrix = rotation_matrix(orientation)
-    roll = math.atan2(matrix[2, 1], matrix[2, 2])
-    pitch = math.asin(min(max(-matrix[2, 0], -1.0), 1.0))
-    return roll, pitch, math.atan2(matrix[1, 0], matrix[0, 0])
+    return (*state.position, *roll_pitch_yaw(state.orientation))
 
 
 def _driven(base: MobileBase) -> tuple[float, ...]:

@@ -64,6 +64,9 @@ class Watched(Protocol):
     def localization_error(self, robot: str) -> float | None:
         """Return the distance between a robot's estimated and true position [m]; None without an estimate."""
 
+    def work(self, robot: str) -> float | None:
+        """Return the mechanical work of a robot's motors so far [J]; None if it is unknown."""
+
 
 class Watch(ABC):
     """A condition on a simulation; frozen data."""

@@ -77,6 +77,12 @@ async def limit_time_in(
     )
 
 
+@modifier("limit_work")
+async def limit_work(ctx: ModifierContext, child: Child, max_work: float, robots: Sequence[str]) -> Outcome:
+    """Fail as soon as the motors of a robot have done more mechanical work."""
+    return await _monitor(ctx, child, robots, MeasureLimit(Measure.WORK, max_work, above=True))
+
+
 async def _monitor(ctx: ModifierContext, child: Child, entities: Sequence[str], limit: MeasureLimit) -> Outcome:
     """Run a behavior, and fail it as soon as a measure of an entity reaches a limit."""
     reached = Interrupt()

@@ -19,6 +19,7 @@ class Measure(StrEnum):
     PATH_LENGTH = "path_length"  # of the true path since the watch began
     AREA_DISTANCE = "area_distance"  # of the entity's origin to `area`; 0 within
     TIME_IN_AREA = "time_in_area"  # since the watch began
+    WORK = "work"  # mechanical work of a robot's motors since the watch began
 
 
 UNITS: Final = MappingProxyType(
@@ -29,11 +30,14 @@ UNITS: Final = MappingProxyType(
         Measure.PATH_LENGTH: "m",
         Measure.AREA_DISTANCE: "m",
         Measure.TIME_IN_AREA: "s",
+        Measure.WORK: "J",
     }
 )
 """Units of measures."""
 ONLY_DRIVING: Final = frozenset({Measure.CLEARANCE, Measure.LOCALIZATION_ERROR})
 """Measures of robots that drive only."""
+ONLY_ROBOTS: Final = ONLY_DRIVING | {Measure.WORK}
+"""Measures of robots only."""
 
 
 @dataclass(frozen=True)

@@ -76,6 +76,9 @@ class MujocoArm:
         robot: Name of the robot that has the arm.
         arm: Declaration of the arm.
         command: The last command; None at the start.
+
+    Attributes:
+        speeds: Degrees of freedom of its joints and fingers.
     """
 
     def __init__(self, model: Any, robot: str, arm: ArmDeclaration, command: ArmCommand | None) -> None:
@@ -92,6 +95,7 @@ class MujocoArm:
             np.zeros(len(names)), 0.0 if arm.gripper is None else arm.gripper.max_force
         )
         self._limit_force(model, self.command.force)
+        self.speeds: list[int] = self._speeds.tolist()
         bodies = {body: model.body(body).name for body in range(model.nbody)}
         own = {body: name.removeprefix(prefix) for body, name in bodies.items() if name.startswith(prefix)}
         self.links = {

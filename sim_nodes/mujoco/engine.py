@@ -18,6 +18,7 @@ from sim_nodes.mujoco.driven import DrivenBodies
 from sim_nodes.mujoco.files import detach_file
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, load_sensors, scene_spec
 from sim_nodes.mujoco.planar import PlanarMotors
+from sim_nodes.mujoco.power import MotorPower
 from sim_nodes.mujoco.rays import Rays
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.physics import (
@@ -114,6 +115,7 @@ class MujocoEngine:
             for robot in self._scene.robots
             if robot.declaration.arm is not None
         }
+        self._powers = {name: self._power_of(name) for name in self._bases}
         self._bases |= {name: model.body(name).id for name in self._added}
         self._driven = DrivenBodies(model, self._bases, self._added)
         names = {base: name for name, base in self._bases.items()}
@@ -137,6 +139,11 @@ class MujocoEngine:
         if not self._is_placed:
             mujoco.mj_kinematics(self._model, self._data)
             self._is_placed = True
+
+    def _power_of(self, robot: str) -> MotorPower:
+        drive, arm = self._drives.get(robot), self._arms.get(robot)
+        joints = [*(drive.wheel_angular_speeds if drive else ()), *(arm.speeds if arm else ())]
+        return MotorPower(self._model, self._bases[robot], joints, drive is not None and drive.planar is not None)
 
     def reset(self) -> None:
         """See `Engine.reset`."""
@@ -320,6 +327,10 @@ class MujocoEngine:
         """See `Engine.power_wheels`."""
         (self._without_power.discard if on else self._without_power.add)(robot)
         self._drives[robot].power(self._model, on=on)
+
+    def motor_power(self, robot: str) -> float:
+        """See `MeasuresPower.motor_power`."""
+        return self._powers[robot].delivered(self._data)
 
     def cast_rays(
         self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)

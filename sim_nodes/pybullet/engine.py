@@ -61,7 +61,7 @@ from sim_nodes.pybullet.model import (
 )
 from sim_nodes.pybullet.planar import PlanarForces
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
-from sim_nodes.pybullet.stepping import RETRY, StepForces, Stepper
+from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.traction import traction_of
 from sim_nodes.views import WALL, DepthImage, Picture, View, colour_of
@@ -151,7 +151,7 @@ class PybulletEngine:
         self._fixtures = tuple(self._owners)  # numbers of the floor and the walls
         self._drives: dict[str, PybulletDrive] = {}
         self._weightless = Weightless(self._client, GRAVITY)
-        self._forces: list[StepForces] = [self._weightless]
+        self._planar: dict[str, PlanarForces] = {}
         self._arms: dict[str, PybulletArm] = {}
         self._placed_shapes = PlacedShapes(bullet)
         self._links: dict[str, dict[str, int]] = {}
@@ -167,7 +167,12 @@ class PybulletEngine:
         self._states = StateStore(bullet)
         self._last: LastStep | None = None  # after a rewind
         self._stepper = Stepper(
-            self._client, 1.0 / STEPS_PER_SECOND, self._owners, self._static, self._jointed, self._forces
+            self._client,
+            1.0 / STEPS_PER_SECOND,
+            self._owners,
+            self._static,
+            self._jointed,
+            (self._weightless, *self._planar.values()),
         )
 
     def _register(self, name: str, number: int, *, static: bool) -> None:
@@ -193,7 +198,7 @@ class PybulletEngine:
             if isinstance(mobile.drive, PlanarDrive):
                 traction = traction_of(robot.declaration, mobile.drive, self._scene.ground.friction)
                 state = partial(self.body_state, robot.name)
-                self._forces.append(PlanarForces(self._bullet, drive, traction, state))
+                self._planar[robot.name] = PlanarForces(self._bullet, drive, traction, state)
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
@@ -405,6 +410,12 @@ class PybulletEngine:
             some = slice(first, first + MAX_RAYS)
             hits += self._bullet.rayTestBatch(starts[some], ends[some], collisionFilterMask=others)
         return np.array([hit[2] * limit if hit[0] >= 0 else np.inf for hit in hits])
+
+    def motor_power(self, robot: str) -> float:
+        """See `MeasuresPower.motor_power`."""
+        parts = (self._drives.get(robot), self._arms.get(robot))
+        pull = self._planar[robot].power if robot in self._planar else 0.0
+        return pull + sum(part.power() for part in parts if part is not None)
 
     def joint_states(self, robot: str) -> JointStates:
         """See `Engine.joint_states`."""

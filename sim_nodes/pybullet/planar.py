@@ -23,12 +23,16 @@ class PlanarForces:
         drive: Wheels of the robot.
         traction: Motor of its base.
         state: Reads the state of its base.
+
+    Attributes:
+        power: Mechanical power of the motors on the base in the last step, at least 0 [W].
     """
 
     def __init__(
         self, bullet: Any, drive: PybulletDrive, traction: Traction, state: Callable[[], BodyState]
     ) -> None:
         self._bullet, self._drive, self._traction, self._state = bullet, drive, traction, state
+        self.power = 0.0
 
     def apply(self) -> None:
         """Apply the forces of one step; Bullet removes them after it."""
@@ -43,6 +47,7 @@ class PlanarForces:
         force = _within(traction.mass * (wanted.linear - ahead) / response, traction.force)
         side = _within(traction.mass * (wanted.lateral - left) / sideways, traction.side_force)
         torque = _within(traction.inertia * (wanted.angular - rate) / response, traction.torque)
+        self.power = max(0.0, force * ahead + side * left + torque * rate) if on else 0.0
         # Bullet's torques on a base are not in the frame that they are documented for; a pair of forces is.
         half = torque / (2.0 * traction.lever)
         for pushes, place in (

@@ -8,7 +8,9 @@ from seoro.bridges import wire
 from seoro.bridges.wire.refusal import check_finite
 from seoro.robotics.measures import ONLY_DRIVING, Measure
 from sim_nodes.measure_watch import MeasureWatch
-from sim_nodes.outcomes import operation_failed, unknown
+from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
+from sim_nodes.physics import MeasuresPower
+from sim_nodes.simulation import Simulation
 from sim_nodes.simulator import Simulator
 
 
@@ -21,10 +23,20 @@ def watch_measure(simulator: Simulator, request: wire.WatchMeasure) -> None:
     state = simulation.entities.state(name)
     if limit.measure in ONLY_DRIVING:
         _ = simulation.robot(name).mobile  # refuses robots that do not drive
+    if limit.measure is Measure.WORK:
+        _check_power(simulation, name)
     known = simulation.run_data.clearances.names
     if limit.measure is Measure.CLEARANCE and limit.other and limit.other not in known:
         raise unknown(f"entity {limit.other!r} to keep clear of", "walls, bodies and driving robots", known)
     if limit.other == name:
         raise operation_failed(f"invalid clearance of {name!r} to itself; expected another entity")
     x, y, _ = state.position
-    simulation.watch(request.id, MeasureWatch(name, limit, simulation.tick, (x, y)))
+    work = simulation.work(name) or 0.0
+    simulation.watch(request.id, MeasureWatch(name, limit, simulation.tick, (x, y), work))
+
+
+def _check_power(simulation: Simulation, name: str) -> None:
+    """Refuse entities that are not robots, and engines that do not know the power of motors."""
+    simulation.robot(name)
+    if not isinstance(simulation.engine, MeasuresPower):
+        raise feature_unsupported(f"the engine {simulation.engine.name} does not measure the work of motors")

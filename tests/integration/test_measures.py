@@ -66,9 +66,11 @@ def test_each_monitor_and_condition_acts(tmp_path: Path) -> None:
         "limit_path_length(0.3m)",
         "limit_time_in(0.5s, within: floor_area(x_min: -1m))",
         "limit_localization_error(0.1m)",
+        "limit_work(0.05)",
     ]
     kept = [
         "keep_clearance(1cm)",
+        "limit_work(100.0, robots: ['turtlebot4'])",
         "keep_clearance(0.1m, other: 'parcel')",
         "limit_speed(0.4mps)",
         "limit_speed(0.1mps, within: floor_area(x_min: 5m))",

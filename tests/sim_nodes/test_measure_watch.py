@@ -92,6 +92,7 @@ def test_a_deleted_entity_reaches_no_limit(empty: Client) -> None:
         (ROBOT, MeasureLimit(Measure.CLEARANCE, 1.0, above=False, other="tree"), "unknown entity 'tree' to keep"),
         (ROBOT, MeasureLimit(Measure.CLEARANCE, 1.0, above=False, other=ROBOT), "to itself"),
         (ROBOT, MeasureLimit(Measure.SPEED, float("nan"), above=True), "invalid limit"),
+        ("box", MeasureLimit(Measure.WORK, 1.0, above=True), "unknown robot 'box'"),
         (ROBOT, MeasureLimit(Measure.SPEED, 1.0, above=True, area=Area(x_min=2.0, x_max=1.0)), "invalid area"),
     ],
 )
@@ -99,3 +100,33 @@ def test_invalid_watches_are_refused(empty: Client, entity: str, limit: MeasureL
     empty.spawn("box", pose(1.2, 0.0, z=0.1))
     with pytest.raises(RequestRefused, match=error):
         watch(empty, limit, entity)
+
+
+@engines
+def test_the_work_of_motors_is_measured_and_limited(engine: str) -> None:
+    client = Client("empty", engine=engine)
+    drive(client)
+    watch(client, MeasureLimit(Measure.WORK, 0.05, above=True))
+    found, _ = client.run_until("watch", 5.0)
+    assert 0.0 < found.time < 1.0  # while it speeds up
+    assert "turtlebot4 has a work of 0.0" in found.message and "expected at most 0.05 J" in found.message
+    snapshot = client.ask(wire.SAVE_STATE, wire.Empty())
+    client.run_until("drive", 6.0)
+    work = client.ask(wire.GET_MEASUREMENTS, wire.Empty()).robots[ROBOT].work
+    assert work is not None and 5.0 < work < 8.0  # damped wheels need 1.4 W at 0.3 m/s
+    client.ask(wire.RESTORE_STATE, wire.RestoreState(snapshot=snapshot, purpose=wire.Purpose.CONTINUE))
+    client.run_until("drive", 6.0)
+    assert client.ask(wire.GET_MEASUREMENTS, wire.Empty()).robots[ROBOT].work == work
+
+
+def test_arms_do_work() -> None:
+    client = Client("arm_cell")
+    client.advance(1.0)
+    rested = client.ask(wire.GET_MEASUREMENTS, wire.Empty()).robots["ur10e"]
+    assert rested.work is not None and rested.work < 0.1 and rested.closest_approach is None
+    target = wire.FollowJointTrajectory(id="move", robot="ur10e", points=((0.5, -1.5, 1.5, -1.5, -1.5, 0.0),))
+    client.ask(wire.FOLLOW_JOINT_TRAJECTORY, target)
+    client.run_until("move", 20.0)
+    moved = client.ask(wire.GET_MEASUREMENTS, wire.Empty()).robots["ur10e"]
+    assert moved.work is not None and moved.work > rested.work + 1.0
+    assert moved.path_length == 0.0

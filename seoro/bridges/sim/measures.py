@@ -25,7 +25,7 @@ class MeasureRequests(Requests):
         if found is None:
             known = name_list([*measured.robots, *measured.entities])
             raise BackendRefused(
-                f"no measurements of '{entity}'; expected a robot that drives or a movable entity: {known}",
+                f"no measurements of '{entity}'; expected a robot or a movable entity: {known}",
                 wire.Result.NOT_FOUND,
             )
         values = {

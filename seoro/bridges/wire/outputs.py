@@ -24,7 +24,9 @@ class Artifacts(Message):
 
 
 class RobotMeasurements(Message):
-    """Measurements of a robot that drives, since the world was loaded or reset.
+    """Measurements of a robot, since the world was loaded or reset.
+
+    Those of driving, localisation and goals are 0 or null for robots that do not drive.
 
     Errors of the localisation are distances between the estimated and the true position, in every tick of 20 ms
     with a pose; `localisation_error_driving` counts only ticks with motion.
@@ -50,6 +52,7 @@ class RobotMeasurements(Message):
     energy: float | None = None  # drawn from the battery [J]; None without one
     smoothness: float | None = None  # log dimensionless jerk of the speed; nearer to 0 is smoother
     path_efficiency: float | None = None  # success weighted by path length, 0 to 1; None without an ended goal
+    work: float | None = None  # mechanical work of the motors [J]; None if the engine does not know it
 
 
 class EntityMeasurements(Message):
@@ -66,7 +69,7 @@ class EntityMeasurements(Message):
 
 
 class Measurements(Message):
-    """Measurements of a run up to a time [s], by driving robot and by movable entity."""
+    """Measurements of a run up to a time [s], by robot and by movable entity."""
 
     world: str
     engine: str
