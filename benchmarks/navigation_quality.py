@@ -30,7 +30,8 @@ from sim_nodes.models import parse_bodies
 from sim_nodes.navigation.contracts import PlanRequest, Setup
 from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
-from sim_nodes.navigation.planner import GridPlanner, smooth
+from sim_nodes.navigation.planner import GridPlanner
+from sim_nodes.navigation.smoothing import smooth
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, Wall
 from sim_nodes.simulation import Simulation

@@ -11,8 +11,8 @@ from skimage.graph import MCP_Geometric
 
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.metrics import EndedDrive
+from sim_nodes.navigation.grid_search import CLOSED
 from sim_nodes.navigation.maps import NavigationMap
-from sim_nodes.navigation.planner import CLOSED
 
 
 def efficiency(drives: Sequence[EndedDrive], known: NavigationMap, radius: float) -> float | None:

@@ -67,7 +67,7 @@ class PlanRequest:
     Attributes:
         grid: Grid of the map.
         distance: Distance of each cell's centre to the nearest wall or obstacle [m], shape (columns, rows),
-            read-only.
+            read-only. It never exceeds that of the map. Obstacles count up to the inflation radius at least.
         start: Pose of the robot in `map`; it may be closer to obstacles than the clearance.
         goal: Goal in `map`.
         tick: Tick of the request, for random numbers.

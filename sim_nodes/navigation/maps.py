@@ -57,7 +57,9 @@ class Grid:
         """Return the cells of finite points of any shape; points outside are clipped to the border."""
         columns: Cells = ((x - self.x) * (1.0 / self.resolution)).astype(np.int64)
         rows: Cells = ((y - self.y) * (1.0 / self.resolution)).astype(np.int64)
-        return columns.clip(0, self.columns - 1), rows.clip(0, self.rows - 1)
+        # Faster than `clip`, which counts for small arrays.
+        columns, rows = np.maximum(columns, 0), np.maximum(rows, 0)
+        return np.minimum(columns, self.columns - 1), np.minimum(rows, self.rows - 1)
 
     def inside(self, x: Array, y: Array) -> NDArray[np.bool_]:
         """Return which points are on the grid."""
@@ -80,12 +82,13 @@ class Grid:
 
     def interpolate(self, field: Array, x: Array, y: Array) -> Array:
         """Return bilinearly interpolated values of a field at points, constant outside."""
-        u = ((x - self.x) / self.resolution - 0.5).clip(0.0, self.columns - 1.001)
-        v = ((y - self.y) / self.resolution - 0.5).clip(0.0, self.rows - 1.001)
+        u = np.minimum(np.maximum((x - self.x) / self.resolution - 0.5, 0.0), self.columns - 1.001)
+        v = np.minimum(np.maximum((y - self.y) / self.resolution - 0.5, 0.0), self.rows - 1.001)
         i, j = u.astype(np.int64), v.astype(np.int64)
         a, b = u - i, v - j
-        low = field[i, j] * (1.0 - a) + field[i + 1, j] * a
-        high = field[i, j + 1] * (1.0 - a) + field[i + 1, j + 1] * a
+        values, corner = field.ravel(), i * self.rows + j
+        low = values.take(corner) * (1.0 - a) + values.take(corner + self.rows) * a
+        high = values.take(corner + 1) * (1.0 - a) + values.take(corner + self.rows + 1) * a
         value: Array = low * (1.0 - b) + high * b
         return value
 

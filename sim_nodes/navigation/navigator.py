@@ -36,6 +36,7 @@ STOPPED = (0.01, 0.02)  # [m/s], [rad/s]
 BLOCKED_TIME = 0.6  # [s] without an open arc before a recovery
 OFF_PATH = 0.4  # [m] from the path from which a robot needs another one
 REVIEW_TIME = 5.0  # [s] after which a path is planned anew if any obstacle has changed
+OBSTACLE_MARGIN = 0.3  # [m] beyond twice the clearance up to which planners know the distance of obstacles
 SLACK = 0.03  # [m] that an obstacle may be closer to the path than planned
 MIN_MADE = 0.5  # [m] of progress from which the average speed is meaningful
 SETTLE_TIME = 5.0  # [s] after which a robot that does not come to rest counts as arrived
@@ -101,6 +102,7 @@ class Navigator(Stateful):
         self._parameters = p = declaration.navigation
         self.period = max(1, round(1.0 / p.controller_frequency / TICK))
         self._interval = self.period * TICK
+        self._obstacle_reach = max(p.inflation_radius, 2.0 * declaration.clearance + OBSTACLE_MARGIN)
         self._patience = math.ceil(BLOCKED_TIME / self._interval)  # decisions without an open arc
 
         def setup(plugin: PluginDeclaration) -> Setup:
@@ -252,7 +254,7 @@ class Navigator(Stateful):
         due = is_blocked or since >= 1.0 / self._parameters.expected_planner_frequency
         if self._planned_for is not None and not (due and self._needs_plan(now, since)):
             return
-        distance = self._obstacles.distance()
+        distance = self._obstacles.distance(self._obstacle_reach)
         distance.setflags(write=False)
         self._path = self._planner.plan(PlanRequest(self._map.grid, distance, now.pose, target, now.tick))
         self._planned_for, self._since_plan = self._obstacles.changes, 0

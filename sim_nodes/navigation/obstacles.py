@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array, Pose2
-from sim_nodes.navigation.maps import FAR, NavigationMap
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
@@ -127,22 +127,31 @@ class ObstacleLayer(Stateful):
         points: Array = self._places[hidden]
         return points
 
-    def distance(self) -> Array:
-        """Return the distance of each cell to the nearest wall or obstacle [m], shape (columns, rows)."""
+    def distance(self, reach: float) -> Array:
+        """Return the distance of each cell to the nearest wall or obstacle [m], shape (columns, rows).
+
+        Args:
+            reach: Distance up to which obstacles count [m].
+        """
         points = self.points
         if len(points) == 0:
             return self._map.distance
         from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load
 
-        grid = self._map.grid
-        shape = self._map.distance.shape
-        place = np.zeros((*shape, 2))
-        empty = np.ones(shape, dtype=np.bool_)
-        where = np.unravel_index(self._cells[self._counts >= HITS], shape)
-        empty[where], place[where] = False, points
+        grid, combined = self._map.grid, self._map.distance.copy()
+        cells = np.array(np.divmod(self._cells[self._counts >= HITS], grid.rows))
+        border = math.ceil(reach / grid.resolution)
+        low = np.maximum(cells.min(axis=1) - border, 0)
+        high = np.minimum(cells.max(axis=1) + border + 1, combined.shape)
+        near = (slice(low[0], high[0]), slice(low[1], high[1]))
+        where = tuple(cells - low[:, None])
+        size = tuple((high - low).tolist())
+        numbers, empty = np.zeros(size, dtype=np.int64), np.ones(size, dtype=np.bool_)
+        numbers[where], empty[where] = np.arange(len(points)), False
         nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
-        obstacle = place[nearest[0], nearest[1]]
-        xs, ys = grid.centres()
-        distance = np.hypot(xs - obstacle[..., 0], ys - obstacle[..., 1]) - SAFETY
-        combined: Array = np.minimum(self._map.distance, distance.clip(0.0, FAR))
+        x, y = points[numbers[nearest[0], nearest[1]]].transpose(2, 0, 1)
+        away_x = grid.x + (np.arange(low[0], high[0]) + 0.5)[:, None] * grid.resolution - x
+        away_y = grid.y + (np.arange(low[1], high[1]) + 0.5) * grid.resolution - y
+        distance = np.maximum(np.sqrt(away_x**2 + away_y**2) - SAFETY, 0.0)
+        combined[near] = np.where(distance <= reach, np.minimum(combined[near], distance), combined[near])
         return combined

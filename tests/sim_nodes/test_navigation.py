@@ -94,22 +94,22 @@ def test_an_obstacle_appears_and_disappears_after_some_scans() -> None:
     cell = known.grid.cell(1.02, 0.02)
     for _ in range(HITS - 1):
         layer.update(HERE, thing_ahead(1.02))
-    assert len(layer.points) == 0 and layer.distance()[cell] > 1.0
+    assert len(layer.points) == 0 and layer.distance(1.0)[cell] > 1.0
     layer.update(HERE, thing_ahead(1.02))
-    assert layer.distance()[cell] < 0.04
+    assert layer.distance(1.0)[cell] < 0.04
     assert np.hypot(*layer.points.T).tolist() == pytest.approx([1.02] * len(layer.points), abs=0.01)
     assert layer.changes > 0
     for _ in range(10):
         layer.update(HERE, NOTHING)
-    assert layer.distance()[cell] > 1.0
+    assert layer.distance(1.0)[cell] > 1.0
 
 
 def test_hits_on_known_walls_are_no_obstacles() -> None:
     layer = ObstacleLayer(build_map(EXTENT, (Wall("w", 1.0, 0.0, math.pi / 2, 4.0, 0.1, 0.5),)))
-    before = layer.distance()
+    before = layer.distance(1.0)
     for _ in range(5):
         layer.update(HERE, thing_ahead(0.93))
-    np.testing.assert_array_equal(layer.distance(), before)
+    np.testing.assert_array_equal(layer.distance(1.0), before)
 
 
 def test_obstacles_where_beams_have_no_return_are_remembered() -> None:
