@@ -3,42 +3,38 @@
     python benchmarks/inverse_kinematics.py [--poses 1000]
 
 Poses are those of the tool at configurations drawn within the joint limits; so all of them are reachable. Searches
-begin at another random configuration. The arms are those of `pybullet_data` and the UR10e of seoro. Poses that no
-arm can reach, 5 % beyond the stretched arm, and downward into its own base, are timed as well.
+begin at another random configuration. The arms are those of all robots whose packages are installed. Poses that
+no arm can reach, 5 % beyond the stretched arm, and downward into its own base, are timed as well.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
-import pybullet_data
 
-from seoro.bridges.model_files import gather
+from seoro.files.yaml_lines import FileError
 from sim_nodes.geometry import Array
-from sim_nodes.manipulation.chain import Chain, inner_joints
+from sim_nodes.manipulation.chain import Chain
 from sim_nodes.manipulation.inverse_kinematics import pose_error, solutions
-from sim_nodes.models import parse_model
 from sim_nodes.noise import Noise
-
-DATA = Path(pybullet_data.getDataPath())
-ROBOTS = Path(__file__).parents[1] / "sim_nodes" / "robots"
-ARMS = {
-    "UR10e": (ROBOTS / "ur10e.urdf", "base_link", "tcp"),
-    "Franka Panda": (DATA / "franka_panda/panda.urdf", "panda_link0", "panda_grasptarget"),
-    "KUKA iiwa": (DATA / "kuka_iiwa/model.urdf", "lbr_iiwa_link_0", "lbr_iiwa_link_7"),
-    "xArm6": (DATA / "xarm/xarm6_robot.urdf", "link_base", "link6"),
-}
+from sim_nodes.robots.reading import available_robots, load_robot
 
 
-def load_chain(path: Path, base: str, tool: str) -> Chain:
-    """Return the chain of an arm from its model."""
-    found = gather(path)
-    urdf = parse_model(found.text, found.files).urdf
-    assert urdf is not None
-    return Chain(urdf.text, base, tool, inner_joints(urdf.text, base, tool))
+def load_chains() -> Iterator[tuple[str, Chain]]:
+    """Yield the arms with a tool of all robots whose packages are installed, by name."""
+    for name in available_robots():
+        try:
+            robot = load_robot(name)
+        except FileError as error:
+            print(f"left out: {error}", file=sys.stderr)
+            continue
+        if robot.arm is not None and robot.arm.tool_link is not None:
+            joints = [joint.name for joint in robot.arm.joints]
+            yield name, Chain(robot.urdf, robot.base_link, robot.arm.tool_link, joints)
 
 
 def search(chain: Chain, target: Array, start: Array, home: Array) -> tuple[bool, float]:
@@ -84,8 +80,8 @@ def main() -> None:
         "| arm | joints | found | mean [ms] | median | 99 % | maximum | beyond reach [ms] | in the shoulder [ms] |"
     )
     print("|---|---|---|---|---|---|---|---|---|")
-    for name, (path, base, tool) in ARMS.items():
-        print(measure(name, load_chain(path, base, tool), options.poses), flush=True)
+    for name, chain in load_chains():
+        print(measure(name, chain, options.poses), flush=True)
 
 
 if __name__ == "__main__":

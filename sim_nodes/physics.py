@@ -405,8 +405,8 @@ class Engine(Protocol):
 
         Args:
             robot: Name of the robot.
-            positions: Target positions, shape (n,) [rad].
-            velocities: Velocities of the targets, shape (n,) [rad/s].
+            positions: Target positions, shape (n,) [rad], [m].
+            velocities: Velocities of the targets, shape (n,) [rad/s], [m/s].
         """
 
     def command_fingers(self, robot: str, position: float, force: float) -> None:
@@ -427,7 +427,7 @@ class Engine(Protocol):
 
         Args:
             robot: Name of the robot.
-            positions: Positions of the arm's joints, shape (n,) [rad]; the fingers stay where they are.
+            positions: Positions of the arm's joints, shape (n,) [rad], [m]; the fingers stay where they are.
             own: Pairs of links of the robot to check; others may overlap.
             carried: A body that is checked at another pose than its own.
         """

@@ -39,7 +39,7 @@ class MotionOptions:
 
     Args:
         scaling: Share of the joints' speed limits, up to 1.
-        tolerance: Maximum distance of each joint from its goal [rad].
+        tolerance: Maximum distance of each joint from its goal [rad], [m].
         may_touch: Entities that the arm may collide with.
         plan_only: Whether to plan and check a path without moving.
     """
@@ -77,7 +77,8 @@ class Arm(Stateful):
         self.joints = (*self._planner.joints, *declaration.fingers)
         self._moved = MovedLinks(placed.declaration, self._planner.joints)
         self._fingers = declaration.finger_links
-        self._motion = Motion(self._planner.joints, YIELDING if declaration.tool_link is None else BLOCKED)
+        blocked = YIELDING if declaration.tool_link is None else BLOCKED
+        self._motion = Motion(self._planner.joints, self._planner.limits.units, blocked)
         self.servos = Servos(placed.name, len(self._planner.joints), engine)
         self._planned: list[str] = []  # goals that end in the next tick without a motion
 
@@ -201,7 +202,7 @@ class Arm(Stateful):
     def follow(
         self, goal: str, configurations: Sequence[Sequence[float]], names: Sequence[str], options: MotionOptions
     ) -> None:
-        """Move the joints through configurations [rad], in the order of `names` or that of the arm.
+        """Move the joints through configurations [rad], [m], in the order of `names` or that of the arm.
 
         Raises:
             RequestRefused: The arm is busy, or planning fails. This also holds for the other motions.

@@ -1,7 +1,8 @@
 """Forward kinematics of an arm from its URDF.
 
 Poses are homogeneous (4, 4) matrices: `pose_a_in_b` transforms points from frame a to frame b. A configuration is
-an array of the positions of the arm's joints [rad], in the order of its declaration.
+an array of the positions of the arm's joints, in the order of its declaration: [rad] of joints that turn,
+[m] of sliding ones.
 """
 
 from __future__ import annotations
@@ -13,13 +14,16 @@ from itertools import combinations, takewhile
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import numpy.typing as npt
 from defusedxml import ElementTree
 
 from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.models.urdf import read_origin
 from sim_nodes.models.xml_reading import vector
 
+Flags = npt.NDArray[np.bool_]
 LIMITS = ("lower", "upper", "velocity")  # attributes of a URDF
+SLIDING = "prismatic"  # type of joints in URDF
 NEAR = 2  # movable joints between links that never collide, or overlap by design
 
 
@@ -27,9 +31,15 @@ NEAR = 2  # movable joints between links that never collide, or overlap by desig
 class Limits:
     """Limits of the joints of an arm, each of shape (n,)."""
 
-    lower: Array  # [rad]
+    lower: Array  # [rad], [m]
     upper: Array
-    speed: Array  # [rad/s]
+    speed: Array  # [rad/s], [m/s]
+    slides: Flags  # whether it slides instead of turning
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the positions."""
+        return tuple("m" if slides else "rad" for slides in self.slides)
 
 
 @dataclass(frozen=True)
@@ -38,6 +48,21 @@ class _Link:
 
     mount: Array  # pose of the joint at zero in the frame of the joint before it
     axis: Array  # unit vector in the joint's frame
+    slides: bool = False  # along the axis, instead of turning about it
+
+    def moved(self, position: float) -> Array:
+        """Return its motion from zero to a position [rad], [m], shape (4, 4)."""
+        if not self.slides:
+            return _turn(self.axis, position)
+        return pose_matrix(position * self.axis, np.eye(3))
+
+    def all_moved(self, positions: Array) -> Array:
+        """Return its motions to positions of shape (m,), shape (m, 4, 4)."""
+        if not self.slides:
+            return _turns(self.axis, positions)
+        motions = np.tile(np.eye(4), (len(positions), 1, 1))
+        motions[:, :3, 3] = positions[:, None] * self.axis
+        return motions
 
 
 class Chain:
@@ -50,7 +75,7 @@ class Chain:
         joints: Names of the movable joints between them, in order.
 
     Raises:
-        ValueError: The URDF has other joints between the links, or they are not revolute.
+        ValueError: The URDF has other joints between the links, or they neither turn nor slide.
     """
 
     def __init__(self, urdf: str, base_link: str, tool_link: str, joints: Sequence[str]) -> None:
@@ -59,8 +84,8 @@ class Chain:
         found = [joint.get("name", "") for joint in moving]
         if found != list(joints):
             raise ValueError(f"found joints {found} from {base_link} to {tool_link}; expected {list(joints)}")
-        if any(joint.get("type") != "revolute" for joint in moving):
-            raise ValueError(f"expected only revolute joints from {base_link} to {tool_link}")
+        if any(joint.get("type") not in ("revolute", SLIDING) for joint in moving):
+            raise ValueError(f"expected only revolute and prismatic joints from {base_link} to {tool_link}")
         self.joints = tuple(joints)
         self.limits = _limits(moving)
         self._links, self._tool = _links(way)
@@ -74,13 +99,14 @@ class Chain:
 
         Returns:
             The pose, shape (4, 4), and the Jacobian, shape (6, n). Rows 0 to 2 are the velocity of the tool's
-            origin [m/rad], rows 3 to 5 its angular velocity, both in the base's frame.
+            origin [m/rad], [m/m], rows 3 to 5 its angular velocity, both in the base's frame.
         """
         frames = self._frames(configuration)
         tool = frames[-1]
         axes = np.array([frame[:3, :3] @ link.axis for frame, link in zip(frames[:-1], self._links, strict=True)])
         arms = tool[:3, 3] - np.array([frame[:3, 3] for frame in frames[:-1]])
-        return tool, np.vstack([np.cross(axes, arms).T, axes.T])
+        slides = self.limits.slides[:, None]
+        return tool, np.vstack([np.where(slides, axes, np.cross(axes, arms)).T, np.where(slides, 0.0, axes).T])
 
     def jacobians(self, configurations: Array) -> tuple[Array, Array]:
         """Return the results of `jacobian` for configurations: shapes (m, 4, 4) and (m, 6, n), from (m, n)."""
@@ -88,45 +114,48 @@ class Chain:
         pose = np.broadcast_to(np.eye(4), (count, 4, 4))
         axes, origins = [], []
         for link, angles in zip(self._links, configurations.T, strict=True):
-            pose = pose @ link.mount @ _turns(link.axis, angles)
+            pose = pose @ link.mount @ link.all_moved(angles)
             axes.append(pose[:, :3, :3] @ link.axis)
             origins.append(pose[:, :3, 3])
         tool = pose @ self._tool
         arms = tool[:, None, :3, 3] - np.stack(origins, axis=1)
-        turning = np.stack(axes, axis=1)
-        return tool, np.concatenate([np.cross(turning, arms), turning], axis=2).transpose(0, 2, 1)
+        along, slides = np.stack(axes, axis=1), self.limits.slides[:, None]
+        columns = [np.where(slides, along, np.cross(along, arms)), np.where(slides, 0.0, along)]
+        return tool, np.concatenate(columns, axis=2).transpose(0, 2, 1)
 
     @property
     def shoulder(self) -> Array:
-        """Origin of the first joint in the base [m], shape (3,)."""
+        """Origin of the first joint at zero in the base [m], shape (3,)."""
         return self._links[0].mount[:3, 3]
 
     @property
     def reach(self) -> float:
         """Distance from the shoulder to the tool of the stretched arm [m], the maximum."""
         mounts = [link.mount for link in self._links[1:]]
-        return float(sum(np.linalg.norm(mount[:3, 3]) for mount in (*mounts, self._tool)))
+        strokes = np.maximum(np.abs(self.limits.lower), np.abs(self.limits.upper))[self.limits.slides]
+        return float(sum(np.linalg.norm(mount[:3, 3]) for mount in (*mounts, self._tool))) + float(strokes.sum())
 
     def velocity_at(self, configuration: Array, rates: Array, count: int, point: Array) -> Array:
         """Return the velocity of a point of a link in the base [m/s].
 
         Args:
-            configuration: Positions of the joints [rad]; later elements are ignored, also in `rates`.
-            rates: Velocities of the joints [rad/s].
+            configuration: Positions of the joints [rad], [m]; later elements are ignored, also in `rates`.
+            rates: Velocities of the joints [rad/s], [m/s].
             count: Number of joints between the base and the link.
             point: Point in the base [m].
         """
         velocity = np.zeros(3)
         frames = self._frames(configuration[: len(self._links)])
         for frame, link, rate in zip(frames[:count], self._links, rates, strict=False):
-            velocity += rate * np.cross(frame[:3, :3] @ link.axis, point - frame[:3, 3])
+            axis = frame[:3, :3] @ link.axis
+            velocity += rate * (axis if link.slides else np.cross(axis, point - frame[:3, 3]))
         return velocity
 
     def _frames(self, configuration: Array) -> list[Array]:
         """Return the poses of the joints at a configuration, and of the tool, in the base."""
         pose, frames = np.eye(4), []
-        for link, angle in zip(self._links, configuration, strict=True):
-            pose = pose @ link.mount @ _turn(link.axis, float(angle))
+        for link, position in zip(self._links, configuration, strict=True):
+            pose = pose @ link.mount @ link.moved(float(position))
             frames.append(pose)
         return [*frames, pose @ self._tool]
 
@@ -192,7 +221,7 @@ def _links(way: list[Element]) -> tuple[list[_Link], Array]:
         position, orientation = read_origin(joint)
         mount = mount @ pose_matrix(position, rotation_matrix(orientation))
         if joint.get("type") != "fixed":
-            links.append(_Link(mount, _axis(joint)))
+            links.append(_Link(mount, _axis(joint), joint.get("type") == SLIDING))
             mount = np.eye(4)
     return links, mount
 
@@ -215,7 +244,7 @@ def inner_joints(urdf: str, base_link: str, tool_link: str) -> list[str]:
 
 
 def joint_limits(urdf: str, joints: Sequence[str]) -> Limits:
-    """Return the limits of revolute joints, in their order.
+    """Return the limits of joints that turn or slide, in their order.
 
     Raises:
         ValueError: A joint is unknown, of another type, or without limits.
@@ -225,8 +254,10 @@ def joint_limits(urdf: str, joints: Sequence[str]) -> Limits:
     if unknown:
         raise ValueError(f"unknown joint {unknown[0]!r}; the URDF has {', '.join(known)}")
     for name in joints:
-        if known[name].get("type") != "revolute":
-            raise ValueError(f"joint {name} has type {known[name].get('type')!r}; expected 'revolute'")
+        if known[name].get("type") not in ("revolute", SLIDING):
+            raise ValueError(
+                f"joint {name} has type {known[name].get('type')!r}; expected 'revolute' or 'prismatic'"
+            )
     return _limits([known[name] for name in joints])
 
 
@@ -238,7 +269,8 @@ def _limits(moving: list[Element]) -> Limits:
     values = np.array([[float(limit.get(key, "nan")) for limit in found] for key in LIMITS])
     if not np.isfinite(values).all():
         raise ValueError("missing limit `lower`, `upper` or `velocity` of a joint")
-    return Limits(*values)
+    lower, upper, speed = values
+    return Limits(lower, upper, speed, np.array([joint.get("type") == SLIDING for joint in moving]))
 
 
 def colliding_pairs(urdf: str) -> tuple[tuple[str, str], ...]:

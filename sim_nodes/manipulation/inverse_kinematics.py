@@ -4,30 +4,34 @@ Own code, because engines differ in theirs or have none. Steps follow Levenberg 
 at their limits. The solution depends on the start: a search from the present configuration stays on its branch.
 
 If the first starts fail, many more are tried: for arms of seven joints with narrow limits, one start in ten leads
-to a solution.
+to a solution. The last ones are the nearest of a table of postures by the pose of the tool. Poses beyond the
+stretched arm are not searched.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from sim_nodes.geometry import Array
-from sim_nodes.manipulation.chain import Chain
+from sim_nodes.manipulation.chain import Chain, Flags
 from sim_nodes.noise import Noise
 
 POSITION_TOLERANCE = 1e-6  # [m]
 ANGLE_TOLERANCE = 1e-6  # [rad]
 MAX_ITERATIONS = 60
-MAX_STEP = 0.5  # [rad] of a joint per iteration
+MAX_STEP = 0.5  # [rad], [m] of a joint per iteration
 MIN_DAMPING, MAX_DAMPING = 1e-6, 1e3
 STARTS = 16  # random starts beside the given ones
 MORE_STARTS, BATCH = 512, 128  # further starts if those fail, and their batch size
+POSTURES, NEAREST = 4096, 128  # of the table of each arm, and how many of them are tried
+LEVER = 0.3  # [m] that a turn of 1 rad counts as far as, in the distance of poses
 HALF_TURN = 1e-6  # sine of an angle at which a rotation is near none or half a turn
 NEAR = 1e-2  # [m], [rad] error from which `solve` reaches a solution
-SAME = 1e-3  # [rad] distance below which solutions are the same
+SAME = 1e-3  # [rad], [m] distance below which solutions are the same
 
 
 def solve(chain: Chain, target: Array, start: Array) -> Array | None:
@@ -65,6 +69,8 @@ def solve(chain: Chain, target: Array, start: Array) -> Array | None:
 def solutions(chain: Chain, target: Array, start: Array, home: Array, noise: Noise) -> Iterator[Array]:
     """Yield configurations at which the tool has a pose: that found from `start`, then others, nearest first.
 
+    None for a pose beyond the stretched arm.
+
     Args:
         chain: The arm.
         target: Pose of the tool in the base, shape (4, 4).
@@ -72,10 +78,12 @@ def solutions(chain: Chain, target: Array, start: Array, home: Array, noise: Noi
         home: Preferred posture.
         noise: Source of further starts.
     """
+    if out_of_reach(chain, target) > 0.0:
+        return
     first = solve(chain, target, start)
     found = [] if first is None else [nearest_turns(chain, first, start)]
     yield from found
-    lower, upper = np.maximum(chain.limits.lower, -math.pi), np.minimum(chain.limits.upper, math.pi)
+    lower, upper = _within_turn(chain, ~chain.limits.slides)
     drawn = noise.at(0).uniform(lower, upper, size=(STARTS, len(start)))
     others = _solve_from(chain, target, start, (home, *drawn), found)
     if not found and not others:
@@ -104,18 +112,41 @@ def out_of_reach(chain: Chain, target: Array) -> float:
 
 def _search(chain: Chain, target: Array, start: Array, noise: Noise) -> list[Array]:
     """Return solutions from many starts: those of the first batch with any."""
-    if out_of_reach(chain, target) > 0.0:
-        return []
-    # A joint with less than a full turn keeps its range, because no other position is the same posture.
-    is_free = chain.limits.upper - chain.limits.lower >= 2.0 * math.pi
-    lower = np.where(is_free, np.maximum(chain.limits.lower, -math.pi), chain.limits.lower)
-    upper = np.where(is_free, np.minimum(chain.limits.upper, math.pi), chain.limits.upper)
+    lower, upper = _postures_within(chain)
     for batch in range(MORE_STARTS // BATCH):
         drawn = noise.at(batch + 1).uniform(lower, upper, size=(BATCH, len(start)))
         found = _solve_from(chain, target, start, _approach(chain, target, drawn))
         if found:
             return found
-    return []
+    return _solve_from(chain, target, start, _approach(chain, target, _nearest_postures(chain, target)))
+
+
+def _postures_within(chain: Chain) -> tuple[Array, Array]:
+    """Return lower and upper positions of the joints between which all postures are, each of shape (n,)."""
+    # A joint with less than a full turn keeps its range, because no other position is the same posture.
+    return _within_turn(chain, ~chain.limits.slides & (chain.limits.upper - chain.limits.lower >= 2.0 * math.pi))
+
+
+def _within_turn(chain: Chain, joints: Flags) -> tuple[Array, Array]:
+    """Return the limits of all joints, those of some reduced to half a turn to each side."""
+    lower = np.where(joints, np.maximum(chain.limits.lower, -math.pi), chain.limits.lower)
+    upper = np.where(joints, np.minimum(chain.limits.upper, math.pi), chain.limits.upper)
+    return lower, upper
+
+
+@lru_cache(maxsize=8)
+def _posture_table(chain: Chain) -> tuple[Array, Array]:
+    """Return random postures, shape (m, n), and the poses of the tool, shape (m, 4, 4)."""
+    lower, upper = _postures_within(chain)
+    postures = Noise(0, "postures").at(0).uniform(lower, upper, size=(POSTURES, len(lower)))
+    return postures, chain.jacobians(postures)[0]
+
+
+def _nearest_postures(chain: Chain, target: Array) -> Array:
+    """Return the postures of the table with the nearest poses of the tool, shape (m, n)."""
+    postures, poses = _posture_table(chain)
+    errors = _errors(poses, target) * np.repeat((1.0, LEVER), 3)
+    return np.asarray(postures[np.argsort((errors**2).sum(axis=1), kind="stable")[:NEAREST]])
 
 
 def _approach(chain: Chain, target: Array, starts: Array) -> Array:
@@ -162,10 +193,11 @@ def _errors(poses: Array, target: Array) -> Array:
 
 
 def nearest_turns(chain: Chain, configuration: Array, start: Array) -> Array:
-    """Shift each joint by whole turns within its limits to be nearest to a start."""
+    """Shift each joint that turns by whole turns within its limits to be nearest to a start."""
     turn = 2.0 * math.pi
     near = configuration + turn * np.round((start - configuration) / turn)
-    return np.where((near >= chain.limits.lower) & (near <= chain.limits.upper), near, configuration)
+    is_possible = ~chain.limits.slides & (near >= chain.limits.lower) & (near <= chain.limits.upper)
+    return np.where(is_possible, near, configuration)
 
 
 def pose_error(pose: Array, target: Array) -> tuple[float, float]:

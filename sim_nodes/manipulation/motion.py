@@ -29,8 +29,8 @@ SHORTEST = 0.04  # [s], also for a path without length
 class TrajectoryPoint(NamedTuple):
     """Positions and velocities of the joints at a time, each of shape (n,)."""
 
-    positions: Array  # [rad]
-    velocities: Array  # [rad/s]
+    positions: Array  # [rad], [m]
+    velocities: Array  # [rad/s], [m/s]
 
 
 class Path:
@@ -73,8 +73,8 @@ class Trajectory:
 
     Args:
         path: The path.
-        max_speed: Limit of each joint [rad/s].
-        max_acceleration: Limit of each joint [rad/s^2].
+        max_speed: Limit of each joint [rad/s], [m/s].
+        max_acceleration: Limit of each joint [rad/s^2], [m/s^2].
     """
 
     def __init__(self, path: Path, max_speed: Array, max_acceleration: Array) -> None:
@@ -103,11 +103,11 @@ def _scaling(time: Array) -> tuple[Array, Array, Array]:
     return place, rate, change
 
 
-BLOCKED = 0.05  # [rad] lag behind the trajectory that indicates an obstacle
-YIELDING = 0.3  # [rad] that lag for joints that carry the weight of their body
+BLOCKED = 0.05  # [rad], [m] lag behind the trajectory that indicates an obstacle
+YIELDING = 0.3  # [rad], [m] that lag for joints that carry the weight of their body
 BLOCKED_TICKS = 3  # of that lag in a row
 SETTLE_TIME = 2.0  # [s] after the end of the trajectory for the arm to come to rest
-AT_REST = 0.01  # [rad/s]
+AT_REST = 0.01  # [rad/s], [m/s]
 CORRECTION = 0.1  # share of the remaining error that is added to the motor targets in each tick
 BRAKE_TIME = 0.2  # [s]
 
@@ -116,8 +116,8 @@ BRAKE_TIME = 0.2  # [s]
 class JointMotion:
     """A trajectory to follow.
 
-    `goal` is the id given by the client, `tolerance` the maximum error of each joint [rad], `points` the
-    waypoints, shape (k, n) [rad]. `max_speed` [rad/s] and `max_acceleration` [rad/s^2] are limits of each joint.
+    `goal` is the id given by the client, `tolerance` the maximum error of each joint, `points` the waypoints,
+    shape (k, n). `max_speed` and `max_acceleration` are limits of each joint. Units are rad or m, and s.
     """
 
     goal: str
@@ -137,7 +137,8 @@ class Motion(Stateful):
 
     Args:
         joints: Names of the joints.
-        blocked: Lag behind the trajectory that indicates an obstacle [rad].
+        units: Units of their positions.
+        blocked: Lag behind the trajectory that indicates an obstacle [rad], [m].
 
     Attributes:
         course: The trajectory, if any.
@@ -146,14 +147,14 @@ class Motion(Stateful):
 
     STATE = ("course", "is_braking", "_time", "_pace", "_late", "_correction")
 
-    def __init__(self, joints: tuple[str, ...], blocked: float = BLOCKED) -> None:
-        self._joints, self._blocked = joints, blocked
+    def __init__(self, joints: tuple[str, ...], units: tuple[str, ...], blocked: float = BLOCKED) -> None:
+        self._joints, self._units, self._blocked = joints, units, blocked
         self.course: JointMotion | None = None
         self.is_braking = False
         self._time = 0.0  # on the trajectory
         self._pace = 1.0
         self._late = 0  # ticks in a row with a joint far behind
-        # Offset of the motor targets that was needed to reach the last goal [rad].
+        # Offset of the motor targets that was needed to reach the last goal [rad], [m].
         self._correction = np.zeros(len(joints))
 
     @property
@@ -220,7 +221,8 @@ class Motion(Stateful):
         if np.abs(velocities).max() < AT_REST and abs(off[worst]) <= course.tolerance:
             return GoalResult(course.goal, Outcome.SUCCEEDED)
         if self._time > course.trajectory.duration + SETTLE_TIME:
-            left = f"{self._joints[worst]} is {abs(off[worst]):.4f} rad from its goal"
-            message = f"{left}, with a tolerance of {course.tolerance:g} rad"
+            unit = self._units[worst]
+            left = f"{self._joints[worst]} is {abs(off[worst]):.4f} {unit} from its goal"
+            message = f"{left}, with a tolerance of {course.tolerance:g} {unit}"
             return GoalResult(course.goal, Outcome.ABORTED, message)
         return None

@@ -43,8 +43,8 @@ class MovedLinks:
         Args:
             link: Name of the link.
             point: Point in the base [m], shape (3,).
-            positions: Positions of the joints [rad], perhaps followed by others.
-            rates: Velocities of the joints [rad/s], perhaps followed by others.
+            positions: Positions of the joints [rad], [m], perhaps followed by others.
+            rates: Velocities of the joints [rad/s], [m/s], perhaps followed by others.
         """
         found = self._chain(link)
         if found is None:

@@ -26,6 +26,7 @@ from sim_nodes.manipulation.chain import (
 )
 from sim_nodes.manipulation.inverse_kinematics import (
     MORE_STARTS,
+    NEAREST,
     STARTS,
     out_of_reach,
     pose_error,
@@ -40,10 +41,10 @@ from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import MAX_OVERLAP, BodyState, CarriedBody, Engine, Overlap, PlacedRobot
 from sim_nodes.robots.declaration import ArmDeclaration
 
-CHECK_STEP = 0.01  # [rad] of a joint between two collision checks
+CHECK_STEP = 0.01  # [rad], [m] of a joint between two collision checks
 OWN_CHECKS = 5  # collision checks per self-collision check, which takes longer
 LINE_STEP, LINE_TURN = 0.01, 0.05  # [m], [rad] between two poses of a straight line
-FLIP = 0.3  # [rad]; a joint that moves more within one step of a line flips the arm
+FLIP = 0.3  # [rad], [m]; a joint that moves more within one step of a line flips the arm
 CARRIED_OVERLAP = 4e-3  # [m] overlap allowed for a carried body, such as with the table it is put on
 DEEPER = 1e-3  # [m] by which present overlaps may grow
 CANDIDATES = 8  # inverse kinematics solutions that are tried
@@ -61,7 +62,7 @@ class AttachedObject:
 class PlanningScene:
     """Start and surroundings of a path.
 
-    `start` is the configuration of the arm [rad], `load` the carried entity; `may_touch` are entities that
+    `start` is the configuration of the arm, `load` the carried entity; `may_touch` are entities that
     the arm may collide with.
     """
 
@@ -97,14 +98,14 @@ class JointPlanner:
         return Path(way if len(way) > 1 else [now.start, now.start])
 
     def _check_limits(self, configuration: Array) -> None:
-        for name, position, lower, upper in zip(
-            self.joints, configuration, self.limits.lower, self.limits.upper, strict=True
+        for name, position, lower, upper, unit in zip(
+            self.joints, configuration, self.limits.lower, self.limits.upper, self.limits.units, strict=True
         ):
             if not lower <= position <= upper:
                 raise RequestRefused(
                     ArmResult.OUT_OF_LIMITS,
-                    f"invalid position {position:.3f} rad of {name} of {self._robot}; "
-                    f"expected {lower:.3f} to {upper:.3f} rad",
+                    f"invalid position {position:.3f} {unit} of {name} of {self._robot}; "
+                    f"expected {lower:.3f} to {upper:.3f} {unit}",
                 )
 
 
@@ -169,7 +170,7 @@ class Planner(JointPlanner):
             )
         return (
             f"the tool of {self._robot} cannot reach {_place(target)} in this orientation: no solution was found "
-            f"from {STARTS + MORE_STARTS + 2} starts"
+            f"from {STARTS + MORE_STARTS + NEAREST + 2} starts"
         )
 
     def straight(self, now: PlanningScene, target: Array) -> Path:

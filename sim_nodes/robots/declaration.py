@@ -136,14 +136,17 @@ class MobileDeclaration(Declared):
 
 
 class JointDeclaration(Declared):
-    """A position-controlled joint; its limits are in the URDF."""
+    """A position-controlled joint, which turns or slides; its limits are in the URDF.
+
+    Units are those of a joint that turns, and of one that slides.
+    """
 
     name: str
-    home: float  # initial position [rad]
-    max_acceleration: PositiveFloat  # [rad/s^2]
-    stiffness: PositiveFloat  # motor torque per position error [N m/rad]
-    damping: PositiveFloat  # motor torque per velocity error [N m s/rad]
-    armature: PositiveFloat  # inertia of rotor and gear at the joint [kg m^2]
+    home: float  # initial position [rad], [m]
+    max_acceleration: PositiveFloat  # [rad/s^2], [m/s^2]
+    stiffness: PositiveFloat  # motor torque or force per position error [N m/rad], [N/m]
+    damping: PositiveFloat  # motor torque or force per velocity error [N m s/rad], [N s/m]
+    armature: PositiveFloat  # inertia of rotor and gear at the joint [kg m^2], [kg]
 
 
 class GripperDeclaration(Declared):

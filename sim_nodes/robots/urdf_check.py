@@ -87,12 +87,15 @@ def _check_arm(declaration: RobotDeclaration, arm: ArmDeclaration) -> None:
             limits = Chain(declaration.urdf, declaration.base_link, arm.tool_link, names).limits
     except ValueError as error:
         raise xml.invalid(str(error)) from error
-    for joint, lower, upper, speed in zip(arm.joints, limits.lower, limits.upper, limits.speed, strict=True):
+    for joint, lower, upper, speed, unit in zip(
+        arm.joints, limits.lower, limits.upper, limits.speed, limits.units, strict=True
+    ):
         if not 0.0 < speed < math.inf:
-            raise xml.invalid(f"invalid velocity limit {speed:g} rad/s of {joint.name}; expected more than 0")
+            raise xml.invalid(f"invalid velocity limit {speed:g} {unit}/s of {joint.name}; expected more than 0")
         if not lower <= joint.home <= upper:
             raise xml.invalid(
-                f"invalid `home` {joint.home:.3f} rad of {joint.name}; expected {lower:.3f} to {upper:.3f} rad"
+                f"invalid `home` {joint.home:.3f} {unit} of {joint.name}; "
+                f"expected {lower:.3f} to {upper:.3f} {unit}"
             )
 
 

@@ -93,9 +93,16 @@ def test_short_declarations_that_do_not_fit_are_refused(tmp_path: Path, further:
     assert words in str(refused.value)
 
 
-def test_a_sliding_joint_of_an_arm_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="joint 'j3' of the arm has type 'prismatic'"):
-        read_robot(declare(tmp_path, three_joints(type_of_last="prismatic"), "drive: arm"))
+def test_a_joint_of_an_arm_may_slide(tmp_path: Path) -> None:
+    arm = read_robot(declare(tmp_path, three_joints(type_of_last="prismatic"), "drive: arm")).arm
+    assert arm is not None
+    assert arm.joints[2].stiffness == 20.0 / 0.02
+
+
+def test_an_endless_sliding_joint_is_refused(tmp_path: Path) -> None:
+    urdf = three_joints(type_of_last="prismatic").replace('lower="-1" upper="2"', "")
+    with pytest.raises(FileError, match="missing limits of the joint 'j3', which slides"):
+        read_robot(declare(tmp_path, urdf, "drive: arm"))
 
 
 def test_three_lines_declare_a_body_on_legs(tmp_path: Path) -> None:

@@ -1,20 +1,21 @@
-"""A robot's model with all joints at zero: links, joints, frames and solid shapes in the frame of its root."""
+"""A robot's model in a posture: links, joints, frames and solid shapes in the frame of its root."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from defusedxml import ElementTree
 
-from sim_nodes.geometry import Frame, Vector, compose_frames, rotated
+from sim_nodes.geometry import Array, Frame, Vector, compose_frames, multiply, rotated, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
 from sim_nodes.models.urdf import frame_of, read_origin, read_shape
-from sim_nodes.physics import Part, Urdf
+from sim_nodes.physics import IDENTITY, Part, Urdf
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,21 @@ class ModelJoint:
     def is_movable(self) -> bool:
         """Whether it moves."""
         return self.kind != "fixed"
+
+    @property
+    def turns(self) -> bool:
+        """Whether it turns about an axis."""
+        return self.kind in ("revolute", "continuous")
+
+    @property
+    def slides(self) -> bool:
+        """Whether it slides along its axis."""
+        return self.kind == "prismatic"
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether it has a lower and an upper limit."""
+        return math.isfinite(self.lower) and math.isfinite(self.upper)
 
 
 @dataclass(frozen=True)
@@ -88,6 +104,40 @@ class RobotModel:
             if joint.is_movable:
                 return joint.child
         return self.root
+
+    def at(self, positions: Mapping[str, float]) -> RobotModel:
+        """Return the model with some joints at positions [rad], [m], by their names."""
+        motions = {link: _motion(self, link, positions) for link in self.frames}
+        return replace(
+            self,
+            joints={
+                link: replace(joint, axis=rotated(motions[link][1], joint.axis))
+                for link, joint in self.joints.items()
+            },
+            frames={link: compose_frames(motions[link], frame) for link, frame in self.frames.items()},
+            solids={
+                link: tuple(part.placed(*motions[link]) for part in parts) for link, parts in self.solids.items()
+            },
+            centres={
+                link: compose_frames(motions[link], (centre, IDENTITY))[0] for link, centre in self.centres.items()
+            },
+        )
+
+
+def _motion(model: RobotModel, link: str, positions: Mapping[str, float]) -> Frame:
+    """Return how joints move a link from its place with all joints at zero, by the product of exponentials."""
+    place, turn = np.zeros(3), IDENTITY
+    for joint in model.ancestors(link):
+        position = positions.get(joint.name, 0.0)
+        if joint.slides:
+            place = place + position * np.array(joint.axis)
+            continue
+        x, y, z = (math.sin(position / 2.0) * value for value in joint.axis)
+        rotation = (math.cos(position / 2.0), x, y, z)
+        origin: Array = np.array(model.frames[joint.child][0])
+        place = origin + np.array(rotated(rotation, vector(place - origin)))
+        turn = multiply(rotation, turn)
+    return vector(place), turn
 
 
 def read_model(urdf: Urdf) -> RobotModel:
