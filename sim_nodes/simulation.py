@@ -365,6 +365,24 @@ class Simulation(Stateful):
         self.robot(robot).mobile.drive(VelocityCommand(velocity, last, goal))
         self.strikes.on_command(robot)
 
+    def follow_path(
+        self, robot: str, goal: str, points: Sequence[tuple[float, float]], speed: float, *, repeat: bool
+    ) -> None:
+        """Drive a robot along a path by its true pose [m]; the result is reported.
+
+        Raises:
+            RequestRefused: The robot cannot, or the path leads through a wall of the map.
+        """
+        self._check_unused(goal)
+        base, here = self.robot(robot).mobile, self.frames.true_pose(robot)
+        path = ((here.x, here.y), *points)
+        problem = self._walls.describe_block((*path, *(points[:1] if repeat else ())), base.declaration.radius)
+        if problem:
+            raise operation_failed(problem)
+        speed = speed or base.declaration.drive.max_speed
+        base.follow_path(path, speed, self.tick, goal, repeat=repeat)
+        self.strikes.on_command(robot)
+
     def command_velocity(self, robot: str, velocity: Velocity) -> None:
         """Command a robot's velocity until the next command, for `COMMAND_TIMEOUT` at most.
 

@@ -7,7 +7,7 @@ of its lidar; decisions of the navigation at its own. An idle base is updated le
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -28,6 +28,7 @@ from sim_nodes.physics import Engine
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.drive import Battery, Steering, VelocityCommand, Wheels
 from sim_nodes.robots.kinematics import AT_REST, Velocity, base_motion, motor_commands, side_speeds
+from sim_nodes.robots.path_following import PathFollower
 from sim_nodes.sensors.base import AT_START, Bumper, Bumps, Imu, Odometer, Odometry
 from sim_nodes.sensors.lidar import BLIND, Lidar, Scan
 from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
@@ -86,7 +87,17 @@ class MobileBase(Stateful):
         battery: Its battery, if declared.
     """
 
-    STATE = ("wheels", "battery", "sensors", "localisation", "_obstacles", "_navigator", "_steering", "_scan")
+    STATE = (
+        "wheels",
+        "battery",
+        "sensors",
+        "localisation",
+        "_obstacles",
+        "_navigator",
+        "_steering",
+        "_follower",
+        "_scan",
+    )
 
     def __init__(
         self, name: str, declaration: MobileDeclaration, engine: Engine, known: NavigationMap, seed: int
@@ -107,6 +118,7 @@ class MobileBase(Stateful):
         except RequestRefused as refused:
             raise RequestRefused(refused.code, f"robot {name}: {refused.message}") from refused
         self._steering = Steering(declaration.drive)
+        self._follower = PathFollower(declaration.drive)
         self._scan: Scan | None = self._first_scan
 
     @property
@@ -123,6 +135,8 @@ class MobileBase(Stateful):
     @property
     def goal(self) -> str | None:
         """Id of the active goal."""
+        if self._follower.path is not None:
+            return self._follower.path.goal
         return self._navigator.goal.id if self._navigator.goal is not None else self._steering.goal
 
     @property
@@ -202,7 +216,9 @@ class MobileBase(Stateful):
         for pipeline in self.sensors.values():
             pipeline.update(tick)
         ended: GoalResult | None = None
-        if self._steering.command is not None:
+        if self._follower.path is not None:
+            ended = self._follow(tick)
+        elif self._steering.command is not None:
             velocity, ended = self._steering.control(tick)
             self._command(velocity)
         if self._lidar is not None and self.localisation.running and self._lidar.arrived is not None:
@@ -211,6 +227,16 @@ class MobileBase(Stateful):
             ended = self._navigate(self._scan, tick)
         if ended is not None:
             yield ended
+
+    def _follow(self, tick: int) -> GoalResult | None:
+        """Follow a path by the true pose; returns the result of its goal if it ends."""
+        wanted, ended = self._follower.control(self._engine.body_state(self.name).planar, tick)
+        self._steering.command = VelocityCommand(wanted, tick + 1, None)
+        velocity, _ = self._steering.control(tick)
+        self._command(velocity)
+        if self._follower.path is None:
+            self._steering.command = VelocityCommand(AT_REST, tick, None)  # stops at the next tick
+        return ended
 
     def _navigate(self, scan: Scan, tick: int) -> GoalResult | None:
         """Drive towards the goal of the navigation; returns its result if it ends."""
@@ -275,6 +301,7 @@ class MobileBase(Stateful):
             return
         self._navigator.check(goal.poses, pose)
         self._steering.clear()
+        self._follower.path = None
         self._navigator.start(goal, pose)
 
     def _check_free(self) -> None:
@@ -290,10 +317,27 @@ class MobileBase(Stateful):
         self._check_free()
         self._steering.check(self.name, command.velocity)
         self._navigator.cancel()
+        self._follower.path = None
         self._steering.command = command
+
+    def follow_path(
+        self, points: Sequence[tuple[float, float]], speed: float, tick: int, goal: str | None, *, repeat: bool
+    ) -> None:
+        """Start to follow a path by the true pose; its first point is the present position [m].
+
+        Raises:
+            RequestRefused: The robot is busy, or the speed [m/s] exceeds its limit.
+        """
+        self._check_free()
+        self._steering.check(self.name, Velocity(speed, 0.0))
+        self._navigator.cancel()
+        self._follower.start(points, speed, tick, goal, repeat=repeat)
 
     def detach_goals(self, goals: Container[str]) -> None:
         """See `Robot.detach_goals`."""
+        path = self._follower.path
+        if path is not None and path.goal in goals:
+            self._follower.path = replace(path, goal=NO_CLIENT)
         goal = self._navigator.goal
         if goal is not None and goal.id in goals:
             self._navigator.goal = replace(goal, id=NO_CLIENT)
@@ -311,6 +355,7 @@ class MobileBase(Stateful):
         goal = self.goal
         self._command(AT_REST)
         self._steering.clear()
+        self._follower.path = None
         self._navigator.cancel()
         if goal is not None:
             yield GoalResult(goal, Outcome.CANCELED)

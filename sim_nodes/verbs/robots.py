@@ -85,6 +85,16 @@ def drive(simulator: Simulator, request: wire.Drive) -> None:
     simulator.simulation.drive(request.robot, request.id, velocity, request.duration)
 
 
+def follow_path(simulator: Simulator, request: wire.FollowPath) -> None:
+    points = [(point.x, point.y) for point in request.points]
+    check_finite("points", *(value for point in points for value in point))
+    if not 1 <= len(points) <= MAX_POSES:
+        raise operation_failed(f"found {len(points)} points of a path; expected 1 to {MAX_POSES}")
+    if request.speed != 0.0:
+        check_positive("speed", request.speed, "m/s")
+    simulator.simulation.follow_path(request.robot, request.id, points, request.speed, repeat=request.repeat)
+
+
 def cmd_vel(simulator: Simulator, request: wire.CmdVel) -> None:
     linear, angular = request.twist.linear, request.twist.angular
     check_finite("twist", linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)

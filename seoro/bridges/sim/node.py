@@ -21,7 +21,14 @@ from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
 from seoro.runtime.contracts.buildings import Doors, Lifts
 from seoro.runtime.contracts.measures import Measuring
 from seoro.runtime.contracts.people import People
-from seoro.runtime.contracts.robots import Arms, DrivenRobots, LocalisedRobots, MobileRobots, VelocityCommands
+from seoro.runtime.contracts.robots import (
+    Arms,
+    DrivenRobots,
+    LocalisedRobots,
+    MobileRobots,
+    PathRobots,
+    VelocityCommands,
+)
 from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
 from seoro.runtime.contracts.worlds import Frames, NamedPoses, Simulation, Snapshots, Worlds
 
@@ -42,6 +49,7 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
         wire.CANCEL_WATCH,
     ),
     DrivenRobots: (wire.DRIVE, wire.CANCEL_GOAL),
+    PathRobots: (wire.FOLLOW_PATH, wire.CANCEL_GOAL),
     VelocityCommands: (wire.CMD_VEL,),
     Frames: (wire.GET_RELATIVE_POSE,),
     Arms: (

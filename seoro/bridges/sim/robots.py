@@ -1,4 +1,4 @@
-"""Robots that drive and arms with grippers; see `MobileRobots`, `LocalisedRobots`, `DrivenRobots` and `Arms`."""
+"""Robots that drive and arms with grippers; see the contracts in `seoro.runtime.contracts.robots`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from seoro.bridges.sim.rules import check_deviation
 from seoro.errors import BackendRefused
 from seoro.robotics.geometry import Pose3D, Position3D, Velocity6D
 from seoro.runtime.contracts.backends import Reporter
+from seoro.runtime.contracts.people import Point
 from seoro.runtime.contracts.robots import ArmState, MotionOptions
 
 CMD_VEL = "cmd_vel"
@@ -18,7 +19,7 @@ FEEDBACK_PERIOD = 1.0  # [s] between two reports of progress
 
 
 class RobotRequests(Requests):
-    """The capabilities `MobileRobots`, `LocalisedRobots`, `DrivenRobots` and `Arms` of a node."""
+    """The capabilities `MobileRobots`, `LocalisedRobots`, `DrivenRobots`, `PathRobots` and `Arms` of a node."""
 
     async def cancel_goal(self, goal: str) -> None:
         """See `MobileRobots`."""
@@ -99,6 +100,14 @@ class RobotRequests(Requests):
             lateral=lateral,
         )
         return await self.start(wire.DRIVE, request, report)
+
+    async def follow_path(
+        self, robot: str, points: Sequence[Point], speed: float, report: Reporter, *, repeat: bool
+    ) -> str:
+        """See `PathRobots`."""
+        path = tuple(Position3D(point.x, point.y) for point in points)
+        request = wire.FollowPath(id=self.new_id("goal"), robot=robot, points=path, speed=speed, repeat=repeat)
+        return await self.start(wire.FOLLOW_PATH, request, report)
 
     async def command_velocity(self, topic: str, velocity: Velocity6D) -> None:
         """See `VelocityCommands`. A topic without the name of a robot belongs to the first driven robot."""

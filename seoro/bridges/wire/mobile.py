@@ -128,6 +128,25 @@ class Drive(TrackedRequest):
     lateral: float = 0.0
 
 
+class FollowPath(TrackedRequest):
+    """Drive along straight lines between points by the true pose of the robot; obstacles are not avoided.
+
+    It needs neither a map nor a localisation. The end is reported as the `Occurrence` with this `id`. The goal is
+    aborted after a time without progress, and refused while another one is active.
+
+    Attributes:
+        robot: Name of a robot that drives.
+        points: Points of the path; z is ignored.
+        speed: [m/s]; 0 for the robot's maximum.
+        repeat: Whether to start again at the first point, without an end.
+    """
+
+    robot: str
+    points: tuple[Position3D, ...]
+    speed: float = 0.0
+    repeat: bool = False
+
+
 class CmdVel(Message):
     """Velocity command, as on a ROS topic `cmd_vel`: valid until the next, for at most 0.5 s.
 
@@ -149,4 +168,5 @@ REINITIALIZE_GLOBAL_LOCALIZATION = Verb("reinitialize_global_localization", Robo
 WATCH_LOCALIZATION = Verb("watch_localization", WatchLocalization, Empty)
 GET_LOCALIZATION = Query("get_localization", RobotName, Localization)
 DRIVE = Verb("drive", Drive, Empty)
+FOLLOW_PATH = Verb("follow_path", FollowPath, Empty)
 CMD_VEL = Verb("cmd_vel", CmdVel, Empty)

@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 from seoro.lang.frozen import Value
 from seoro.robotics.geometry import Pose3D, Position3D, Velocity6D
 from seoro.runtime.contracts.backends import Reporter
+from seoro.runtime.contracts.people import Point
 
 
 @runtime_checkable
@@ -71,6 +72,23 @@ class DrivenRobots(Protocol):
         """Drive at a velocity for a duration [s], then stop; return the goal's id.
 
         `linear` [m/s] is ahead; `angular` [rad/s] and `lateral` [m/s] are to the left.
+        """
+
+    async def cancel_goal(self, goal: str) -> None:
+        """Cancel a goal and stop. Goals that have ended are ignored."""
+
+
+@runtime_checkable
+class PathRobots(Protocol):
+    """Robots driven along paths by their true poses."""
+
+    async def follow_path(
+        self, robot: str, points: Sequence[Point], speed: float, report: Reporter, *, repeat: bool
+    ) -> str:
+        """Drive along straight lines between points; return the goal's id.
+
+        A `speed` [m/s] of 0 is the robot's maximum. With `repeat`, it starts again at the first point, without an
+        end.
         """
 
     async def cancel_goal(self, goal: str) -> None:
