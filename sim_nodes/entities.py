@@ -22,6 +22,8 @@ from sim_nodes.physics import BodyModel, BodyState, DrivesBodies, Engine, ManyBo
 from sim_nodes.robots.urdf_check import parts_of_robot
 from sim_nodes.spawning import Spawned, SpawnRequest, first_free, placed_bodies
 from sim_nodes.stateful import Stateful
+from sim_nodes.terrain.ground import Ground
+from sim_nodes.terrain.placing import lift_onto, raised, standing
 from sim_nodes.views import Lens
 from sim_nodes.worlds.loader import World
 from sim_nodes.worlds.props import check_start_poses
@@ -90,7 +92,10 @@ class Entities(Stateful):
             for part in world.building
             for (name, model), place in zip(part.bodies, part.places(part.start), strict=True)
         ]
-        agents = [(name, agent.model, agent.state) for name, agent in self.agents.items()]
+        agents = [
+            (name, agent.model, raised(agent.state, lift_onto(world.ground, agent.model, agent.state)))
+            for name, agent in self.agents.items()
+        ]
         props = [(prop.name, prop.model, prop.state) for prop in world.props]
         for name, model, state in (*props, *built_in, *agents):
             self._engine.add_body(name, model, state)
@@ -112,6 +117,11 @@ class Entities(Stateful):
     def kind_of_part(self, name: str) -> str:
         """Return the kind of a part of the building: `door` or `lift`."""
         return "lift" if name in self.lifts else "door"
+
+    @property
+    def ground(self) -> Ground:
+        """The ground of the world."""
+        return self._world.ground
 
     def start_run(self) -> None:
         """Start a run with the present entities."""
@@ -238,6 +248,9 @@ class Entities(Stateful):
         bodies = placed_bodies(name, request.bodies, request.state, self.names())
         for each, (model, state) in bodies.items():
             _check_floor(each, model, state)
+        ground = self._world.ground
+        lift = max(lift_onto(ground, model, state) for model, state in bodies.values())
+        bodies = {each: (model, raised(state, lift)) for each, (model, state) in bodies.items()}
         for each, (model, _) in bodies.items():
             self.spawned[each] = Spawned(model, time, request.tags, "" if each == name else name)
         return bodies
@@ -339,7 +352,7 @@ class Entities(Stateful):
         return first_free(name, used)
 
     def move(self, name: str, state: BodyState) -> None:
-        """Set the state of a robot, prop, spawned body or free camera.
+        """Set the state of a robot, prop, spawned body or free camera; one in terrain is put on it.
 
         Raises:
             RequestRefused: The entity is unknown or cannot move, or it would overlap something.
@@ -357,8 +370,11 @@ class Entities(Stateful):
             return
         if name in self.bodies:
             _check_floor(name, self.bodies[name], state)
+            state = raised(state, lift_onto(self._world.ground, self.bodies[name], state))
         elif not is_within(state.position, self._world.extent):
             raise operation_failed(f"{_at(name, state)} would be outside of the world")
+        else:
+            state = standing(self._world.ground, self._robots[name].declaration, state)
         before = self._engine.body_state(name)
         self._engine.set_body_state(name, state)
         overlapping = self._engine.overlaps(name)

@@ -29,6 +29,16 @@ def outline(part: Part, state: BodyState) -> Array:
     return _hull(np.round(seen, DIGITS))
 
 
+def points_of(part: Part, state: BodyState) -> Array:
+    """Return points at the surface of a part of a body in a state: corners, or lowest points, shape (n, 3) [m]."""
+    body = rotation_matrix(state.orientation)
+    corners = np.array(list(_corners(part.shape))) @ rotation_matrix(part.orientation).T + part.position
+    found: Array = corners @ body.T + state.position
+    if isinstance(part.shape, Sphere | Capsule):
+        found[:, 2] -= part.shape.radius
+    return found
+
+
 def _corners(shape: Shape) -> Sequence[Any]:
     match shape:
         case Box(size=(x, y, z)):

@@ -210,14 +210,17 @@ class PlacedRobot:
     name: str
     declaration: RobotDeclaration
     pose: Pose2
-    height: float = 0.0  # of the base above the floor [m]
+    height: float = 0.0  # of the base above the floor, or of the ground under a robot that stands on terrain [m]
+    tilt: Quaternion = IDENTITY  # of the ground under it
 
     @property
     def state(self) -> BodyState:
         """Initial state of the base."""
         above = 0.0 if self.declaration.fixed else self.declaration.standing_height + START_CLEARANCE
-        lift = self.height + above
-        return BodyState((self.pose.x, self.pose.y, lift), quaternion(0.0, 0.0, self.pose.yaw))
+        turn = quaternion(0.0, 0.0, self.pose.yaw)
+        if self.tilt != IDENTITY:
+            above, turn = above / rotated(self.tilt, (0.0, 0.0, 1.0))[2], multiply(self.tilt, turn)
+        return BodyState((self.pose.x, self.pose.y, self.height + above), turn)
 
 
 @dataclass(frozen=True)

@@ -140,6 +140,7 @@ Colour = tuple[float, float, float, float]
 SKY: Colour = (0.72, 0.80, 0.88, 1.0)
 FLOOR_TILES: tuple[Colour, Colour] = ((0.86, 0.85, 0.82, 1.0), (0.79, 0.78, 0.75, 1.0))
 TILE = 1.0  # [m] edge of a floor tile
+TERRAIN: Colour = (0.70, 0.66, 0.57, 1.0)
 WALL: Colour = (0.42, 0.47, 0.56, 1.0)
 
 

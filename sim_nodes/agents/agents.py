@@ -22,6 +22,7 @@ from sim_nodes.noise import Noise
 from sim_nodes.outcomes import GoalResult, incorrect_state, operation_failed, unknown
 from sim_nodes.physics import Engine
 from sim_nodes.stateful import Stateful
+from sim_nodes.terrain.placing import tops
 from sim_nodes.ticks import TICK
 
 ACCELERATION = 5.0  # [m/s^2] maximum
@@ -139,7 +140,11 @@ class Agents(Stateful):
         """
         velocities = np.array([self._velocities[name] for name in self._entities.agents]).reshape(-1, 2)
         turns = _turn_rates(velocities, poses[:, 2])
-        return np.column_stack([velocities, turns]), np.full(len(poses), HOVER)
+        heights = np.full(len(poses), HOVER)
+        if not (ground := self._entities.ground).is_flat:
+            radii = np.array([agent.radius for agent in self._entities.agents.values()])
+            heights += tops(ground, poses[:, :2], radii)
+        return np.column_stack([velocities, turns]), heights
 
     def _drop_deleted(self) -> Iterator[GoalResult]:
         """Forget deleted agents; yields the results of their goals."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import ModuleType
 
-from sim_nodes.check import arms, bodies, drives, power, repeating, robots, saving, sensing
+from sim_nodes.check import arms, bodies, drives, power, repeating, robots, saving, sensing, terrain
 from sim_nodes.check.bench import Make
 from sim_nodes.physics import Engine, MeasuresPower, Rewinds, SavesState
 from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
@@ -34,7 +34,7 @@ def _rules_of(*modules: ModuleType) -> tuple[Rule, ...]:
     )
 
 
-RULES = _rules_of(repeating, bodies, robots, drives, sensing, arms)
+RULES = _rules_of(repeating, bodies, robots, drives, terrain, sensing, arms)
 REWINDING: tuple[Rule, ...] = (
     saving.rewound_engines_continue_identically,
     saving.rewound_arms_continue_identically,
@@ -55,6 +55,7 @@ DYNAMICS: tuple[Rule, ...] = (
     bodies.static_bodies_support_loads,
     robots.wheels_without_power_roll_freely,
     drives.planar_drives_stop_without_power,
+    terrain.robots_drive_over_terrain,
     bodies.contacts_name_both_bodies,
     repeating.diverged_states_are_reported,
 )

@@ -21,6 +21,7 @@ from sim_nodes.mujoco.planar import PlanarMotors
 from sim_nodes.mujoco.power import MotorPower
 from sim_nodes.mujoco.rays import Rays
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
+from sim_nodes.mujoco.terrain import TERRAIN_BODY
 from sim_nodes.physics import (
     FLOOR,
     MAX_OVERLAP,
@@ -119,6 +120,8 @@ class MujocoEngine:
         self._bases |= {name: model.body(name).id for name in self._added}
         self._driven = DrivenBodies(model, self._bases, self._added)
         names = {base: name for name, base in self._bases.items()}
+        if not self._scene.ground.is_flat:
+            names[model.body(TERRAIN_BODY).id] = FLOOR
         roots = model.body_rootid[model.geom_bodyid]
         self._owners = [
             names[int(root)] if root else _static_owner(model.geom(geom).name) for geom, root in enumerate(roots)

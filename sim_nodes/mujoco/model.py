@@ -18,7 +18,7 @@ from sim_nodes.mujoco.files import attach_file, with_compiler
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP
 from sim_nodes.mujoco.planar import add_planar_drive
 from sim_nodes.mujoco.stepping import add_counters
-from sim_nodes.mujoco.terrain import LOOSE_PRIORITY, ground_priority
+from sim_nodes.mujoco.terrain import LOOSE_PRIORITY, ROLLING, TORSIONAL, add_terrain, ground_priority
 from sim_nodes.physics import (
     FLOOR,
     BodyModel,
@@ -107,7 +107,6 @@ WORLD = "world"  # MuJoCo's name of the body of walls and floor
 FOOTING = (
     500.0  # [kg], [kg m^2] added to the inertia of driven bodies, which stand on no floor that would hold them
 )
-TORSIONAL, ROLLING = 0.005, 0.0001  # MuJoCo's defaults for the two other friction coefficients
 
 
 def scene_spec(scene: Scene) -> Any:
@@ -126,13 +125,14 @@ def scene_spec(scene: Scene) -> Any:
         friction=[scene.ground.friction, TORSIONAL, ROLLING],
         priority=ground_priority(scene.ground.friction),
     )
+    add_terrain(spec, scene.ground)
     for index, wall in enumerate(scene.walls):
         _add_wall(spec, index, wall)
     for robot in scene.robots:
         _add_robot(spec, robot, scene.ground.friction)
     if any(robot.declaration.arm is not None for robot in scene.robots):
         configure_grip_contacts(spec)
-    add_counters(spec)
+    add_counters(spec, has_terrain=not scene.ground.is_flat)
     return spec
 
 

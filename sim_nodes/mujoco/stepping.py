@@ -1,8 +1,9 @@
 """States of MuJoCo, and steps in batches, which miss no begin or end of a contact.
 
-Checking contacts after each step costs a tenth of the step. So two sensors of MuJoCo, which keep their last
-values, count all contacts and those with the floor. As long as both are equal, nothing else touches, and a batch
-equals single steps. Otherwise, the batch is undone and repeated step by step, which gives bit-identical states.
+Checking contacts after each step costs a tenth of the step. So sensors of MuJoCo, which keep their last values,
+count all contacts, those with the floor and those with terrain. As long as the first number is the sum of the
+others, nothing else touches, and a batch equals single steps. Otherwise, the batch is undone and repeated step by
+step, which gives bit-identical states.
 """
 
 from __future__ import annotations
@@ -18,20 +19,24 @@ import numpy as np
 
 from sim_nodes.geometry import Array
 from sim_nodes.mujoco.arm import MujocoArm
+from sim_nodes.mujoco.terrain import TERRAIN_BODY
 from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
 
 BATCH = 50  # maximum steps of a batch, and number of values that the sensors keep
-ALL_CONTACTS, FLOOR_CONTACTS = "contacts/all", "contacts/floor"  # sensors
+ALL_CONTACTS, FLOOR_CONTACTS, TERRAIN_CONTACTS = "contacts/all", "contacts/floor", "contacts/terrain"  # sensors
 COUNT = [1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1]  # a contact sensor that only counts
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)  # for later steps; includes the warm start of the solver
 DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 NOTHING: frozenset[tuple[str, str]] = frozenset()
 
 
-def add_counters(spec: Any) -> None:
+def add_counters(spec: Any, *, has_terrain: bool) -> None:
     """Add the sensors that count contacts to a specification."""
     anything = mujoco.mjtObj.mjOBJ_UNKNOWN
-    for name, kind, of in ((ALL_CONTACTS, anything, ""), (FLOOR_CONTACTS, mujoco.mjtObj.mjOBJ_GEOM, FLOOR)):
+    counted = [(ALL_CONTACTS, anything, ""), (FLOOR_CONTACTS, mujoco.mjtObj.mjOBJ_GEOM, FLOOR)]
+    if has_terrain:
+        counted.append((TERRAIN_CONTACTS, mujoco.mjtObj.mjOBJ_BODY, TERRAIN_BODY))
+    for name, kind, of in counted:
         spec.add_sensor(
             name=name,
             type=mujoco.mjtSensor.mjSENS_CONTACT,
@@ -95,7 +100,9 @@ class Stepper:
         self._key = b""
         self.touching = touching
         self._before = np.zeros(mujoco.mj_stateSize(model, STATE))
-        self._counts = [_counter_values(model, data, name) for name in (ALL_CONTACTS, FLOOR_CONTACTS)]
+        sensors = {model.sensor(index).name for index in range(model.nsensor)}
+        counters = (ALL_CONTACTS, FLOOR_CONTACTS, TERRAIN_CONTACTS)
+        self._counts = [_counter_values(model, data, name) for name in counters if name in sensors]
 
     @property
     def has_diverged(self) -> bool:
@@ -132,8 +139,9 @@ class Stepper:
         model, data = self._model, self._data
         mujoco.mj_getState(model, data, self._before, STATE)
         mujoco.mj_step(model, data, count)
-        everything, floor = self._counts
-        if everything.tobytes() == floor.tobytes():
+        everything, floor, *terrain = self._counts
+        ground = floor + terrain[0] if terrain else floor
+        if everything.tobytes() == ground.tobytes():
             return True
         mujoco.mj_setState(model, data, self._before, STATE)
         return False

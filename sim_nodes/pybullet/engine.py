@@ -62,6 +62,7 @@ from sim_nodes.pybullet.model import (
 from sim_nodes.pybullet.planar import PlanarForces
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
+from sim_nodes.pybullet.terrain import add_terrain
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.traction import traction_of
 from sim_nodes.views import WALL, DepthImage, Picture, View, colour_of
@@ -144,6 +145,10 @@ class PybulletEngine:
         bullet.changeDynamics(floor, BASE, lateralFriction=self._scene.ground.friction)
         self._owners[floor] = FLOOR
         self._static.add(floor)
+        for number, box, state in add_terrain(bullet, self._scene.ground):
+            self._owners[number] = FLOOR
+            self._static.add(number)
+            self._broadphase.add_static(number, (box,), state)
         walls = self._scene.walls
         for name in dict.fromkeys(wall.name for wall in walls):
             parts = tuple(wall.part for wall in walls if wall.name == name)

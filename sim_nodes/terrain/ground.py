@@ -54,14 +54,19 @@ class Slab:
 
     @property
     def points(self) -> Array:
-        """Corners of the solid relative to its place, in its own axes, shape (n, 3) [m]."""
-        found = [
-            (side * self.length / 2, left * self.width / 2, z)
-            for side, height in ((-1, self.low), (1, self.high))
-            for left in (-1, 1)
-            for z in ((0.0, height) if height > 0.0 else (0.0,))
-        ]
-        return np.array(found)
+        """Corners of the solid relative to its place, in its own axes, shape (8, 3) [m].
+
+        The last bit of a number is 1 at the top, the one before on the left, the first at the end of the length.
+        """
+        ends, sides = ((-1, self.low), (1, self.high)), (-1, 1)
+        return np.array(
+            [
+                (end * self.length / 2, side * self.width / 2, z)
+                for end, height in ends
+                for side in sides
+                for z in (0.0, height)
+            ]
+        )
 
     def heights(self, x: Array, y: Array) -> Array:
         """Return its height at points of the map, 0 outside, in the shape of `x` and `y` [m]."""
@@ -83,7 +88,8 @@ class HeightField:
         width: [m].
         columns: Number of points along the length, at least 2.
         rows: Number of points along the width, at least 2.
-        data: Heights [m], little-endian doubles, row by row along the length, the rows from right to left.
+        data: Heights, 0 at all edges [m], little-endian doubles, row by row along the length, the rows from right
+            to left.
         friction: Coefficient of sliding friction; None for that of the floor.
     """
 
@@ -165,6 +171,10 @@ class Ground:
     def top(self) -> float:
         """Its greatest height [m]."""
         return max((piece.top for piece in self.pieces), default=0.0)
+
+    def friction_of(self, piece: Slab | HeightField) -> float:
+        """Return the coefficient of sliding friction of a piece of terrain."""
+        return self.friction if piece.friction is None else piece.friction
 
     def heights(self, x: Array, y: Array) -> Array:
         """Return the height of the ground at points of the map, in the shape of `x` and `y` [m]."""

@@ -43,6 +43,9 @@ def files_of_world(world: str) -> Iterator[Path]:
     if file.scene is not None:
         scene = _relative_file(path, file.scene)
         yield from (each for each in _model_files(scene) if each != path)
+    for piece in file.terrain:
+        if piece.heightfield is not None:
+            yield _relative_file(path, piece.heightfield.image)
     for robot in file.robots:
         if robot.robot.endswith(".yaml"):
             declaration = _relative_file(path, robot.robot)

@@ -10,18 +10,16 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
 
-from seoro.files.inputs import Kind, open_input
 from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
 from sim_nodes.files import validate
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall
+from sim_nodes.worlds.pictures import read_darkness
 from sim_nodes.worlds.schema import FloorPlanFile, check_extent
 
 MAX_PIXELS = 4_000_000
 MAX_BOXES = 2000
-OPAQUE_16_BIT = 65535.0
 OCCUPIED = 100  # value of an occupied cell in messages and raw maps
 
 Mask = NDArray[np.bool_]
@@ -68,7 +66,7 @@ def _described(path: Path) -> tuple[FloorPlanFile, tuple[str, ...]]:
 
 
 def _walls(plan: FloorPlanFile, folder: Path, height: float) -> tuple[tuple[Wall, ...], Extent]:
-    mask = _occupied(_read(folder / plan.image), plan)
+    mask = _occupied(read_darkness(folder / plan.image, "floor plan", MAX_PIXELS), plan)
     boxes = merged(mask)
     if len(boxes) > MAX_BOXES:
         raise FileError(
@@ -88,32 +86,6 @@ def _occupied(darkness: NDArray[np.float64], plan: FloorPlanFile) -> Mask:
     if plan.mode == "raw":
         return np.asarray(np.round((1.0 - darkness) * 255.0) == OCCUPIED)
     return np.asarray((1.0 - darkness if plan.negate else darkness) > plan.occupied_thresh)
-
-
-def _read(path: Path) -> NDArray[np.float64]:
-    """Read the darkness of the pixels, 0 white to 1 black, shape (rows, columns), the top row first."""
-    try:
-        with open_input(path, Kind.FLOOR_PLAN) as file, Image.open(file, formats=("PNG", "PPM", "JPEG")) as image:
-            if image.width * image.height > MAX_PIXELS:
-                raise FileError(
-                    f"{path} has {image.width} by {image.height} pixels; expected at most {MAX_PIXELS} altogether"
-                )
-            return _darkness(image)
-    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise FileError(f"{path} has too many pixels; expected at most {MAX_PIXELS}") from error
-    except UnidentifiedImageError as error:
-        raise FileError(f"unsupported image format: {path}; expected PNG, PGM or JPEG") from error
-    except (OSError, ValueError, SyntaxError) as error:  # exceptions of Pillow for broken files
-        raise FileError(f"cannot read the floor plan {path}: {error}") from error
-
-
-def _darkness(image: Image.Image) -> NDArray[np.float64]:
-    if image.mode.startswith("I"):
-        return 1.0 - np.asarray(image, dtype=np.float64) / OPAQUE_16_BIT
-    pixels = np.asarray(image.convert("RGBA"), dtype=np.float64) / 255.0
-    # Transparent pixels show white paper.
-    darkness: NDArray[np.float64] = (1.0 - pixels[:, :, :3].mean(axis=2)) * pixels[:, :, 3]
-    return darkness
 
 
 def merged(mask: Mask) -> list[Box]:

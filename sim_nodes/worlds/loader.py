@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
@@ -22,6 +22,8 @@ from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.reading import available_robots, load_robot, read_robot
 from sim_nodes.robots.sensor_declarations import GpsDeclaration
 from sim_nodes.terrain.ground import FLAT, Ground
+from sim_nodes.terrain.placing import radius_of, stance, steepness
+from sim_nodes.terrain.reading import read_ground
 from sim_nodes.views import DAYLIGHT, Lens, Light, View, looking_at
 from sim_nodes.worlds.poses import START_RADIUS, NamedPose, free_start, read_pose
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
@@ -30,6 +32,7 @@ from sim_nodes.worlds.sources import START, as_world, described
 from sim_nodes.worlds.surroundings import check_names, read_surroundings, static_outlines
 
 FOLDER = Path(__file__).parent
+STEEPEST = 0.6  # [rad] slope on which robots start
 
 
 class WorldError(Exception):
@@ -176,14 +179,15 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
     surroundings = read_surroundings(file, folder, seed)
     extent = surroundings.extent
     check_names(file, surroundings)
-    placed = _props(file, folder)
+    ground = read_ground(file.floor, file.terrain, folder, seed, extent)
+    placed = _props(file, folder, ground)
     props = (*surroundings.props, *chain.from_iterable(placed))
     poses = (*surroundings.poses, *(read_pose(pose, index, extent) for index, pose in enumerate(file.poses)))
     starts = {pose.name: pose.place.planar for pose in poses}
     if START not in starts and any(robot.pose.at == START for robot in file.robots):
         outlines = static_outlines(props)
         starts[START] = free_start(build_map(extent, surroundings.walls, outlines), START_RADIUS)
-    robots = _robots(file, folder, starts)
+    robots = _robots(file, folder, starts, ground)
     check_placement(robots, extent)
     building = _building(file, extent)
     return World(
@@ -201,7 +205,7 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         file.tags,
         (*surroundings.warnings, *_notes(robots, placed)),
         None if file.geo_origin is None else file.geo_origin.point,
-        Ground(file.floor.friction),
+        ground,
         file.light.light,
     )
 
@@ -232,13 +236,13 @@ def _notes(robots: Sequence[PlacedRobot], props: Sequence[Sequence[Prop]]) -> It
         seen.add(notes)
 
 
-def _props(file: WorldFile, folder: Path) -> list[tuple[Prop, ...]]:
+def _props(file: WorldFile, folder: Path, ground: Ground) -> list[tuple[Prop, ...]]:
     """Return the props of each entry of a file; a model may have several bodies."""
     taken = {entity.name for entity in _entities(file)}
     taken |= {name for _, name in file.moving_names}
     found = []
     for index, prop in enumerate(file.props):
-        found.append(read_prop(prop, index, folder, taken))
+        found.append(read_prop(prop, index, folder, taken, ground))
         taken |= {body.name for body in found[-1]}
     return found
 
@@ -255,7 +259,7 @@ def _entity_tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
     return {name: tuple(of) for name, of in tags.items() if of}
 
 
-def _robots(file: WorldFile, folder: Path, starts: Mapping[str, Pose2]) -> tuple[PlacedRobot, ...]:
+def _robots(file: WorldFile, folder: Path, starts: Mapping[str, Pose2], ground: Ground) -> tuple[PlacedRobot, ...]:
     placed = []
     for index, robot in enumerate(file.robots):
         declaration = _declaration(robot.robot, f"robots.{index}.robot", folder)
@@ -275,8 +279,24 @@ def _robots(file: WorldFile, folder: Path, starts: Mapping[str, Pose2]) -> tuple
                     f"robots.{index}: {robot.name!r} has a GPS, {sensor.name!r}; expected `geo_origin` of "
                     "the world (`latitude`, `longitude`, `altitude`)"
                 )
-        placed.append(PlacedRobot(robot.name, declaration, pose, robot.pose.z))
+        placed.append(_standing(PlacedRobot(robot.name, declaration, pose, robot.pose.z), index, ground))
     return tuple(placed)
+
+
+def _standing(robot: PlacedRobot, index: int, ground: Ground) -> PlacedRobot:
+    """Return a robot on the ground; a fixed one has its own height, if it has one."""
+    if ground.is_flat or (robot.declaration.fixed and robot.height):
+        return robot
+    x, y, _ = robot.pose
+    if robot.declaration.fixed:
+        return replace(robot, height=ground.height(x, y))
+    height, tilt = stance(ground, x, y, radius_of(robot.declaration))
+    if steepness(tilt) > STEEPEST:
+        raise FileError(
+            f"robots.{index}.pose: {robot.name!r} at x {x:g} m, y {y:g} m would stand on a slope of "
+            f"{steepness(tilt):.2f} rad; expected at most {STEEPEST} rad"
+        )
+    return replace(robot, height=height, tilt=tilt)
 
 
 def _start(robot: RobotFile, index: int, starts: Mapping[str, Pose2]) -> Pose2:

@@ -20,6 +20,8 @@ from sim_nodes.models.scenes import SceneBody
 from sim_nodes.models.settings import ModelSettings
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Engine, Part, PlacedRobot, Shape, Sphere
 from sim_nodes.spawning import placed_bodies
+from sim_nodes.terrain.ground import FLAT, Ground
+from sim_nodes.terrain.placing import height_under
 from sim_nodes.worlds.schema import PropFile
 
 
@@ -32,7 +34,9 @@ class Prop:
     state: BodyState
 
 
-def read_prop(prop: PropFile, index: int, folder: Path, taken: Collection[str]) -> tuple[Prop, ...]:
+def read_prop(
+    prop: PropFile, index: int, folder: Path, taken: Collection[str], ground: Ground = FLAT
+) -> tuple[Prop, ...]:
     """Read a prop of a world file; a model with several bodies is several props.
 
     Args:
@@ -40,6 +44,7 @@ def read_prop(prop: PropFile, index: int, folder: Path, taken: Collection[str]) 
         index: Index of the entry, from 0.
         folder: Folder that relative file names start from.
         taken: Names in use.
+        ground: Ground of the world, on which it stands.
 
     Raises:
         FileError: Its model is unreadable or invalid, or the prop would be below the floor.
@@ -49,8 +54,9 @@ def read_prop(prop: PropFile, index: int, folder: Path, taken: Collection[str]) 
     state = BodyState((pose.x, pose.y, 0.0), quaternion(pose.roll, pose.pitch, pose.yaw))
     placed = placed_bodies(prop.name, bodies, state, taken)
     needed = -min(lowest_point(model, state) for model, state in placed.values())
-    # Shapes stand on the floor; models are at their own height, if they are not below the floor.
+    # Shapes stand on the ground; models are at their own height above it, if they are not below the floor.
     usual = needed if prop.model is None else max(needed, 0.0)
+    usual += max(height_under(ground, model, state) for model, state in placed.values())
     z = usual if pose.z is None else pose.z
     if z < needed - FLOOR_TOLERANCE:
         raise FileError(

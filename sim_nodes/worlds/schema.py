@@ -14,7 +14,7 @@ from sim_nodes.files import Declared
 from sim_nodes.geodesy import GeoPoint
 from sim_nodes.models.xml_reading import FRICTIONS, MASSES
 from sim_nodes.robots.declaration import BatteryDeclaration
-from sim_nodes.terrain.schema import FloorFile
+from sim_nodes.terrain.schema import MAX_PIECES, FloorFile, TerrainFile
 from sim_nodes.views import DEFAULT_LENS, MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE
 from sim_nodes.worlds.fields import Coordinate, Edge, Length, Name, Point, Share, Tags
 from sim_nodes.worlds.generation.schema import GenerateFile
@@ -232,6 +232,7 @@ class WorldFile(Declared):
     geo_origin: GeoOriginFile | None = None
     floor: FloorFile = FloorFile()
     light: LightFile = LightFile()
+    terrain: Annotated[tuple[TerrainFile, ...], Field(max_length=MAX_PIECES)] = ()
     wall_height: Length = 0.5
     wall_thickness: Annotated[float, Field(ge=0.02, le=2.0)] = 0.1
     walls: Annotated[tuple[WallFile, ...], Field(max_length=MAX_WALLS)] = ()
