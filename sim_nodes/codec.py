@@ -137,7 +137,10 @@ def _content(value: object) -> tuple[_Kind, object]:
         case Enum():
             return _Kind.MEMBER, [_name(type(value)), value.name]
         case BaseModel():
-            return _Kind.RECORD, [_name(type(value)), dict(value)]
+            return _Kind.RECORD, [
+                _name(type(value)),
+                {name: getattr(value, name) for name in type(value).model_fields},
+            ]
         case tuple() if hasattr(value, "_fields"):
             return _Kind.RECORD, [_name(type(value)), dict(zip(value._fields, value, strict=True))]
         case tuple():

@@ -19,7 +19,7 @@ import numpy as np
 
 from sim_nodes import codec
 from sim_nodes.check.bench import BASE, expect, expect_near
-from sim_nodes.geometry import Array, Pose2
+from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Planner, PlanRequest, Setup
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.noise import Noise
@@ -41,6 +41,7 @@ AT_WALL = Pose2(-0.15, 0.0, 0.0)  # closer to the wall than the clearance
 LEAVING = 0.35  # [m] around a start at an obstacle, where the clearance is not required
 SLACK = 0.025  # [m] of the clearance: half a cell
 EXACT = 1e-6
+ASIDE = 0.1  # [rad] of a step from the heading
 INTERVAL = 0.1  # [s] between decisions
 MOST_DECISIONS = 600
 ARRIVED = 0.05  # [m]
@@ -113,6 +114,23 @@ def goals_behind_walls_are_unreachable(make: Make[Planner]) -> None:
     expect(path is None, "a path leads through a wall")
 
 
+def headings_fit_the_path(make: Make[Planner]) -> None:
+    """Headings, if a path has any, are those of start and goal at its ends, and along or against its steps."""
+    planner = make(ROOM)
+    for goal in GOALS:
+        path = _planned(planner, START, goal)
+        if path.headings is None:
+            continue
+        expect(path.headings.shape == path.points.shape[:1], f"headings have the shape {path.headings.shape}")
+        ends = wrap(path.headings[[0, -1]] - np.array((START.yaw, goal.yaw)))
+        expect_near("the headings at the ends, relative to start and goal [rad]", ends, (0.0, 0.0), EXACT)
+        steps, drives = np.diff(path.points, axis=0), path.ways != 0
+        middle = path.headings[:-1] + wrap(np.diff(path.headings)) / 2.0
+        off = wrap(np.arctan2(steps[:, 1], steps[:, 0]) - middle)[drives]
+        aside = float(np.minimum(np.abs(off), np.pi - np.abs(off)).max(initial=0.0))
+        expect(aside < ASIDE, f"a step leads {aside:.2f} rad aside of the heading; the robot cannot move sideways")
+
+
 def plans_are_repeatable(make: Make[Planner]) -> None:
     """Two planners return identical paths for the same requests."""
     first, second = (_plans(make(ROOM)) for _ in range(2))
@@ -170,6 +188,7 @@ PLANNER_RULES = (
     paths_keep_the_clearance,
     robots_at_walls_can_leave,
     goals_behind_walls_are_unreachable,
+    headings_fit_the_path,
     plans_are_repeatable,
     restored_planners_continue_identically,
 )

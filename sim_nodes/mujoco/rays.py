@@ -34,6 +34,7 @@ class Rays:
         self._group_of_geom = model.geom_group.copy()
         self._geoms_of_body, self._tree_of_body = model.body_geomnum.copy(), model.body_bvhadr.copy()
         self._is_seen = np.isin(self._group_of_geom, SEEN_BY_RAYS)
+        self._root_of_geom = model.body_rootid[model.geom_bodyid]
         self._reach = np.where(model.geom_rbound > 0.0, model.geom_rbound + SLACK, np.inf)  # planes are endless
 
     def cast(self, body: int, own: int, directions: Array, limit: float, position: Vector) -> Array:
@@ -41,7 +42,7 @@ class Rays:
 
         Args:
             body: Number of the body that carries the sensor.
-            own: Number of the body that rays pass through.
+            own: Number of a body of the robot, which rays pass through.
             directions: Unit vectors in the frame of the body, shape (n, 3).
             limit: Maximum distance [m].
             position: Origin of the rays in the frame of the body [m].
@@ -51,7 +52,8 @@ class Rays:
         origin = data.xpos[body] + turn @ position
         hit, distance = np.zeros(count, dtype=np.int32), np.zeros(count)
         is_flat = bool(np.abs(directions[:, 2]).max() < FLAT)
-        self._hide(~self._reachable(origin, limit, turn[:, 2] if is_flat else None))
+        others = self._root_of_geom != model.body_rootid[own]
+        self._hide(~(others & self._reachable(origin, limit, turn[:, 2] if is_flat else None)))
         try:
             mujoco.mj_multiRay(
                 model,

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.maps import Grid, NavigationMap
@@ -25,6 +26,9 @@ from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.robots.navigation import Parameter
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
+
+Indices = NDArray[np.int64]
+STANDING = 1e-4  # [m]; shorter steps of a path are turns in place
 
 
 class InvalidParameter(ValueError):
@@ -86,9 +90,33 @@ class Path:
 
     Attributes:
         points: Points of the path, in order, shape (n, 2), n >= 1 [m].
+        headings: Heading of the robot at each point, shape (n,) [rad]; None where it faces along the path. With
+            headings, the path may lead backwards or sideways. Two points in one place are a turn.
     """
 
     points: Array
+    headings: Array | None = None
+
+    @cached_property
+    def poses(self) -> Array:
+        """Poses (x, y, yaw) along the path, shape (n, 3)."""
+        if self.headings is not None:
+            return np.column_stack([self.points, self.headings])
+        steps = np.diff(self.points, axis=0, append=self.points[-1:])
+        headings = np.arctan2(steps[:, 1], steps[:, 0])
+        headings[-1:] = headings[-2:-1]
+        return np.column_stack([self.points, headings])
+
+    @cached_property
+    def ways(self) -> Indices:
+        """Direction of each step: 1 forwards or sideways, -1 backwards, 0 for a turn in place, shape (n - 1,)."""
+        steps = np.diff(self.points, axis=0)
+        if self.headings is None:
+            return np.ones(len(steps), dtype=np.int64)
+        cos, sin = np.cos(self.headings[:-1]), np.sin(self.headings[:-1])
+        ways: Indices = np.where(cos * steps[:, 0] + sin * steps[:, 1] < 0.0, -1, 1)
+        ways[np.hypot(steps[:, 0], steps[:, 1]) < STANDING] = 0
+        return ways
 
     @cached_property
     def to_go(self) -> Array:
@@ -169,3 +197,6 @@ class Controller(Plugin):
 
     def begin(self) -> None:
         """Forget the path before: a new goal, or the end of a recovery."""
+
+    def set_plan(self, path: Path) -> None:
+        """Accept a new path, which `follow` gets from now on."""

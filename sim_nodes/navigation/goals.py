@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim_nodes.geometry import Array, Pose2
+from sim_nodes.navigation.cover import Cover
 from sim_nodes.navigation.maps import Grid, NavigationMap
 from sim_nodes.navigation.planner import ESCAPE_RADIUS
 from sim_nodes.outcomes import operation_failed
@@ -33,14 +34,14 @@ class Feedback:
     number_of_poses_remaining: int
 
 
-def check_reachable(poses: tuple[Pose2, ...], start: Pose2, known: NavigationMap, clearance: float) -> None:
+def check_reachable(poses: tuple[Pose2, ...], start: Pose2, known: NavigationMap, cover: Cover) -> None:
     """Refuse poses that are invalid or unreachable on the map.
 
     Args:
         poses: Poses to drive through [m].
         start: Pose of the robot [m].
         known: The map.
-        clearance: Distance that the base's origin keeps from walls [m].
+        cover: Cover of the robot.
 
     Raises:
         RequestRefused: The message names the pose and the reason.
@@ -48,17 +49,18 @@ def check_reachable(poses: tuple[Pose2, ...], start: Pose2, known: NavigationMap
     from scipy.ndimage import label  # noqa: PLC0415 - slow to load, and not needed until a robot navigates
 
     numbers: Array
-    numbers, _ = label(known.distance >= clearance, structure=np.ones((3, 3)))
-    regions = _regions_about(start, numbers, known.grid)
+    numbers, _ = label(known.distance >= cover.room, structure=np.ones((3, 3)))
+    regions = _regions_about(_core(start, cover), numbers, known.grid)
     for pose in poses:
-        regions = regions & {int(numbers[_cell_of_goal(pose, known, clearance)])}
+        regions = regions & {int(numbers[_cell_of_goal(pose, known, cover)])}
         if not regions:
             raise operation_failed(
                 f"goal ({pose.x:.2f}, {pose.y:.2f}) is unreachable on the map from ({start.x:.2f}, {start.y:.2f})"
             )
 
 
-def _cell_of_goal(pose: Pose2, known: NavigationMap, clearance: float) -> tuple[int, int]:
+def _cell_of_goal(pose: Pose2, known: NavigationMap, cover: Cover) -> tuple[int, int]:
+    """Return the cell of the core at a goal."""
     grid = known.grid
     where = f"goal ({pose.x:.2f}, {pose.y:.2f})"
     if not grid.contains(pose.x, pose.y):
@@ -66,14 +68,27 @@ def _cell_of_goal(pose: Pose2, known: NavigationMap, clearance: float) -> tuple[
         raise operation_failed(
             f"{where} is outside of the map: x {grid.x:.2f} to {right:.2f} and y {grid.y:.2f} to {top:.2f}"
         )
-    cell = grid.cell(pose.x, pose.y)
+    if not cover.is_round:
+        gap = float(cover.gaps(grid, known.distance, np.array([pose]))[0])
+        if gap < 0.0:
+            raise operation_failed(
+                f"{where} with a heading of {pose.yaw:.2f} rad is invalid: the outline of the robot, with its "
+                f"margin, overlaps an obstacle of the map by {-gap:.2f} m; expected a free place"
+            )
+    core = _core(pose, cover)
+    cell = grid.cell(core.x, core.y)
     room = float(known.distance[cell])
-    if room < clearance:
+    if room < cover.room:
         place = "inside" if room == 0.0 else f"{room:.2f} m from"
         raise operation_failed(
-            f"{where} is {place} an obstacle of the map; expected a clearance of {clearance:.2f} m or more"
+            f"{where} is {place} an obstacle of the map; expected a clearance of {cover.room:.2f} m or more"
         )
     return cell
+
+
+def _core(pose: Pose2, cover: Cover) -> Pose2:
+    x, y, _ = cover.discs[0].tolist()
+    return pose.compose(Pose2(x, y, 0.0))
 
 
 def _regions_about(start: Pose2, numbers: Array, grid: Grid) -> set[int]:

@@ -16,11 +16,13 @@ import numpy as np
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Pose2, wrap
+from sim_nodes.navigation.arrival import has_arrived
 from sim_nodes.navigation.contracts import ControlInput, Path, PlanRequest, Setup
+from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.goals import Feedback, Goal, check_reachable
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.obstacles import ObstacleLayer
-from sim_nodes.navigation.plugins import find_controller, find_planner, make_plugin
+from sim_nodes.navigation.plugins import default_plugins, find_controller, find_planner, make_plugin
 from sim_nodes.navigation.ramp import Ramp
 from sim_nodes.navigation.recoveries import Recoveries
 from sim_nodes.noise import Noise
@@ -31,7 +33,6 @@ from sim_nodes.robots.navigation import PluginDeclaration, Recovery
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
-PASSED = 2.5  # times the tolerance within which a robot that has driven past the goal has arrived
 STOPPED = (0.01, 0.02)  # [m/s], [rad/s]
 BLOCKED_TIME = 0.6  # [s] without an open arc before a recovery
 OFF_PATH = 0.4  # [m] from the path from which a robot needs another one
@@ -108,11 +109,15 @@ class Navigator(Stateful):
         def setup(plugin: PluginDeclaration) -> Setup:
             return Setup(declaration, known, plugin.parameters, noise)
 
-        planner, controller = p.planner, p.controller
+        self._cover = cover_of(declaration)
+        planner, controller = default_plugins(declaration)
         self._planner = make_plugin(find_planner(planner.plugin), planner.plugin, setup(planner))
         self._controller = make_plugin(find_controller(controller.plugin), controller.plugin, setup(controller))
-        self._recoveries = Recoveries(known, declaration)
+        self._recoveries = Recoveries(known, declaration, self._cover)
         self._ramp = Ramp(declaration.drive)
+        radius = declaration.drive.min_turning_radius
+        self._aligns = self._cover.is_round and not radius
+        self._no_passage = "found no passage" + (f" for a turning radius of {radius:.2f} m" if radius else "")
         self.goal: Goal | None = None
         self.recoveries = 0
 
@@ -122,7 +127,7 @@ class Navigator(Stateful):
         Raises:
             RequestRefused: See `check_reachable`.
         """
-        check_reachable(poses, start, self._map, self._declaration.clearance)
+        check_reachable(poses, start, self._map, self._cover)
 
     def start(self, goal: Goal, pose: Pose2) -> None:
         """Accept a goal, at a pose of the robot in `map`."""
@@ -217,7 +222,7 @@ class Navigator(Stateful):
         assert self.goal is not None
         target = self.goal.poses[self._index]
         stops = self.goal.stop_at_each or self._index == len(self.goal.poses) - 1
-        if self._has_arrived(now.pose, target, stops=stops):
+        if self._is_there(now.pose, target, stops=stops):
             if stops:
                 self._enter(Phase.ALIGN)
                 return self._align(now)
@@ -229,7 +234,7 @@ class Navigator(Stateful):
         if not self._makes_progress(now.pose):
             return self._start_recovery(now, "made no progress")
         if self._path is None:
-            return self._hold(now, "found no passage")
+            return self._hold(now, self._no_passage)
         velocity = self._controller.follow(self._path, now, stops=stops)
         if velocity is None:
             return self._hold(now, "was blocked")
@@ -237,13 +242,10 @@ class Navigator(Stateful):
         self._ramp.wanted = velocity
         return None
 
-    def _has_arrived(self, pose: Pose2, target: Pose2, *, stops: bool) -> bool:
-        distance = pose.distance(target.x, target.y)
+    def _is_there(self, pose: Pose2, target: Pose2, *, stops: bool) -> bool:
         if not stops:
-            return distance < self._parameters.passed_goal_radius
-        tolerance = self._parameters.xy_goal_tolerance
-        is_behind = pose.inverse().compose(target).x < 0.0
-        return distance < tolerance or (is_behind and distance < PASSED * tolerance)
+            return pose.distance(target.x, target.y) < self._parameters.passed_goal_radius
+        return has_arrived(self._declaration, pose, target, self._path, aligns=self._aligns)
 
     def _replan(self, now: ControlInput, target: Pose2) -> None:
         """Plan again if that is needed: at once if blocked, otherwise at the rate of the planner."""
@@ -257,6 +259,8 @@ class Navigator(Stateful):
         distance = self._obstacles.distance(self._obstacle_reach)
         distance.setflags(write=False)
         self._path = self._planner.plan(PlanRequest(self._map.grid, distance, now.pose, target, now.tick))
+        if self._path is not None:
+            self._controller.set_plan(self._path)
         self._planned_for, self._since_plan = self._obstacles.changes, 0
 
     def _needs_plan(self, now: ControlInput, since: float) -> bool:
@@ -267,13 +271,18 @@ class Navigator(Stateful):
         index = self._path.nearest(now.pose.x, now.pose.y)
         if np.hypot(*(self._path.points[index] - now.pose[:2])) > OFF_PATH or self._blocked:
             return True
-        return has_changed and (since >= REVIEW_TIME or self._is_obstructed(self._path, index))
+        review = since >= REVIEW_TIME and self._path.headings is None  # plans over poses cost more
+        return has_changed and (review or self._is_obstructed(self._path, index))
 
     def _is_obstructed(self, path: Path, index: int) -> bool:
         """Whether an obstacle is too close to the path from a point on."""
         obstacles, ahead = self._obstacles.points, path.points[index::2]
         if len(obstacles) == 0:
             return False
+        if path.headings is not None:
+            return (
+                float(self._cover.gaps_to(obstacles[:, 0], obstacles[:, 1], path.poses[index::2]).min()) < -SLACK
+            )
         away = np.hypot(obstacles[:, :1] - ahead[:, 0], obstacles[:, 1:] - ahead[:, 1])
         return float(away.min()) < self._declaration.clearance - SLACK
 
@@ -301,12 +310,13 @@ class Navigator(Stateful):
         assert self.goal is not None
         p = self._parameters
         target = self.goal.poses[self._index]
-        most = p.number_of_retries if p.recoveries else 0
+        kinds = self._recoveries.kinds
+        most = p.number_of_retries if kinds else 0
         if self._attempts >= most:
             after = f", also after {most} recoveries" if most else ""
             message = f"the robot {reason} on its way to ({target.x:.2f}, {target.y:.2f}){after}"
             return self._end(Outcome.ABORTED, message)
-        self._recovery = kind or p.recoveries[self._attempts % len(p.recoveries)]
+        self._recovery = kind or kinds[self._attempts % len(kinds)]
         self._attempts += 1
         self.recoveries += 1
         self._recovered_at = now.pose

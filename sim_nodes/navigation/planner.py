@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from sim_nodes.geometry import Array
+from sim_nodes.geometry import Array, wrap
 from sim_nodes.navigation.contracts import Path, Planner, PlanRequest, Setup
 from sim_nodes.navigation.grid_search import CLOSED, Cell, Cells, GoalField, Window, cheapest_path
 from sim_nodes.navigation.smoothing import smooth
@@ -34,6 +34,7 @@ class GridPlanner(Planner):
         self._known = setup.known
         self._clearance = setup.declaration.clearance
         self._parameters = setup.declaration.navigation
+        self._slides = setup.declaration.drive.max_lateral_speed > 0.0
         self._field: GoalField | None = None  # that of the last goal
 
     def plan(self, request: PlanRequest) -> Path | None:
@@ -58,7 +59,8 @@ class GridPlanner(Planner):
         # The path away from a close obstacle stays as it is: a straight piece may be as close as its ends.
         away = int((grid.interpolate(request.distance, *points.T) >= self._clearance).argmax())
         rest = smooth(grid, request.distance, points[away:], self._clearance + MARGIN)
-        return Path(np.vstack([points[:away], rest]))
+        path = np.vstack([points[:away], rest])
+        return Path(path, turned_along(path, start.yaw, goal.yaw) if self._slides else None)
 
     def _field_of(self, goal: Cell) -> GoalField:
         if self._field is None or self._field.goal != goal:
@@ -72,6 +74,14 @@ class GridPlanner(Planner):
         room = request.distance[where]
         reach = max(self._parameters.inflation_radius, self._clearance)
         return bool(((room < self._known.distance[where]) & (room <= reach)).any())
+
+
+def turned_along(points: Array, start: float, end: float) -> Array:
+    """Return headings that turn evenly from one to another along a path [rad], shape (n,)."""
+    lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+    headings: Array = start + wrap(end - start) * lengths / max(float(lengths[-1]), 1e-9)
+    headings[-1] = end
+    return headings
 
 
 def traversal_cost(distance: Array, clearance: float, parameters: NavigationDeclaration) -> Array:

@@ -10,13 +10,34 @@ from typing import TypeVar
 from seoro.bridges.wire.refusal import name_list
 from sim_nodes.navigation.contracts import Controller, InvalidParameter, Planner, Plugin, Setup
 from sim_nodes.navigation.controller import ArcController
+from sim_nodes.navigation.cover import cover_of
+from sim_nodes.navigation.holonomic import HolonomicController
+from sim_nodes.navigation.hybrid import HybridPlanner
 from sim_nodes.navigation.planner import GridPlanner
+from sim_nodes.navigation.pursuit import PursuitController
 from sim_nodes.outcomes import operation_failed
+from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.robots.navigation import PluginDeclaration
 
-PLANNERS: Mapping[str, type[Planner]] = {"grid": GridPlanner}
-CONTROLLERS: Mapping[str, type[Controller]] = {"arcs": ArcController}
+PLANNERS: Mapping[str, type[Planner]] = {"grid": GridPlanner, "hybrid": HybridPlanner}
+CONTROLLERS: Mapping[str, type[Controller]] = {
+    "arcs": ArcController,
+    "holonomic": HolonomicController,
+    "pursuit": PursuitController,
+}
 
 P = TypeVar("P", bound=Plugin)
+
+
+def default_plugins(declaration: MobileDeclaration) -> tuple[PluginDeclaration, PluginDeclaration]:
+    """Return the planner and controller of a robot: those of its parameters, or by its drive and outline."""
+    drive, declared = declaration.drive, declaration.navigation
+    steers, slides = drive.min_turning_radius > 0.0, drive.max_lateral_speed > 0.0
+    simple = cover_of(declaration).is_round and not steers
+    planner = declared.planner or PluginDeclaration(plugin="grid" if simple else "hybrid")
+    needs_headings = steers or planner.plugin == "hybrid"
+    controller = "holonomic" if slides else "pursuit" if needs_headings else "arcs"
+    return planner, declared.controller or PluginDeclaration(plugin=controller)
 
 
 def find_planner(name: str) -> type[Planner]:

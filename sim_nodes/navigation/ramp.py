@@ -30,11 +30,21 @@ class Ramp(Stateful):
         """Return the velocity from this tick on."""
         dv, dw = self._drive.max_acceleration * TICK, self._drive.max_turn_acceleration * TICK
         v, w, u = self.velocity
+        linear = min(max(self.wanted.linear, v - dv), v + dv)
+        if self._drive.min_turning_radius:
+            self.velocity = Velocity(linear, linear * self._curvature())
+            return self.velocity
         limit = self._drive.max_turn_rate
         turn = min(max(self.wanted.angular, -limit), limit)
         self.velocity = Velocity(
-            min(max(self.wanted.linear, v - dv), v + dv),
+            linear,
             min(max(turn, w - dw), w + dw),
             min(max(self.wanted.lateral, u - dv), u + dv),
         )
         return self.velocity
+
+    def _curvature(self) -> float:
+        """Return the curvature at which a car drives: the wanted one, or while it stops, the present one [1/m]."""
+        source = self.wanted if self.wanted.linear else self.velocity
+        most = 1.0 / self._drive.min_turning_radius
+        return min(max(source.angular / source.linear, -most), most) if source.linear else 0.0

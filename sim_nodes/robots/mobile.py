@@ -283,14 +283,8 @@ class MobileBase(Stateful):
         """Accept a navigation goal. A goal without a client is cancelled, or continued if it is equal.
 
         Raises:
-            RequestRefused: The robot steers, is not localised or is busy, or the goal is unreachable on the map.
+            RequestRefused: The robot is not localised or is busy, or the goal is unreachable on the map.
         """
-        drive = self.declaration.drive
-        if drive.min_turning_radius > 0.0:
-            raise feature_unsupported(
-                f"{self.name} cannot navigate: its drive is {drive.kind.value}; expected one that turns in place. "
-                "Move it by `drive` of `osc.driving`"
-            )
         pose = self.localised_pose()
         if pose is None:
             raise incorrect_state(f"{self.name} is not localised; set its initial pose first")

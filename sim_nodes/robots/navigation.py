@@ -30,8 +30,8 @@ class PluginDeclaration(Declared):
 class NavigationDeclaration(Declared):
     """Parameters of the navigation of a base."""
 
-    planner: PluginDeclaration = PluginDeclaration(plugin="grid")
-    controller: PluginDeclaration = PluginDeclaration(plugin="arcs")
+    planner: PluginDeclaration | None = None  # by the drive and the outline
+    controller: PluginDeclaration | None = None  # by the drive and the outline
     controller_frequency: float = Field(10.0, ge=1.0, le=50.0)  # decisions [Hz], rounded to ticks of 20 ms
     expected_planner_frequency: float = Field(1.0, ge=0.1, le=10.0)  # maximum rate of plans [Hz]
     xy_goal_tolerance: PositiveFloat = 0.01  # of the localised position [m]

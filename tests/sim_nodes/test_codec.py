@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from seoro.bridges import wire
+from sim_nodes.check.drives import drive_of
 from sim_nodes.codec import CodecError, pack, unpack
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.navigator import Phase
 from sim_nodes.physics import BodyModel, Box, Part
+from sim_nodes.robots.drive_declaration import DriveKind
 from sim_nodes.worlds.loader import load_world
 
 VALUES: tuple[Any, ...] = (
@@ -121,3 +123,9 @@ def test_decoding_imports_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(CodecError, match=r"unknown frozen data|unsupported type"):
         unpack(record("sim_nodes.sdf:Model", {}))
     assert "sim_nodes.sdf" not in sys.modules
+
+
+def test_derived_values_of_models_are_left_out() -> None:
+    drive = drive_of(DriveKind.ACKERMANN)
+    assert drive.steered  # computed once, and kept
+    assert unpack(pack(drive)) == drive

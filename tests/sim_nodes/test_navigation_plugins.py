@@ -13,8 +13,6 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.check.bench import ROBOT
-from sim_nodes.check.drives import built_drive, robot_with
 from sim_nodes.check.navigation import check_controller, check_planner
 from sim_nodes.navigation.contracts import (
     ControlInput,
@@ -26,16 +24,13 @@ from sim_nodes.navigation.contracts import (
     Setup,
 )
 from sim_nodes.navigation.controller import ArcController
-from sim_nodes.navigation.goals import Goal
-from sim_nodes.navigation.maps import build_map
+from sim_nodes.navigation.hybrid import HybridPlanner
 from sim_nodes.navigation.planner import GridPlanner
 from sim_nodes.navigation.plugins import find_controller, find_planner
-from sim_nodes.robots.drive_declaration import DriveKind
+from sim_nodes.navigation.pursuit import PursuitController
 from sim_nodes.robots.kinematics import Velocity
-from sim_nodes.robots.mobile import MobileBase
 from tests.sim_nodes import robots_of_makers as makers
 from tests.sim_nodes.client import Client, pose
-from tests.sim_nodes.engines import make_engine
 
 HERE = __name__
 
@@ -140,6 +135,15 @@ def test_own_planner_and_controller_fulfil_the_contract() -> None:
     check_controller(ArcController)
 
 
+def test_the_controller_for_poses_fulfils_the_contract() -> None:
+    check_controller(PursuitController)
+
+
+@pytest.mark.slow
+def test_the_planner_for_poses_fulfils_the_contract() -> None:
+    check_planner(HybridPlanner, {"reverse_penalty": 3})
+
+
 class Straight(GridPlanner):
     """It ignores walls."""
 
@@ -160,6 +164,17 @@ class Optimistic(GridPlanner):
 
     def plan(self, request: PlanRequest) -> Path | None:
         return super().plan(request) or Path(np.array([request.start[:2], request.goal[:2]]))
+
+
+class Crab(GridPlanner):
+    """It has headings across its steps."""
+
+    def plan(self, request: PlanRequest) -> Path | None:
+        path = super().plan(request)
+        if path is None:
+            return None
+        yaw, end = request.start.yaw, request.goal.yaw
+        return Path(path.points, np.append(np.full(len(path.points) - 1, yaw), end))
 
 
 class Moody(GridPlanner):
@@ -191,6 +206,7 @@ class Forgetful(GridPlanner):
         (Straight, "Paths keep the clearance from walls"),
         (Short, "the last point of a path"),
         (Optimistic, "a path leads through a wall"),
+        (Crab, "aside of the heading; the robot cannot move sideways"),
         (Moody, "different paths for the same requests"),
         (Forgetful, "a restored planner returned other paths"),
     ],
@@ -237,12 +253,3 @@ class Dreaming(ArcController):
 def test_controllers_that_break_a_rule_are_found(controller: type[Controller], words: str) -> None:
     with pytest.raises(AssertionError, match=words):
         check_controller(controller)
-
-
-def test_navigation_goals_of_robots_that_steer_are_refused() -> None:
-    declaration = robot_with(DriveKind.ACKERMANN).mobile
-    assert declaration is not None
-    engine = built_drive(lambda: make_engine("mujoco"), DriveKind.ACKERMANN)
-    base = MobileBase(ROBOT, declaration, engine, build_map((-2.0, -2.0, 2.0, 2.0), ()), 0)
-    with pytest.raises(RequestRefused, match="cannot navigate: its drive is ackermann; expected one that turns"):
-        base.navigate(Goal("goal", (), stop_at_each=True))

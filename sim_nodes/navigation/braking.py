@@ -1,0 +1,34 @@
+"""Speeds that a base can reduce within a way."""
+
+from __future__ import annotations
+
+import math
+
+from sim_nodes.robots.drive_declaration import DriveDeclaration
+
+LATENCY = 0.2  # [s] from an obstacle's appearance to braking: scan, decision, wheels
+CALM = 0.5  # of the maximum acceleration for planned changes of speed
+
+
+class Braking:
+    """Braking of a base.
+
+    Args:
+        drive: Declaration of its drive.
+    """
+
+    def __init__(self, drive: DriveDeclaration) -> None:
+        self._acceleration = drive.max_acceleration
+
+    def room(self, speed: float) -> float:
+        """Return the way to stop from a speed, with latency [m]."""
+        return speed * LATENCY + speed**2 / (2.0 * self._acceleration)
+
+    def speed(self, room: float) -> float:
+        """Return the speed that needs a way to stop [m/s]; 0 without one."""
+        a = self._acceleration
+        return -a * LATENCY + math.sqrt((a * LATENCY) ** 2 + 2.0 * a * max(room, 0.0))
+
+    def calm_speed(self, room: float) -> float:
+        """Return the speed from which the base stops calmly within a way [m/s]."""
+        return math.sqrt(2.0 * CALM * self._acceleration * max(room, 0.0))

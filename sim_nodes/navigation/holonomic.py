@@ -1,0 +1,96 @@
+"""The controller `holonomic`: it follows the poses of a path in any direction, turning on the way.
+
+The base moves towards a point of the path ahead while it turns to the heading there. So it may arrive sideways. It
+stops where its outline would touch a point of the scan on the path ahead.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sim_nodes.geometry import Array, wrap
+from sim_nodes.navigation.braking import Braking
+from sim_nodes.navigation.contracts import ControlInput, Controller, Indices, Path, Setup
+from sim_nodes.navigation.cover import cover_of
+from sim_nodes.navigation.surroundings import Surroundings
+from sim_nodes.robots.kinematics import Velocity
+
+WINDOW = 12  # poses ahead among which the nearest one is searched
+LOOKAHEAD = 0.2  # [m]
+LEVER = 0.2  # [m] distance that counts as much as a heading off by one radian
+TURN_GAIN = 2.5  # [1/s]
+STOP_MARGIN = 0.01  # [m] before an obstacle's clearance
+LARGEST_VIEW = 300  # poses ahead that are checked
+REACHED = (0.004, 0.03)  # [m] and [rad] from the end of a turn, or of the way before one
+
+
+class HolonomicController(Controller):
+    """The default controller of omnidirectional drives."""
+
+    STATE = ("_index",)
+
+    def __init__(self, setup: Setup) -> None:
+        setup.refuse_parameters("controller `holonomic`")
+        declared = setup.declaration
+        self._drive = declared.drive
+        self._parameters = p = declared.navigation
+        self._known = setup.known
+        self._cover = cover_of(declared)
+        self._braking = Braking(declared.drive)
+        self._top_speed = min(self._drive.max_speed, p.desired_linear_vel or math.inf)
+        self._turn_rate = min(p.rotate_to_heading_angular_vel, self._drive.max_turn_rate)
+        self._reach = self._cover.reach + self._braking.room(self._top_speed) + p.lookahead_dist
+        self.begin()
+
+    def begin(self) -> None:
+        """See `Controller.begin`."""
+        self._index = 0  # of the pose on the path
+
+    def set_plan(self, path: Path) -> None:
+        """See `Controller.set_plan`."""
+        self._index = 0
+
+    def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:
+        """See `Controller.follow`."""
+        poses, pose = path.poses, now.pose
+        end = self._advance(poses, path.ways, np.array(pose))
+        piece = poses[self._index : end + 1]
+        lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(piece[:, :2], axis=0).T)))
+        view = piece[: LARGEST_VIEW + 1]
+        count = Surroundings.seen(now, self._reach, self._known).count_free(self._cover, view[1:])
+        is_free = count == len(view) - 1
+        if count == 0 and not is_free:
+            return None
+        target = piece[min(int(np.searchsorted(lengths, LOOKAHEAD)), len(piece) - 1)]
+        x, y = target[0] - pose.x, target[1] - pose.y
+        remaining = float(lengths[-1]) + math.hypot(*(piece[0, :2] - pose[:2]))
+        speed = min(
+            self._top_speed if is_free else self._braking.speed(float(lengths[count]) - STOP_MARGIN),
+            self._top_speed if not stops and end == len(poses) - 1 else self._approach(remaining),
+        )
+        away = max(math.hypot(x, y), 1e-9)
+        ahead = (math.cos(pose.yaw) * x + math.sin(pose.yaw) * y) / away
+        left = (math.cos(pose.yaw) * y - math.sin(pose.yaw) * x) / away
+        limit = max(abs(ahead) / self._drive.max_speed, abs(left) / self._drive.max_lateral_speed)
+        speed = min(speed, 1.0 / max(limit, 1e-9), TURN_GAIN * remaining)
+        turn = TURN_GAIN * wrap(float(target[2]) - pose.yaw)
+        return Velocity(speed * ahead, min(max(turn, -self._turn_rate), self._turn_rate), speed * left)
+
+    def _advance(self, poses: Array, ways: Indices, pose: Array) -> int:
+        """Move on to the nearest pose ahead; returns the end of its piece: a turn, or the way before one."""
+        while True:
+            stands = ways[self._index :] == 0
+            others = np.flatnonzero(stands != stands[:1])
+            end = self._index + int(others[0]) if len(others) else len(poses) - 1
+            off = poses[self._index : min(self._index + WINDOW, end) + 1] - pose
+            self._index += int((np.hypot(off[:, 0], off[:, 1]) + LEVER * np.abs(wrap(off[:, 2]))).argmin())
+            dx, dy, turn = poses[end] - pose
+            is_at_end = math.hypot(dx, dy) < REACHED[0] and abs(wrap(float(turn))) < REACHED[1]
+            if self._index < end or end == len(poses) - 1 or not is_at_end:
+                return end
+            self._index = end
+
+    def _approach(self, remaining: float) -> float:
+        return self._parameters.min_approach_linear_velocity + self._braking.calm_speed(remaining)
