@@ -1,6 +1,6 @@
 """Loads models of makers into both engines, and counts what loads.
 
-    python benchmarks/foreign_models.py [PACKAGE ...] [--every N]
+    python benchmarks/foreign_models.py [PACKAGE ...] [--every N] [--processes N]
 
 Packages are Python packages with models; missing ones are skipped. By default: pybullet_data, robosuite,
 dm_control and gymnasium_robotics, which are installed for this only. Each model is added to an empty world, and
@@ -140,6 +140,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("packages", nargs="*", default=PACKAGES)
     parser.add_argument("--every", type=int, default=1, help="load every Nth model only")
+    parser.add_argument("--processes", type=int, default=1, help="models loaded at the same time (default: 1)")
     options = parser.parse_args()
     cases = [
         Case(package, path, engine)
@@ -149,11 +150,13 @@ def main() -> None:
         if find_spec(engine) is not None
     ]
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["sim_nodes.models.canonical", "sim_nodes.models.meshes"])
+    modules = ["sim_nodes.models.canonical", "sim_nodes.models.meshes", "sim_nodes.models.sdf"]
+    engines = sorted({case.engine for case in cases})
+    context.set_forkserver_preload([*modules, *(f"sim_nodes.{engine}.engine" for engine in engines)])
     reasons: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
     examples: dict[str, Case] = {}
     slowest: dict[str, tuple[float, Case]] = {}
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(options.processes) as pool:
         for case, (reason, seconds) in zip(cases, pool.map(partial(load_apart, context), cases), strict=True):
             kind = re.sub(r"'[^']*'|\"[^\"]*\"|-?\d[\d.e+-]*", "…", reason)
             reasons[case.package, SUFFIXES[case.path.suffix], case.engine][kind] += 1
@@ -166,8 +169,7 @@ def main() -> None:
         total = counts.total() - counts[INCOMPLETE] - counts[EMPTY]
         print(f"{package:<20} {form:<6} {engine:<9} {total:>6} {counts[LOADED]:>6} {counts[LOADED] / total:>6.1%}")
     refused = sum(reasons.values(), Counter())
-    engines = len({engine for _, _, engine in reasons})
-    incomplete, empty = refused[INCOMPLETE] // engines, refused[EMPTY] // engines
+    incomplete, empty = refused[INCOMPLETE] // len(engines), refused[EMPTY] // len(engines)
     print(
         f"\nnot counted: {incomplete} MJCF files that MuJoCo refuses itself, {empty} without a body\nnot loaded:"
     )

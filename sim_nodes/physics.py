@@ -102,7 +102,7 @@ class Urdf:
 
     Attributes:
         text: Its text.
-        meshes: Meshes in STL by file name.
+        meshes: Meshes by file name: in STL, or in OBJ with a picture in PNG.
         joints: Names of movable joints, in the order of the file.
         friction: Coefficients of sliding friction by link; others have that of the body.
     """

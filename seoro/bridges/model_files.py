@@ -27,11 +27,13 @@ XML: Final = frozenset({".urdf", ".sdf", ".world", ".xml", ".mjcf", ".xacro", ".
 PACKAGE_PATHS: Final = ("ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "SDF_PATH")  # of folders
 
 _COMMENT: Final = re.compile(r"<!--.*?-->", re.DOTALL)
-_NAMED: Final = re.compile(r"""\s(?:file\w*|filename|url)\s*=\s*["']([^"']+)["']|<uri>([^<]+)</uri>""")
+_NAMED: Final = re.compile(r"""\s(?:file\w*|filename|url)\s*=\s*["']([^"']+)["']|<(?:uri|albedo_map)>([^<]+)</""")
 _COMPILER: Final = re.compile(r"<compiler\s[^>]*>")
 _FOLDER: Final = re.compile(r"""\s(?:mesh|texture|asset)dir\s*=\s*["']([^"']*)["']""")
 _MTLLIB: Final = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
-_MAP: Final = re.compile(rb"^\s*map_Kd\s+(?:-\S+\s+\S+\s+)*(.+?)\s*$", re.MULTILINE)
+_MAP: Final = re.compile(
+    rb"^\s*map_Kd\s+(?:-[a-z]\w*\s+(?:(?:-?[\d.]\S*|on|off)\s+)*)*(.+?)\s*$", re.MULTILINE
+)  # options of OBJ come first
 _PACKAGE: Final = re.compile(r"<name>([^<]+)</name>")
 _IMAGE: Final = re.compile(rb"<init_from>([^<]+\.[A-Za-z]{3,4})</init_from>")
 

@@ -2,7 +2,8 @@
 
 Each engine reads a URDF in its own way: one skips unknown elements and invalid numbers, another gives massless
 links a kilogram, a third refuses the file. So models are brought into one form first: known elements only, valid
-numbers, complete inertia, meshes as STL without folders, solid meshes as convex pieces. Notes list the changes.
+numbers, complete inertia. Meshes are without folders, in STL, or in OBJ if they have a picture; solid ones are
+convex pieces. Notes list the changes.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from sim_nodes.inertia import inertia_tensor, masses_by_volume, volume
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.settings import ModelSettings
 from sim_nodes.models.urdf import (
+    SCALES,
     frame_of,
     link_of,
     read_numbers,
@@ -32,11 +34,11 @@ from sim_nodes.models.urdf import (
     write_origin,
     write_shape,
 )
-from sim_nodes.physics import BodyModel, Box, Hull, Part, Shape, Urdf
+from sim_nodes.physics import BodyModel, Box, Part, Shape, Urdf
 from sim_nodes.views import Colour
 
 if TYPE_CHECKING:
-    from sim_nodes.models.meshes import Mesh
+    from sim_nodes.models.mesh_files import MeshFile, MeshFiles
 
 JOINTS = ("continuous", "fixed", "floating", "planar", "prismatic", "revolute", "spherical")
 JOINT_ELEMENTS = {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}
@@ -44,12 +46,12 @@ REPEATED = frozenset({"visual", "collision", "contact"})
 DENSITY = 1000.0  # [kg/m^3] of links without a mass
 SMALLEST = 1e-6  # smallest ratio of principal moments
 FRAME_MASS, FRAME_INERTIA = 1e-3, 1e-6  # [kg], [kg m^2] of links without shapes and mass
+WHITE: Colour = (1.0, 1.0, 1.0, 1.0)  # of pictures
 CENTRE: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 POINT_RADIUS = 0.05  # [m] of the sphere that stands for a link with a mass, without shapes
 PLANE = (100.0, 100.0, 1.0)  # [m] of the box whose top stands for a plane
 MASSES = (0.0, 1e5)  # [kg]
 LIMITS = (-1e12, 1e12)  # of joints, in their units
-SCALES = (-1e6, 1e6)
 MAX_SHAPES = 1000
 
 
@@ -75,11 +77,8 @@ class _Writer:
         self._out = Element("robot", name=robot.get("name") or "model")
         self._ignored: set[str] = set()
         self._notes: dict[str, None] = {}
-        self._assets: dict[str, bytes] = {}
-        self._meshes: dict[tuple[str, Vector, bool], list[tuple[str, Mesh]]] = {}
-        self._materials = {
-            each.get("name"): each for each in robot.iter("material") if each.find("color") is not None
-        }
+        self._meshes: MeshFiles | None = None
+        self._materials = {(each.get("name"), part.tag): part for each in robot.iter("material") for part in each}
         self._friction: dict[str, float] = {}
         self._first_colour: Colour | None = None
         self._shapes = 0
@@ -120,7 +119,7 @@ class _Writer:
             mass=mass,
             static=is_static or not parts,
             colour=self._colour or self._first_colour,
-            urdf=Urdf(text, self._assets, movable, self._friction),
+            urdf=Urdf(text, {} if self._meshes is None else self._meshes.written, movable, self._friction),
             notes=self._all_notes(),
         )
 
@@ -213,7 +212,7 @@ class _Writer:
         if element.find("geometry/plane") is not None:
             place = vector(np.add(place, rotated(orientation, (0.0, 0.0, -PLANE[2] / 2))))
         for shape, mesh in self._shapes_of(element, solid=True):
-            assert shape is not None, "solid meshes are hulls"
+            assert shape is not None, "solid meshes have hulls"
             written = SubElement(out, "collision")
             _write_pose(written, place, angles)
             _write_geometry(written, shape, mesh)
@@ -225,64 +224,63 @@ class _Writer:
             written = SubElement(out, "visual")
             _write_pose(written, *read_pose(element))
             _write_geometry(written, shape, mesh)
-            colour = own or (None if mesh is None else mesh[1].colour)
-            if colour is not None:
-                self._first_colour = self._first_colour or colour
-                material = SubElement(written, "material", name=f"material{len(self._out)}_{len(out)}")
+            colour = own or (None if mesh is None else mesh.colour)
+            if colour is None:
+                continue
+            self._first_colour = self._first_colour or colour
+            material = SubElement(written, "material", name=f"material{len(self._out)}_{len(out)}")
+            if mesh is None or mesh.picture is None:
                 SubElement(material, "color", rgba=text_of(colour))
+            else:  # the colour of the file tints its picture
+                SubElement(material, "color", rgba=text_of(own or WHITE))
+                SubElement(material, "texture", filename=mesh.picture)
 
     def _colour_of(self, visual: Any) -> Colour | None:
-        """Return the colour of a <visual>, its own or by the name of a material."""
-        material = visual.find("material")
-        known = None if material is None else self._materials.get(material.get("name"))
-        for each in (material, known):
-            if each is not None and (colour := each.find("color")) is not None:
-                values = read_numbers(colour.get("rgba"), "rgba of <color>", None, (0.0, 1.0))
-                if len(values) not in (3, 4):
-                    raise xml.invalid(f"invalid rgba of <color>: {colour.get('rgba')!r}; expected 4 numbers")
-                red, green, blue, opacity = (*values, 1.0)[:4]
-                return red, green, blue, opacity
-        return None
+        """Return the colour of the material of a <visual>."""
+        colour = self._of_material(visual, "color")
+        if colour is None:
+            return None
+        values = read_numbers(colour.get("rgba"), "rgba of <color>", None, (0.0, 1.0))
+        if len(values) not in (3, 4):
+            raise xml.invalid(f"invalid rgba of <color>: {colour.get('rgba')!r}; expected 4 numbers")
+        red, green, blue, opacity = (*values, 1.0)[:4]
+        return red, green, blue, opacity
 
-    def _shapes_of(self, element: Any, *, solid: bool) -> Iterator[tuple[Shape | None, tuple[str, Mesh] | None]]:
-        """Yield the shapes of a <collision> or <visual>; those of meshes with their assets, None if not solid."""
+    def _of_material(self, visual: Any, tag: str) -> Any:
+        """Return an element of the material of a <visual>, its own or by name; None without one."""
+        material = visual.find("material")
+        own = None if material is None else material.find(tag)
+        if own is not None or material is None or not material.get("name"):
+            return own
+        return self._materials.get((material.get("name"), tag))
+
+    def _shapes_of(self, element: Any, *, solid: bool) -> Iterator[tuple[Shape | None, MeshFile | None]]:
+        """Yield the shapes of a <collision> or <visual>; those of meshes with their files, None if not solid."""
         geometry = element.find("geometry")
         shape = None if geometry is None else next(iter(geometry), None)
         if shape is None:
             self._note(f"without effect: {xml.label(element)} without a shape")
             return
+        named = None if solid else self._of_material(element, "texture")
+        texture = None if named is None else virtual_path(named.get("filename") or "")
         if shape.tag == "mesh":
-            for name, mesh in self._mesh(shape, xml.label(element), solid=solid):
-                yield Hull(mesh.vertices.astype("<f8").tobytes()) if solid else None, (name, mesh)
+            for mesh in self._mesh_files().write(shape, xml.label(element), solid=solid, texture=texture):
+                yield mesh.hull, mesh
             return
+        if texture is not None:
+            self._note(f"without effect: <texture> of a <{shape.tag}>; only meshes show pictures")
         found = Box(PLANE) if shape.tag == "plane" else read_shape(shape, xml.label(element))
         if volume(found) <= 0.0:
             self._note(f"without effect: {xml.label(element)} with a shape without extent")
             return
         yield found, None
 
-    def _mesh(self, shape: Any, what: str, *, solid: bool) -> list[tuple[str, Mesh]]:
-        """Return the pieces of a mesh, with the names of their assets."""
-        from sim_nodes.models.decomposition import decomposed  # noqa: PLC0415 - as below
-        from sim_nodes.models.meshes import hull, load_pieces, to_stl  # noqa: PLC0415 - robots without meshes start sooner
+    def _mesh_files(self) -> MeshFiles:
+        from sim_nodes.models.mesh_files import MeshFiles  # noqa: PLC0415 - robots without meshes start sooner
 
-        path = virtual_path(shape.get("filename") or "")
-        scale = read_numbers(shape.get("scale", "1 1 1"), f"scale of the mesh in {what}", None, SCALES)[:3]
-        if len(scale) == 1:
-            scale *= 3
-        if len(scale) != 3:
-            raise xml.invalid(f"invalid scale of the mesh in {what}: {shape.get('scale')!r}; expected 3 numbers")
-        key = (path, (scale[0], scale[1], scale[2]), solid)
-        if key not in self._meshes:
-            pieces = load_pieces(self._files, path, key[1], solid=solid)
-            if solid:
-                if self._settings.decompose:
-                    pieces = [convex for piece in pieces for convex in decomposed(piece)]
-                pieces = [hull(piece) for piece in pieces]
-            named = [(f"mesh{len(self._assets) + index}.stl", piece) for index, piece in enumerate(pieces)]
-            self._assets |= {name: to_stl(piece) for name, piece in named}
-            self._meshes[key] = named
-        return self._meshes[key]
+        if self._meshes is None:
+            self._meshes = MeshFiles(self._files, self._settings, self._note)
+        return self._meshes
 
     # ------------------------------------------------------------ joints
 
@@ -393,9 +391,9 @@ def _write_inertial(out: Element, mass: float, pose: tuple[Vector, Vector], tens
     SubElement(inertial, "inertia", {key: repr(value) for key, value in values})
 
 
-def _write_geometry(out: Element, shape: Shape | None, mesh: tuple[str, Mesh] | None) -> None:
+def _write_geometry(out: Element, shape: Shape | None, mesh: MeshFile | None) -> None:
     geometry = SubElement(out, "geometry")
     if mesh is not None:
-        SubElement(geometry, "mesh", filename=mesh[0])
+        SubElement(geometry, "mesh", filename=mesh.name)
     elif shape is not None:
         write_shape(geometry, shape)

@@ -29,6 +29,7 @@ INERTIA = dict.fromkeys(xml.INERTIA, "0") | {"ixx": "1", "iyy": "1", "izz": "1"}
 UNLIMITED = 1e15  # [rad], [m]; SDF's default limit is 1e16
 FAR = 1e3  # [rad], [m] of the missing side of a limit
 FACTORS = (-1e6, 1e6)
+PICTURES = ("material/pbr/metal/albedo_map", "material/pbr/specular/albedo_map")
 MODEL = "__model__"  # frame of a model
 MAX_INCLUDES = 20  # nested
 LENGTHS = {
@@ -239,11 +240,22 @@ def _link(out: Element, name: str, link: _Link, offset: Frame, *, is_held: bool)
             place, turn = compose_frames(offset, pose_of(element))
             write_origin(own, place, roll_pitch_yaw(turn))
             _shape(SubElement(own, "geometry"), shape, link.folder)
-            diffuse = element.findtext("material/diffuse")
-            if diffuse is not None:
-                count = 3 if len(diffuse.split()) == 3 else 4
-                colour = [*xml.numbers(diffuse, "<diffuse>", count, (0.0, 1.0)), 1.0][:4]
-                SubElement(SubElement(own, "material", name=""), "color", rgba=text_of(colour))
+            _material(own, element, link.folder)
+
+
+def _material(out: Element, visual: Any, folder: str) -> None:
+    """Write the colour and the picture of a <visual>."""
+    diffuse = visual.findtext("material/diffuse")
+    picture = next((found for path in PICTURES if (found := visual.findtext(path))), None)
+    if diffuse is None and picture is None:
+        return
+    material = SubElement(out, "material", name="")
+    if diffuse is not None:
+        count = 3 if len(diffuse.split()) == 3 else 4
+        colour = [*xml.numbers(diffuse, "<diffuse>", count, (0.0, 1.0)), 1.0][:4]
+        SubElement(material, "color", rgba=text_of(colour))
+    if picture is not None:
+        SubElement(material, "texture", filename=virtual_path(picture, folder))
 
 
 def _shape(out: Element, shape: Any, folder: str) -> None:

@@ -13,6 +13,7 @@ from sim_nodes.physics import Box, Capsule, Cylinder, Hull, Shape, Sphere
 from sim_nodes.views import Colour
 
 SIZES = (0.0, 10_000.0)  # [m]
+SCALES = (-1e6, 1e6)
 WORLD_LINK = "__world__"  # of a translated model that is fixed to the world
 OPTION = re.compile(r"\$\(optenv\s+\w+\s*([^)]*)\)")  # an environment variable, with its default
 
@@ -100,6 +101,16 @@ def paint(robot: Any, colour: Colour) -> None:
         if visual.find("material") is None:
             material = SubElement(visual, "material", name="own")
             SubElement(material, "color", rgba=text_of(colour))
+
+
+def pictures_of(robot: Any) -> dict[str, str]:
+    """Return the pictures of meshes in a canonical URDF, both by the names of their files."""
+    return {
+        mesh.get("filename"): texture.get("filename")
+        for visual in robot.iter("visual")
+        for mesh in visual.iterfind("geometry/mesh")
+        for texture in visual.iterfind("material/texture")
+    }
 
 
 def read_shape(shape: Any, what: str) -> Shape:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import combinations
 from typing import Any
 
 import mujoco
 from defusedxml import ElementTree
 
-from sim_nodes.models.urdf import paint
+from sim_nodes.models.urdf import paint, pictures_of
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP, VISUAL_GROUP
 from sim_nodes.physics import BodyModel, Mjcf, Urdf
 from sim_nodes.views import Colour, colour_of
@@ -59,7 +60,7 @@ def _urdf_spec(urdf: Urdf, colour: Colour) -> Any:
     """Return the specification of a URDF; its links do not collide with each other, as in Gazebo and PyBullet."""
     root = ElementTree.fromstring(urdf.text)
     paint(root, colour)
-    spec = mujoco.MjSpec.from_string(with_compiler(root), assets=dict(urdf.meshes))
+    spec = urdf_spec(root, urdf.meshes)
     bodies = [body for body in spec.bodies if body.name != "world"]
     for body in bodies:
         for geom in body.geoms:
@@ -104,10 +105,40 @@ def _show(spec: Any, colour: Colour) -> None:
                 geom.rgba = colour
 
 
-def with_compiler(root: Any) -> str:
-    """Add MuJoCo's settings to a URDF; by default, visuals and links at fixed joints are dropped."""
+def urdf_spec(root: Any, files: Mapping[str, bytes]) -> Any:
+    """Return the specification of a canonical URDF, with its pictures, which MuJoCo's reader drops.
+
+    By default, MuJoCo also drops visuals and links at fixed joints.
+
+    Args:
+        root: Root element, which is changed.
+        files: Meshes and pictures by file name.
+    """
     extension = root.makeelement("mujoco", {})
     extension.append(root.makeelement("compiler", {"discardvisual": "false", "fusestatic": "false"}))
     root.insert(0, extension)
-    text: str = ElementTree.tostring(root, encoding="unicode")
-    return text
+    spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"), assets=dict(files))
+    solid = {geom.meshname for geom in spec.geoms if geom.contype}
+    for mesh in spec.meshes:
+        if mesh.name not in solid:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # allows flat ones
+    _add_pictures(spec, pictures_of(root))
+    return spec
+
+
+def _add_pictures(spec: Any, pictures: Mapping[str, str]) -> None:
+    """Add the pictures of meshes, given by the names of their files."""
+    materials: dict[tuple[str, tuple[float, ...]], str] = {}
+    for geom in spec.geoms if pictures else ():
+        picture = pictures.get(spec.mesh(geom.meshname).file) if geom.meshname else None
+        if picture is None:
+            continue
+        if spec.texture(picture) is None:
+            spec.add_texture(name=picture, type=mujoco.mjtTexture.mjTEXTURE_2D, file=picture)
+        key = picture, tuple(geom.rgba.tolist())
+        if key not in materials:
+            textures = [""] * mujoco.mjtTextureRole.mjNTEXROLE.value
+            textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = picture
+            materials[key] = f"{picture}/{len(materials)}"
+            spec.add_material(name=materials[key], textures=textures, rgba=geom.rgba)
+        geom.material = materials[key]

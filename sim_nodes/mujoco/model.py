@@ -14,7 +14,7 @@ from defusedxml import ElementTree
 from sim_nodes.geometry import quaternion
 from sim_nodes.inertia import part_masses
 from sim_nodes.mujoco.arm import add_arm, configure_grip_contacts
-from sim_nodes.mujoco.files import attach_file, with_compiler
+from sim_nodes.mujoco.files import attach_file, urdf_spec
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP
 from sim_nodes.mujoco.planar import add_planar_drive
 from sim_nodes.mujoco.stepping import add_counters
@@ -154,9 +154,7 @@ def _add_robot(spec: Any, robot: PlacedRobot, floor_friction: float) -> None:
 
 def robot_spec(declaration: RobotDeclaration, floor_friction: float = FLOOR_FRICTION) -> Any:
     """Return the specification of a robot: its URDF with a free joint and motors, for a floor."""
-    spec = mujoco.MjSpec.from_string(
-        with_compiler(ElementTree.fromstring(declaration.urdf)), assets=dict(declaration.meshes)
-    )
+    spec = urdf_spec(ElementTree.fromstring(declaration.urdf), dict(declaration.meshes))
     base = spec.body(declaration.base_link)
     if not declaration.fixed:
         base.add_freejoint()

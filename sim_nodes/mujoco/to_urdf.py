@@ -15,7 +15,9 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.geometry import Array, Quaternion, roll_pitch_yaw, rotated, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.meshes import Mesh, to_stl
+from sim_nodes.models.obj import to_obj
 from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
+from sim_nodes.mujoco.textures import mean_tint, picture, shows_picture, texture_of, textured_mesh
 from sim_nodes.physics import Mjcf
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -200,11 +202,37 @@ def _add_geoms(writer: _Writer, link: Any, body: int, anchor: Array, geoms: list
             write_origin(
                 element, model.geom_pos[geom] - anchor, roll_pitch_yaw(tuple(model.geom_quat[geom].tolist()))
             )
-            _add_shape(writer, SubElement(element, "geometry"), geom)
             if purpose == "visual":
-                material = int(model.geom_matid[geom])
-                colour = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
-                SubElement(SubElement(element, "material", name=""), "color", rgba=text_of(colour))
+                _add_appearance(writer, element, geom)
+            else:
+                _add_shape(writer, SubElement(element, "geometry"), geom)
+
+
+def _add_appearance(writer: _Writer, visual: Any, geom: int) -> None:
+    """Add shape and colour of a visual; textures of shapes that cannot show them have their mean colour."""
+    model = writer.model
+    material, texture = int(model.geom_matid[geom]), texture_of(model, geom)
+    colour = np.array(model.geom_rgba[geom] if material < 0 else model.mat_rgba[material])
+    geometry = SubElement(visual, "geometry")
+    own = SubElement(visual, "material", name="")
+    if texture is not None and shows_picture(model, geom):
+        SubElement(own, "texture", filename=_add_picture(writer, geometry, int(model.geom_dataid[geom]), texture))
+    else:
+        _add_shape(writer, geometry, geom)
+        if texture is not None:
+            colour[:3] *= mean_tint(model, texture)
+    SubElement(own, "color", rgba=text_of(colour))
+
+
+def _add_picture(writer: _Writer, out: Any, mesh: int, texture: int) -> str:
+    """Add a mesh with a picture; returns the path of the picture."""
+    path, pictured = f"textured_{mesh}.obj", f"texture_{texture}.png"
+    if path not in writer.files:
+        writer.files[path] = to_obj(textured_mesh(writer.model, mesh))
+    if pictured not in writer.files:
+        writer.files[pictured] = picture(writer.model, texture)
+    SubElement(out, "mesh", filename=path)
+    return pictured
 
 
 def _add_shape(writer: _Writer, out: Any, geom: int) -> None:

@@ -63,6 +63,7 @@ from sim_nodes.pybullet.planar import PlanarForces
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.pybullet.terrain import add_terrain
+from sim_nodes.pybullet.textures import Textures
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.traction import traction_of
 from sim_nodes.views import WALL, DepthImage, Picture, View, colour_of
@@ -141,6 +142,7 @@ class PybulletEngine:
         self._static: set[int] = set()  # numbers of the bodies with a static base
         self._jointed: dict[int, tuple[int, ...]] = {}  # joints of arms, and of bodies that have some
         self._broadphase = BroadPhase(bullet)
+        self._textures = Textures(bullet)
         floor = add_floor(bullet, self._scene.extent)
         bullet.changeDynamics(floor, BASE, lateralFriction=self._scene.ground.friction)
         self._owners[floor] = FLOOR
@@ -188,7 +190,7 @@ class PybulletEngine:
             self._static.add(number)
 
     def _load_robot(self, index: int, robot: PlacedRobot) -> None:
-        number, links = load_robot(self._bullet, robot)
+        number, links = load_robot(self._bullet, robot, self._textures)
         self._register(robot.name, number, static=robot.declaration.fixed)
         self._links[robot.name] = links.links
         self._groups[robot.name] = group = 1 << (FIRST_ROBOT_GROUP + index)
@@ -208,7 +210,7 @@ class PybulletEngine:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
     def _load_body(self, name: str, model: BodyModel, state: BodyState) -> None:
-        number = load_body(self._bullet, model, state, colour_of(name, model.colour))
+        number = load_body(self._bullet, model, state, colour_of(name, model.colour), self._textures)
         self._register(name, number, static=model.static)
         if joints := movable_joints(self._bullet, number):
             self._jointed[number] = joints

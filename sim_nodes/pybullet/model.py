@@ -37,6 +37,7 @@ from sim_nodes.physics import (
 )
 from sim_nodes.pybullet import captured_output
 from sim_nodes.pybullet.mimic import couple_mimics
+from sim_nodes.pybullet.textures import Textures
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration
 from sim_nodes.robots.kinematics import motor_joints, wheel_joints
@@ -126,13 +127,15 @@ def joint_load(bullet: Any, body: int, link: int) -> tuple[Vector, Vector]:
     return vector(force), vector(torque + np.cross(centre, force))
 
 
-def load_robot(bullet: Any, robot: PlacedRobot) -> tuple[int, Links]:
+def load_robot(bullet: Any, robot: PlacedRobot, textures: Textures) -> tuple[int, Links]:
     """Load a robot; returns its body number and the indices of its links."""
     declaration = robot.declaration
     root = fromstring(declaration.urdf)
     # Arms have links of many shapes, which rarely touch anything; and every link takes time.
     added = split_links(root) if declaration.arm is None and not declaration.fixed else {}
-    body = _load(bullet, root, robot.state, static=declaration.fixed, meshes=dict(declaration.meshes))
+    meshes = dict(declaration.meshes)
+    body = _load(bullet, root, robot.state, static=declaration.fixed, meshes=meshes)
+    textures.show(body, root, meshes, _link_names(bullet, body))
     links = Links(bullet, body, declaration, added)
     friction = dict.fromkeys(links.links, declaration.body_friction)
     friction |= dict.fromkeys(declaration.low_friction_links, 0.0)
@@ -155,7 +158,7 @@ def motors(links: Links, drive: DriveDeclaration) -> tuple[int, ...]:
     return tuple(links.joints[name] for name in motor_joints(drive))
 
 
-def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -> int:
+def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour, textures: Textures) -> int:
     """Load a body; returns its number."""
     root = _urdf(model) if model.urdf is None else fromstring(model.urdf.text)
     _show_solids(root)
@@ -168,9 +171,12 @@ def load_body(bullet: Any, model: BodyModel, state: BodyState, colour: Colour) -
             SpawnResult.UNSUPPORTED_ASSETS,
             f"the model has {count} links and further shapes of links; PyBullet simulates at most {MAX_LINKS}",
         )
-    body = _load(bullet, root, state, static=model.static, meshes={} if model.urdf is None else model.urdf.meshes)
+    meshes = NO_MESHES if model.urdf is None else model.urdf.meshes
+    body = _load(bullet, root, state, static=model.static, meshes=meshes)
+    links = _link_names(bullet, body)
+    textures.show(body, root, meshes, links)
     own = {} if model.urdf is None else model.urdf.friction
-    for index, name in _link_names(bullet, body).items():
+    for index, name in links.items():
         bullet.changeDynamics(body, index, lateralFriction=own.get(added.get(name, name), model.friction))
     bullet.changeDynamics(body, BASE, maxJointVelocity=FASTEST)
     if has_joints:

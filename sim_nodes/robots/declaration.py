@@ -202,7 +202,7 @@ class RobotDeclaration(Declared):
     Args:
         source: Text of its URDF, as clients get it.
         urdf: Canonical form of its URDF, for engines.
-        meshes: Meshes in STL that the canonical form names, by file name.
+        meshes: Files that the canonical form names, by file name; see `Urdf`.
         notes: Parts of its file without effect.
         kinds: Actor types that it can represent, most specific first.
         fixed: Whether it is fixed to the world.

@@ -64,10 +64,11 @@ def test_links_of_robots_have_the_same_mass_and_inertia() -> None:
 
     from sim_nodes.pybullet import captured_output
     from sim_nodes.pybullet.model import load_robot
+    from sim_nodes.pybullet.textures import Textures
 
     with captured_output():
         bullet = BulletClient(DIRECT)
-    number, found = load_robot(bullet, PlacedRobot(ROBOT, TURTLEBOT, ORIGIN))
+    number, found = load_robot(bullet, PlacedRobot(ROBOT, TURTLEBOT, ORIGIN), Textures(bullet))
     model = robot_spec(TURTLEBOT).compile()
     masses = {link: bullet.getDynamicsInfo(number, index)[0] for link, index in found.links.items()}
     assert masses == {link: pytest.approx(model.body(link).mass[0]) for link in LINKS}
