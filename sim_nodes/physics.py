@@ -216,7 +216,7 @@ class PlacedRobot:
     @property
     def state(self) -> BodyState:
         """Initial state of the base."""
-        above = 0.0 if self.declaration.fixed else self.declaration.standing_height + START_CLEARANCE
+        above = self.declaration.standing_height + (0.0 if self.declaration.fixed else START_CLEARANCE)
         turn = quaternion(0.0, 0.0, self.pose.yaw)
         if self.tilt != IDENTITY:
             above, turn = above / rotated(self.tilt, (0.0, 0.0, 1.0))[2], multiply(self.tilt, turn)

@@ -12,7 +12,7 @@ from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.manipulation.chain import inverse, pose_matrix
 from sim_nodes.manipulation.gripper import Gripper, HoldGoal
-from sim_nodes.manipulation.motion import BLOCKED, YIELDING, JointMotion, Motion, Path
+from sim_nodes.manipulation.motion import JointMotion, Motion, Path
 from sim_nodes.manipulation.moved_links import MovedLinks, base_in_map
 from sim_nodes.manipulation.planner import AttachedObject, Planner, PlanningScene, check_count, make_planner
 from sim_nodes.manipulation.servos import Servos
@@ -60,7 +60,7 @@ class Arm(Stateful):
         is_movable: Returns whether an entity can be carried.
     """
 
-    STATE = ("_motion", "_gripper", "servos", "_planned")
+    STATE = ("_motion", "_gripper", "servos", "_planned", "_posture")
 
     def __init__(
         self,
@@ -77,9 +77,11 @@ class Arm(Stateful):
         self.joints = (*self._planner.joints, *declaration.fingers)
         self._moved = MovedLinks(placed.declaration, self._planner.joints)
         self._fingers = declaration.finger_links
-        blocked = YIELDING if declaration.tool_link is None else BLOCKED
-        self._motion = Motion(self._planner.joints, self._planner.limits.units, blocked)
+        stands = declaration.tool_link is None
+        self._motion = Motion(self._planner.joints, self._planner.limits.units, stands=stands)
         self.servos = Servos(placed.name, len(self._planner.joints), engine)
+        # Positions of the last goal, or at the start; None after a motion that did not reach its goal.
+        self._posture: Array | None = np.array([joint.home for joint in declaration.joints])
         self._planned: list[str] = []  # goals that end in the next tick without a motion
 
     # ------------------------------------------------------------ state
@@ -204,15 +206,20 @@ class Arm(Stateful):
     ) -> None:
         """Move the joints through configurations [rad], [m], in the order of `names` or that of the arm.
 
+        Joints without a name keep the position of their last goal.
+
         Raises:
             RequestRefused: The arm is busy, or planning fails. This also holds for the other motions.
         """
         if not 1 <= len(configurations) <= MAX_WAYPOINTS:
             raise operation_failed(f"found {len(configurations)} waypoints; expected 1 to {MAX_WAYPOINTS}")
         order = self._order(names)
+        points = []
         for positions in configurations:
             check_count(self._robot, names or self._planner.joints, positions)
-        points = [np.array(positions, dtype=np.float64)[order] for positions in configurations]
+            point = (self._configuration() if self._posture is None else self._posture).copy()
+            point[order] = positions
+            points.append(point)
         self._start(goal, options, lambda now: self._planner.through(now, points))
 
     def move_to_pose(self, goal: str, target: Array, options: MotionOptions) -> None:
@@ -242,17 +249,19 @@ class Arm(Stateful):
         if options.plan_only:
             self._planned.append(goal)
             return
+        self._posture = path.points[-1]
         speed = options.scaling * self._planner.limits.speed
         self._motion.follow(JointMotion(goal, options.tolerance, path.points, speed, self._acceleration))
 
     def _order(self, names: Sequence[str]) -> list[int]:
-        """Return the indices of the arm's joints in `names`."""
+        """Return the indices of `names` in the joints of the arm."""
         joints = self._planner.joints
-        if names and sorted(names) != sorted(joints):
+        unknown_names = [name for name in names if name not in joints]
+        if unknown_names or len(set(names)) < len(names):
             raise operation_failed(
-                f"invalid joints {', '.join(names)}; expected those of {self._robot}: {', '.join(joints)}"
+                f"invalid joints {', '.join(names)}; expected different ones of {self._robot}: {', '.join(joints)}"
             )
-        return [(names or joints).index(joint) for joint in joints]
+        return [joints.index(name) for name in names or joints]
 
     def _load(self, configuration: Array) -> AttachedObject | None:
         held = self.held
@@ -280,6 +289,8 @@ class Arm(Stateful):
         if moment is not None:
             self.servos.set_command(moment)
         if ended is not None:
+            if ended.outcome is not Outcome.SUCCEEDED:
+                self._posture = None
             yield self._with_contacts(ended)
         if self._gripper is not None:
             yield from self._gripper.tick(states, tick)
@@ -299,6 +310,7 @@ class Arm(Stateful):
             return
         if self._motion.goal == goal:
             self._motion.brake()
+            self._posture = None
         if self._gripper is not None:
             self._gripper.cancel(goal)
         self._planned = [planned for planned in self._planned if planned != goal]
@@ -316,6 +328,8 @@ class Arm(Stateful):
         """Cancel all goals; a held entity stays held."""
         for goal in self.goals:
             yield from self.cancel(goal)
-        self._motion.brake()
+        if self._motion.course is not None:
+            self._motion.brake()
+            self._posture = None
         if self._gripper is not None:
             self._gripper.stop()

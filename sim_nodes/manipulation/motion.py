@@ -138,7 +138,7 @@ class Motion(Stateful):
     Args:
         joints: Names of the joints.
         units: Units of their positions.
-        blocked: Lag behind the trajectory that indicates an obstacle [rad], [m].
+        stands: Whether the joints carry the weight of their body, which may sway.
 
     Attributes:
         course: The trajectory, if any.
@@ -147,8 +147,9 @@ class Motion(Stateful):
 
     STATE = ("course", "is_braking", "_time", "_pace", "_late", "_correction")
 
-    def __init__(self, joints: tuple[str, ...], units: tuple[str, ...], blocked: float = BLOCKED) -> None:
-        self._joints, self._units, self._blocked = joints, units, blocked
+    def __init__(self, joints: tuple[str, ...], units: tuple[str, ...], *, stands: bool = False) -> None:
+        self._joints, self._units, self._stands = joints, units, stands
+        self._blocked = YIELDING if stands else BLOCKED
         self.course: JointMotion | None = None
         self.is_braking = False
         self._time = 0.0  # on the trajectory
@@ -221,6 +222,8 @@ class Motion(Stateful):
         if np.abs(velocities).max() < AT_REST and abs(off[worst]) <= course.tolerance:
             return GoalResult(course.goal, Outcome.SUCCEEDED)
         if self._time > course.trajectory.duration + SETTLE_TIME:
+            if self._stands and abs(off[worst]) <= course.tolerance:
+                return GoalResult(course.goal, Outcome.SUCCEEDED)
             unit = self._units[worst]
             left = f"{self._joints[worst]} is {abs(off[worst]):.4f} {unit} from its goal"
             message = f"{left}, with a tolerance of {course.tolerance:g} {unit}"

@@ -26,10 +26,11 @@ def configure_grip_contacts(spec: Any) -> None:
     spec.option.impratio = IMPRATIO
 
 
-def add_arm(spec: Any, arm: ArmDeclaration) -> None:
+def add_arm(spec: Any, arm: ArmDeclaration, *, fixed: bool) -> None:
     """Add the motors of position-controlled joints; links do not collide with each other.
 
-    Gravity is compensated for arms, as their own controllers do, and their paths are checked for collisions.
+    Gravity is compensated for fixed arms, as their own controllers do, and their paths are checked for collisions.
+    Targets of the motors compensate it for arms on a base, which has to carry their weight.
     """
     for declared in arm.joints:
         joint = spec.joint(declared.name)
@@ -39,7 +40,7 @@ def add_arm(spec: Any, arm: ArmDeclaration) -> None:
     if arm.gripper is not None:
         _add_gripper(spec, arm.gripper)
     bodies = [body for body in spec.bodies if body.name != "world"]
-    if arm.tool_link is not None:
+    if arm.tool_link is not None and fixed:
         for body in bodies:
             body.gravcomp = 1.0
     for first, second in combinations(bodies, 2):
@@ -76,13 +77,18 @@ class MujocoArm:
         robot: Name of the robot that has the arm.
         arm: Declaration of the arm.
         command: The last command; None at the start.
+        hangs_on_base: Whether the weight of the arm acts on a base that moves.
 
     Attributes:
         speeds: Degrees of freedom of its joints and fingers.
     """
 
-    def __init__(self, model: Any, robot: str, arm: ArmDeclaration, command: ArmCommand | None) -> None:
+    def __init__(
+        self, model: Any, robot: str, arm: ArmDeclaration, command: ArmCommand | None, *, hangs_on_base: bool
+    ) -> None:
         self._arm = arm
+        self._weights = Weights(model) if hangs_on_base else None
+        self._compliance = np.array([1.0 / joint.stiffness for joint in arm.joints])  # [rad/(N m)], [m/N]
         prefix = f"{robot}/"
         names = [joint.name for joint in arm.joints]
         joints = [model.joint(prefix + name) for name in (*names, *arm.fingers)]
@@ -111,10 +117,10 @@ class MujocoArm:
 
     def go_home(self, data: Any) -> None:
         """Set the joints to their initial positions, and make the motors hold them."""
-        home = [joint.home for joint in self._arm.joints]
+        home = np.array([joint.home for joint in self._arm.joints])
         finger = 0.0 if self._arm.gripper is None else self._arm.gripper.stroke / 2.0
         data.qpos[self._positions] = [*home, *(finger for _ in self._arm.fingers)]
-        data.ctrl[self._motors] = home
+        data.ctrl[self._motors] = self._lifted(data, home)
         data.ctrl[self._fingers] = finger
 
     def set_positions(self, data: Any, positions: Array) -> None:
@@ -129,8 +135,15 @@ class MujocoArm:
     def command_joints(self, data: Any, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""
         # The motors damp the total velocity; with this lead, they damp its difference from the target velocity.
-        data.ctrl[self._motors] = positions + self._lead * velocities
+        data.ctrl[self._motors] = self._lifted(data, positions + self._lead * velocities)
         self.command.rates = velocities
+
+    def _lifted(self, data: Any, targets: Array) -> Array:
+        """Return targets of the motors at which they hold the weight of an arm on a base [rad], [m]."""
+        if self._weights is None:
+            return targets
+        weights: Array = self._weights.at(data)[self._speeds[: len(targets)]]
+        return targets + self._compliance * weights
 
     def command_fingers(self, model: Any, data: Any, position: float, force: float) -> None:
         """See `Engine.command_fingers`."""
@@ -149,6 +162,26 @@ class MujocoArm:
 
     def _limit_force(self, model: Any, force: float) -> None:
         model.actuator_forcerange[self._fingers] = (-force, force)
+
+
+class Weights:
+    """Forces of joints that hold the weight of all bodies of a model at rest.
+
+    Args:
+        model: The model.
+    """
+
+    def __init__(self, model: Any) -> None:
+        self._model, self._still = model, mujoco.MjData(model)
+        self._forces = np.zeros(model.nv)
+
+    def at(self, data: Any) -> Array:
+        """Return the forces by degree of freedom [N m], [N], at the present positions; a view."""
+        self._still.qpos[:] = data.qpos
+        mujoco.mj_kinematics(self._model, self._still)
+        mujoco.mj_comPos(self._model, self._still)
+        mujoco.mj_rne(self._model, self._still, 0, self._forces)
+        return self._forces
 
 
 def outside_overlaps(data: Any, arm: MujocoArm, owners: Sequence[str], carried: str | None) -> list[Overlap]:

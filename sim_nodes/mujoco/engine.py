@@ -112,7 +112,13 @@ class MujocoEngine:
             drive.power(model, on=name not in self._without_power)
         commands = {name: arm.command for name, arm in self._arms.items()}
         self._arms = {
-            robot.name: MujocoArm(model, robot.name, robot.declaration.arm, commands.get(robot.name))
+            robot.name: MujocoArm(
+                model,
+                robot.name,
+                robot.declaration.arm,
+                commands.get(robot.name),
+                hangs_on_base=robot.declaration.mobile is not None,
+            )
             for robot in self._scene.robots
             if robot.declaration.arm is not None
         }

@@ -170,7 +170,7 @@ def robot_spec(declaration: RobotDeclaration, floor_friction: float = FLOOR_FRIC
         case PlanarDrive() as drive:
             add_planar_drive(spec, declaration, drive, floor_friction)
     if declaration.arm is not None:
-        add_arm(spec, declaration.arm)
+        add_arm(spec, declaration.arm, fixed=declaration.fixed)
     for sensor in declaration.sensors:
         if isinstance(sensor, ForceTorqueDeclaration):
             _add_load_sensors(spec, sensor.link)

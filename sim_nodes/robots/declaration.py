@@ -180,6 +180,11 @@ class ArmDeclaration(Declared):
     gripper: GripperDeclaration | None = None
 
     @property
+    def home(self) -> dict[str, float]:
+        """Initial positions by joint [rad], [m], without the fingers."""
+        return {joint.name: joint.home for joint in self.joints}
+
+    @property
     def fingers(self) -> tuple[str, ...]:
         """Joints of the fingers; empty without a gripper."""
         return () if self.gripper is None else self.gripper.joints
@@ -206,7 +211,7 @@ class RobotDeclaration(Declared):
         notes: Parts of its file without effect.
         kinds: Actor types that it can represent, most specific first.
         fixed: Whether it is fixed to the world.
-        standing_height: Initial height of its base above the floor, if it is not fixed [m].
+        standing_height: Initial height of its base above the floor or its stand [m].
         low_friction_links: Links that slide, such as casters.
     """
 

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
 from seoro.bridges.model_files import InvalidModel, gather
-from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused, name_list
 from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.models import parse_model
+from sim_nodes.models.xml_reading import invalid
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.derive.complete import complete, is_short
+from sim_nodes.robots.derive.mounting import read_mounting
 from sim_nodes.robots.references.catalogue import available_references, find_reference, model_folder
 from sim_nodes.robots.urdf_check import check_urdf
+
+DECLARATIONS = (".yaml", ".yml")
 
 
 def available_robots() -> tuple[str, ...]:
@@ -61,7 +66,7 @@ def read_robot(path: Path, models: Path | None = None) -> RobotDeclaration:
         content.pop("reference", None)
         content |= {"meshes": tuple(model.urdf.meshes.items()), "notes": model.notes}
         if is_short(content):
-            content = complete(content, model.urdf, found.text)
+            content = complete(content, model.urdf, found.text, _carried(content, path.parent))
         else:
             source = found.text if "<robot" in found.text else model.urdf.text
             content |= {"source": source, "urdf": model.urdf.text}
@@ -71,6 +76,20 @@ def read_robot(path: Path, models: Path | None = None) -> RobotDeclaration:
         where = f" (line {line})" if (line := line_of(found.text, error.message)) is not None else ""
         raise FileError(f"the URDF of {path}{where}: {error.message}") from error
     return declaration
+
+
+def _carried(content: Mapping[str, object], folder: Path) -> RobotDeclaration | None:
+    """Return the robot that is mounted on the robot of a short declaration; None without one."""
+    if "mounted" not in content:
+        return None
+    robot = read_mounting(content).robot
+    if robot.endswith(DECLARATIONS):
+        return read_robot(folder / robot)
+    if robot not in available_robots():
+        raise invalid(
+            f"unknown `mounted.robot` {robot!r}; expected {name_list(available_robots())}, or a .yaml file"
+        )
+    return load_robot(robot)
 
 
 def line_of(urdf: str, message: str) -> int | None:

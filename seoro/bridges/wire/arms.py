@@ -36,9 +36,10 @@ class ArmMotion(TrackedRequest):
 
 
 class FollowJointTrajectory(ArmMotion):
-    """Move the joints of an arm through points, each with a position for each joint [rad].
+    """Move the joints of an arm through points, each with a position for each joint [rad], [m].
 
-    Positions are in the order of `joint_names`; if it is empty, of `get_joint_states`.
+    Positions are in the order of `joint_names`; if it is empty, of `get_joint_states`. Joints without a name keep
+    the position of their last goal.
     """
 
     points: tuple[tuple[float, ...], ...]

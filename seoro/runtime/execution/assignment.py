@@ -67,6 +67,8 @@ class ActorAssignment:
     def assign(self, actor: Actor) -> None:
         """Find the home of an actor. An actor without a home is a name only.
 
+        Actors in its fields, such as the arm of a mobile manipulator, are parts of the same robot.
+
         Raises:
             UsageError: The chosen robot cannot stand for the actor.
         """
@@ -78,13 +80,20 @@ class ActorAssignment:
                     f"for `{actor.name}` of the type {actor.types[0]}",
                     help=f"it can stand for {', '.join(placement.kinds)}",
                 )
-            self._homes[actor.name] = placement.home
+            self._settle(actor, placement.home)
             return
         for backend in self.backends:
             name = backend.assign_robot(actor.name, actor.types)
             if name is not None:
-                self._homes[actor.name] = Home(backend, name)
+                self._settle(actor, Home(backend, name))
                 return
+
+    def _settle(self, actor: Actor, home: Home) -> None:
+        """Give an actor and its parts a home."""
+        self._homes[actor.name] = home
+        for part in actor.fields.values():
+            if isinstance(part, Actor):
+                self._settle(part, home)
 
     def of(self, actor: Actor) -> Home | None:
         """Return the home of an actor, or None."""
@@ -95,7 +104,7 @@ class ActorAssignment:
         return {
             name: home.name
             for name, home in self._homes.items()
-            if home.name != name and name not in self._placements
+            if home.name != name and "." not in name and name not in self._placements
         }
 
     def robots(self, names: Sequence[str]) -> tuple[Home, ...]:

@@ -4,16 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
+
+from defusedxml import ElementTree
 
 from seoro.bridges.wire.refusal import name_list
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import Urdf
-from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
-from sim_nodes.robots.derive.jointed import FRICTION, JointDrive, derive_jointed
+from sim_nodes.robots.declaration import ArmDeclaration, MobileDeclaration, RobotDeclaration
+from sim_nodes.robots.derive.jointed import (
+    FRICTION,
+    DerivedJoints,
+    JointDrive,
+    complete_limits,
+    derive_jointed,
+    derive_joints,
+)
 from sim_nodes.robots.derive.jointed import KINDS as KINDS_OF_JOINTED
-from sim_nodes.robots.derive.mobile import BODY_FRICTION, KINDS, DerivedRobot, derive_mobile
-from sim_nodes.robots.derive.model import read_model
-from sim_nodes.robots.derive.rewriting import source_text
+from sim_nodes.robots.derive.mobile import BODY_FRICTION, KINDS, KINDS_WITH_ARM, DerivedRobot, derive_mobile
+from sim_nodes.robots.derive.model import RobotModel, read_model
+from sim_nodes.robots.derive.mounting import mount, read_mounting
+from sim_nodes.robots.derive.rewriting import source_text, urdf_text
 from sim_nodes.robots.drive_declaration import DriveKind
 
 MOBILE_DRIVES = tuple(kind.value for kind in DriveKind)
@@ -28,13 +39,16 @@ def is_short(content: Content) -> bool:
     return "drive" in content
 
 
-def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
+def complete(
+    content: Content, urdf: Urdf, text: str, carried: RobotDeclaration | None = None
+) -> dict[str, object]:
     """Return the long form of a short declaration; its own values replace derived ones.
 
     Args:
         content: Content of the declaration.
         urdf: Canonical URDF of its model.
         text: Text of the model's file.
+        carried: Robot that is `mounted` on it.
 
     Raises:
         RequestRefused: The drive is unknown, or the model does not fit it.
@@ -45,18 +59,57 @@ def complete(content: Content, urdf: Urdf, text: str) -> dict[str, object]:
         return _complete_joints(content, urdf, text if root.tag == "robot" else None)
     if drive not in MOBILE_DRIVES:
         raise xml.invalid(f"unknown `drive` {drive!r}; expected {name_list((*MOBILE_DRIVES, *JOINT_DRIVES))}")
-    robot = derive_mobile(read_model(urdf), DriveKind(str(drive)), root)
+    kind = DriveKind(str(drive))
+    if carried is not None:
+        return _complete_mounted(content, kind, urdf, root, carried)
+    model = read_model(urdf)
+    arm = None if "arm" not in content else _joints_of(model, JointDrive.ARM, content)
+    robot = derive_mobile(model, kind, root, None if arm is None else arm.arm)
     source = source_text(text, robot.changes) if root.tag == "robot" else robot.urdf.text
     derived = {**long_form(robot), "source": source, "urdf": robot.urdf.text}
-    return _with_own(derived, robot.notes, content, SHORT)
+    if arm is None:
+        return _with_own(derived, robot.notes, content, SHORT)
+    completed: Any = ElementTree.fromstring(robot.urdf.text)
+    notes = (*robot.notes, *complete_limits(completed, arm))
+    derived |= {**_carrying(arm.arm), "urdf": urdf_text(completed)}
+    return _with_own(derived, notes, content, SHORT | {"home"})
+
+
+def _complete_mounted(
+    content: Content, kind: DriveKind, urdf: Urdf, source: Any, carried: RobotDeclaration
+) -> dict[str, object]:
+    """Return the long form of a base that carries another robot."""
+    both = mount(urdf, carried, read_mounting(content), _home_of(content))
+    robot = derive_mobile(read_model(both.urdf), kind, source, both.arm)
+    derived = {**long_form(robot), **_carrying(both.arm), "source": robot.urdf.text, "urdf": robot.urdf.text}
+    for key, parts in (("cameras", both.cameras), ("sensors", both.sensors)):
+        own = derived.get(key, [])
+        derived[key] = [*(own if isinstance(own, list) else []), *(part.model_dump(mode="json") for part in parts)]
+    derived["meshes"] = tuple(both.urdf.meshes.items())
+    return _with_own(derived, (*robot.notes, *carried.notes), content, SHORT | {"home", "mounted", "meshes"})
+
+
+def _carrying(arm: ArmDeclaration) -> dict[str, object]:
+    """Return the content of a base that carries an arm."""
+    return {"kinds": list(KINDS_WITH_ARM), "arm": arm.model_dump(mode="json", exclude_none=True)}
+
+
+def _joints_of(model: RobotModel, drive: JointDrive, content: Content) -> DerivedJoints:
+    """Derive the joints of a model, by the `home` and the tool of a declaration."""
+    return derive_joints(model, drive, _home_of(content), _tool_of(content))
+
+
+def _tool_of(content: Content) -> str | None:
+    """Return the name of the tool in a short declaration, if any."""
+    arm = content.get("arm")
+    tool = arm.get("tool_link") if isinstance(arm, Mapping) else None
+    return None if tool is None else str(tool)
 
 
 def _complete_joints(content: Content, urdf: Urdf, text: str | None) -> dict[str, object]:
     """Return the long form of an arm, or of a body that moves by its joints."""
-    drive, arm = JointDrive(str(content["drive"])), content.get("arm")
-    tool = arm.get("tool_link") if isinstance(arm, Mapping) else None
-    model = read_model(urdf)
-    robot = derive_jointed(model, drive, _home_of(content), None if tool is None else str(tool))
+    drive = JointDrive(str(content["drive"]))
+    robot = derive_jointed(read_model(urdf), drive, _home_of(content), _tool_of(content))
     derived: dict[str, object] = {
         "kinds": list(KINDS_OF_JOINTED[drive]),
         "base_link": robot.base_link,

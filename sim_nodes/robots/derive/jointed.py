@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fnmatch import fnmatchcase
 from typing import Any
-from xml.etree.ElementTree import SubElement, tostring
+from xml.etree.ElementTree import SubElement
 
 from defusedxml import ElementTree
 
@@ -20,7 +20,7 @@ from sim_nodes.robots.declaration import ArmDeclaration
 from sim_nodes.robots.derive.grippers import declare_gripper, find_fingers
 from sim_nodes.robots.derive.model import ModelJoint, RobotModel
 from sim_nodes.robots.derive.motors import DIGITS, SPEED, declare_motor, effort_of, limits_of, speed_of
-from sim_nodes.robots.derive.rewriting import hold_joint
+from sim_nodes.robots.derive.rewriting import hold_joint, urdf_text
 
 EDGE = 0.05  # share of the range of a joint; home is the middle if zero is nearer to a limit
 WORLD = "world"  # name of a root link that stands for the world, by the convention of ROS
@@ -59,6 +59,21 @@ class JointedRobot:
     notes: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class DerivedJoints:
+    """Position-controlled joints of a model.
+
+    Attributes:
+        arm: Their declaration.
+        moved: The joints, without fingers.
+        efforts: Limits of their motors by joint [N m], [N].
+    """
+
+    arm: ArmDeclaration
+    moved: tuple[ModelJoint, ...]
+    efforts: Mapping[str, float]
+
+
 def derive_jointed(
     model: RobotModel, drive: JointDrive, home: Mapping[str, float], tool_link: str | None
 ) -> JointedRobot:
@@ -74,6 +89,18 @@ def derive_jointed(
     Raises:
         RequestRefused: The model has no such joints, or does not fit.
     """
+    derived = derive_joints(model, drive, home, tool_link)
+    root: Any = ElementTree.fromstring(model.urdf.text)
+    notes = (*hold_others(root, derived.arm), *complete_limits(root, derived))
+    base_link = _without_world(root, model)
+    height = -_lowest(model.at(derived.arm.home)) if drive is JointDrive.JOINTS else 0.0
+    return JointedRobot(urdf_text(root), base_link, derived.arm, round(max(0.0, height), DIGITS), notes)
+
+
+def derive_joints(
+    model: RobotModel, drive: JointDrive, home: Mapping[str, float], tool_link: str | None
+) -> DerivedJoints:
+    """Derive the declaration of joints; see `derive_jointed`."""
     fingers = find_fingers(model) if drive is JointDrive.ARM else ()
     if drive is JointDrive.ARM:
         tool_link = tool_link or _last_link(model, fingers)
@@ -86,14 +113,9 @@ def derive_jointed(
     positions = _home(moved, home)
     carries_body = drive is JointDrive.JOINTS
     efforts = {joint.name: effort_of(model, joint, carries_body=carries_body) for joint in moved}
-    root: Any = ElementTree.fromstring(model.urdf.text)
-    notes = _complete(root, moved, fingers, efforts)
-    base_link = _without_world(root, model)
     joints = tuple(declare_motor(model, joint, positions[joint.name], efforts[joint.name]) for joint in moved)
-    height = -_lowest(model.at(positions)) if carries_body else 0.0
     arm = ArmDeclaration(tool_link=tool_link, joints=joints, gripper=declare_gripper(fingers))
-    text = tostring(root, encoding="unicode").replace("><", ">\n<")
-    return JointedRobot(text, base_link, arm, round(max(0.0, height), DIGITS), notes)
+    return DerivedJoints(arm, tuple(moved), efforts)
 
 
 def _check(moved: Sequence[ModelJoint], drive: JointDrive) -> None:
@@ -140,22 +162,25 @@ def _home(moved: Sequence[ModelJoint], given: Mapping[str, float]) -> dict[str, 
     return found
 
 
-def _complete(
-    root: Any, moved: Sequence[ModelJoint], fingers: Sequence[ModelJoint], efforts: Mapping[str, float]
-) -> tuple[str, ...]:
-    """Add all limits of the moved joints to a URDF, and hold other joints; return notes on the changes."""
-    names, notes = {joint.name: joint for joint in moved}, []
-    kept = {joint.name for joint in fingers}
-    held = []
+def hold_others(root: Any, arm: ArmDeclaration) -> tuple[str, ...]:
+    """Hold the joints of a URDF that a declaration does not move; return notes on them."""
+    kept, held = {*arm.fingers, *(joint.name for joint in arm.joints)}, []
     for element in root.findall("joint"):
         name = str(element.get("name"))
-        if name in names:
-            _complete_limits(element, names[name], efforts[name])
-        elif name not in kept and element.get("type") != "fixed":
+        if name not in kept and element.get("type") != "fixed":
             hold_joint(element)
             held.append(name)
-    if held:
-        notes.append(f"without a motor, so held at 0: {name_list(held)}")
+    return (f"without a motor, so held at 0: {name_list(held)}",) if held else ()
+
+
+def complete_limits(root: Any, derived: DerivedJoints) -> tuple[str, ...]:
+    """Add all limits of moved joints to a URDF; return notes on missing ones."""
+    moved, notes = derived.moved, []
+    names = {joint.name: joint for joint in moved}
+    for element in root.findall("joint"):
+        joint = names.get(str(element.get("name")))
+        if joint is not None:
+            _complete_limits(element, joint, derived.efforts[joint.name])
     slow = [joint.name for joint in moved if math.isinf(joint.velocity)]
     if slow:
         sliding = f" or {SPEED[True]:g} m/s" if any(joint.slides for joint in moved) else ""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import Urdf
-from sim_nodes.robots.declaration import CameraDeclaration, MobileDeclaration, OdometryDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, CameraDeclaration, MobileDeclaration, OdometryDeclaration
 from sim_nodes.robots.derive.drives import DerivedDrive, derive_drive
 from sim_nodes.robots.derive.model import RobotModel
 from sim_nodes.robots.derive.outline import derive_footprint, is_supported, sliding_links
@@ -16,6 +17,7 @@ from sim_nodes.robots.derive.wheels import find_wheels
 from sim_nodes.robots.drive_declaration import DriveKind
 
 KINDS = ("differential_drive_robot", "robot", "osc_actor")
+KINDS_WITH_ARM = ("mobile_manipulator", "differential_drive_robot", "manipulator", "arm", "robot", "osc_actor")
 BODY_FRICTION = 0.3
 MARGIN = 0.02  # [m] of the clearance beyond the radius
 ODOMETRY = OdometryDeclaration(distance_noise=0.01, turn_noise=0.02, drift_noise=0.02)
@@ -47,7 +49,7 @@ class DerivedRobot:
 
 
 def derive_mobile(
-    model: RobotModel, kind: DriveKind, source: Any, kept: frozenset[str] = frozenset()
+    model: RobotModel, kind: DriveKind, source: Any, arm: ArmDeclaration | None = None
 ) -> DerivedRobot:
     """Derive the declaration of a mobile robot.
 
@@ -55,12 +57,16 @@ def derive_mobile(
         model: Its model.
         kind: Kind of its drive.
         source: Root element of its file, for the sensors.
-        kept: Names of joints with other motors.
+        arm: Declaration of the arm that it carries; its outline is that with the arm at home.
 
     Raises:
         RequestRefused: The model does not fit the kind of drive.
     """
     derived = derive_drive(model, kind, find_wheels(model))
+    kept = frozenset() if arm is None else frozenset((*arm.home, *arm.fingers))
+    if both := kept & {joint.name for joint in derived.motors}:
+        raise xml.invalid(f"the arm moves {min(both)!r}, a wheel; name another link as `arm: {{tool_link: ...}}`")
+    model = model if arm is None else model.at(arm.home)
     sensors = derive_sensors(model, derived.base, source)
     footprint = derive_footprint(model, derived.base)
     sliding = sliding_links(model, derived.base, derived.wheels)

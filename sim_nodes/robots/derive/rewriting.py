@@ -125,6 +125,11 @@ def _changed(root: Any, changes: Changes, *, is_canonical: bool) -> str:
         write_joint(
             root, f"{changes.base}_joint", "fixed", changes.base, changes.root, (place, quaternion(*angles))
         )
+    return urdf_text(root)
+
+
+def urdf_text(root: Element) -> str:
+    """Return the text of a URDF, with an element on each line."""
     return tostring(root, encoding="unicode").replace("><", ">\n<")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from pydantic import Field
@@ -18,13 +18,13 @@ class ReferenceFile(Declared):
     Attributes:
         package: Package of PyPI that has the model.
         version: Version with which the robot was tried.
-        module: Module of that package whose folder has the model.
+        folder: Folder of that package with the model, relative to where packages are installed.
         licence: Licence of the model, and where it stands.
     """
 
     package: str
     version: str
-    module: str
+    folder: str
     licence: str
 
 
@@ -66,10 +66,10 @@ def model_folder(reference: Reference) -> Path:
         FileError: Its package is not installed.
     """
     source = reference.source
-    found = find_spec(source.module)
-    if found is None or not found.submodule_search_locations:
+    try:
+        return Path(str(distribution(source.package).locate_file(source.folder)))
+    except PackageNotFoundError as error:
         raise FileError(
             f"the model of {reference.name} is in the package {source.package}, which is not installed; "
             f"run `pip install {source.package}`"
-        )
-    return Path(next(iter(found.submodule_search_locations)))
+        ) from error

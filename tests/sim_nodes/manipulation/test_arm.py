@@ -53,7 +53,7 @@ def test_joint_names_define_the_order_of_positions(cell: Cell) -> None:
     assert cell.end().outcome is Outcome.SUCCEEDED
     np.testing.assert_allclose(cell.joints.positions[:6], AWAY, atol=TOLERANCE)
     error = refused(cell.start_joints, AWAY, joint_names=("a", *names[1:6]))
-    assert "expected those of ur10e: shoulder_pan_joint" in error.message
+    assert "expected different ones of ur10e: shoulder_pan_joint" in error.message
 
 
 def test_the_tool_moves_to_a_pose(cell: Cell) -> None:

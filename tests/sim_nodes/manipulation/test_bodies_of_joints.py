@@ -109,6 +109,31 @@ def test_a_body_on_legs_stands_and_follows_a_trajectory(tmp_path: Path, engine: 
         follow(client, [1.5, 0.0, 0.0, 0.0])
 
 
+def test_joints_without_a_name_keep_their_goal(tmp_path: Path) -> None:
+    client = Client(walker(tmp_path))
+    assert follow(client, [-0.3, 0.3, 0.3, 0.3]).outcome is Outcome.SUCCEEDED
+    request = wire.FollowJointTrajectory(
+        id="one", robot="mine", points=((0.0,),), joint_names=("hind_left_hip",), tolerance=0.05
+    )
+    client.ask(wire.FOLLOW_JOINT_TRAJECTORY, request)
+    assert client.run_until("one")[0].outcome is Outcome.SUCCEEDED
+    positions = client.ask(wire.GET_JOINT_STATES, RobotName(robot="mine")).positions
+    assert positions == pytest.approx((-0.3, 0.3, 0.0, 0.3), abs=0.05)
+    for names in (("hind_left_hip", "hind_left_hip"), ("hind_left_hip", "tail")):
+        twice = request.model_copy(update={"joint_names": names, "points": ((0.0, 0.0),)})
+        with pytest.raises(RequestRefused, match="expected different ones of mine: front_left_hip"):
+            client.ask(wire.FOLLOW_JOINT_TRAJECTORY, twice)
+
+
+def test_a_fixed_body_of_joints_is_at_its_standing_height(tmp_path: Path) -> None:
+    world = walker(tmp_path)
+    path = tmp_path / "mine.yaml"
+    path.write_text(path.read_text().replace("standing_height", "fixed: true\nstanding_height"))
+    client = Client(world)
+    client.advance(0.5)
+    assert client.simulator.simulation.engine.body_state("mine").position[2] == pytest.approx(0.3)
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_body_on_legs_continues_from_a_snapshot(tmp_path: Path, engine: str) -> None:
     ends = []
