@@ -23,7 +23,7 @@ from sim_nodes.sensors.camera_pipeline import PERIOD, CameraPipeline, Missing
 from sim_nodes.sensors.sensor_pipeline import Sample
 from sim_nodes.stateful import State, Stateful
 from sim_nodes.ticks import TICK
-from sim_nodes.views import Lens, NoRendering, Picture, View, looking_at
+from sim_nodes.views import TEST_LENS, Lens, NoRendering, Picture, View, looking_at
 from sim_nodes.worlds.loader import World
 
 MAX_CAMERAS = 50
@@ -227,6 +227,21 @@ class Cameras(Stateful):
         if isinstance(given, Missing):
             raise operation_failed(f"no image from {name!r}: {given.value}")
         return given
+
+    def given(self, name: str, tick: int) -> Sample[Picture] | None:
+        """Return the image that a camera gives in a tick; None if it is unknown or gives none."""
+        if name not in self._cameras:
+            return None
+        given = self._pipelines[name].give(tick)
+        return None if isinstance(given, Missing) else given
+
+    def check(self, name: str) -> None:
+        """Refuse a camera that is unknown or cannot be rendered.
+
+        Raises:
+            RequestRefused: The message names the reason.
+        """
+        render(self._engine, replace(self.view(name), lens=TEST_LENS))
 
     def check_memory(self, name: str, fault: CameraFault) -> None:
         """Refuse a fault that would exceed the memory for kept images.

@@ -42,11 +42,12 @@ from sim_nodes.robots.drive import COMMAND_TIMEOUT, VelocityCommand
 from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
-from sim_nodes.sensors.sensor_pipeline import SensorPipeline
+from sim_nodes.sensors.sensor_pipeline import Sample, SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.streams import Streams
 from sim_nodes.strikes import Contacts, Strikes
 from sim_nodes.ticks import IDLE_TICKS, TICK
+from sim_nodes.views import Picture
 from sim_nodes.watches import Watch, Watches
 from sim_nodes.worlds.loader import World
 
@@ -182,6 +183,14 @@ class Simulation(Stateful):
         if sensor not in sensors:
             raise unknown(f"sensor {sensor!r} of {robot}", "sensors", sensors)
         return sensors[sensor]
+
+    def check_camera(self, name: str) -> None:
+        """Refuse cameras that are unknown or cannot be rendered; see `Cameras.check`."""
+        self.entities.cameras.check(name)
+
+    def picture(self, camera: str) -> Sample[Picture] | None:
+        """Return the present picture of a camera; None if it is unknown or gives none."""
+        return self.entities.cameras.given(camera, self.tick)
 
     # ------------------------------------------------------------ time
 

@@ -20,11 +20,16 @@ from sim_nodes.messages import flat_pose, sample_message
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.robots.kinematics import motor_joints
 from sim_nodes.robots.robot import Robot
+from sim_nodes.sensors.description import CAMERA_RATE
+from sim_nodes.sensors.sensor_pipeline import Sample
+from sim_nodes.ticks import TICK
+from sim_nodes.views import Picture
 from sim_nodes.watches import Watched
 
 MAX_STREAMS = 16
 BATTERY_TICKS = 50  # between two battery states
 POSE_TICKS = 5  # between two poses of a robot, at the rate of its lidar
+PICTURE_TICKS = round(1.0 / CAMERA_RATE / TICK)
 SUBSCRIBER_CHECK_TICKS = 50  # between two checks for subscribers
 
 
@@ -67,6 +72,16 @@ class StreamSource(Watched, Protocol):
     def time_of_tick(self, tick: int) -> float:
         """Return the time of a tick [s]."""
 
+    def check_camera(self, name: str) -> None:
+        """Refuse cameras that are unknown or cannot be rendered.
+
+        Raises:
+            RequestRefused: The message names the reason.
+        """
+
+    def picture(self, camera: str) -> Sample[Picture] | None:
+        """Return the present picture of a camera; None if it is unknown or gives none."""
+
 
 @dataclass
 class _Stream:
@@ -96,7 +111,21 @@ class _Stream:
             poses=tuple(self._poses(robots)) if tick % POSE_TICKS == 0 else (),
             joints=tuple(_joints(robots[name]) for name in self.request.joints if name in robots),
             batteries=tuple(self._batteries(robots)) if tick % BATTERY_TICKS == 0 else (),
+            pictures=tuple(self._pictures(simulation)) if tick % PICTURE_TICKS == 0 else (),
         )
+
+    def _pictures(self, simulation: StreamSource) -> Iterator[wire.StreamedPicture]:
+        for name in self.request.cameras:
+            given = simulation.picture(name)
+            if given is not None:
+                height, width, _ = given.data.shape
+                yield wire.StreamedPicture(
+                    camera=name,
+                    time=simulation.time_of_tick(given.tick),
+                    width=width,
+                    height=height,
+                    pixels=given.data.tobytes(),
+                )
 
     def _samples(self, simulation: StreamSource) -> Iterator[wire.StreamedSample]:
         robots = simulation.robots
@@ -130,6 +159,7 @@ class Streams:
     def __init__(self) -> None:
         self._connect: ConnectStream | None = None
         self._streams: dict[str, _Stream] = {}
+        self._robots: Mapping[str, Robot] = {}  # of the present world
 
     def connect(self, connect: ConnectStream) -> None:
         """Set the factory of publishers; before that, streams are refused."""
@@ -144,7 +174,7 @@ class Streams:
         """Open a stream.
 
         Raises:
-            RequestRefused: The name is invalid or in use, or a robot or sensor is unknown.
+            RequestRefused: The name is invalid or in use, a robot, sensor or camera is unknown, or cannot render.
         """
         if self._connect is None:
             raise feature_unsupported("this simulator does not publish streams")
@@ -153,7 +183,9 @@ class Streams:
         if len(self._streams) >= MAX_STREAMS:
             raise operation_failed(f"too many streams: {MAX_STREAMS} at most; close some")
         for each in request.sensors:
-            simulation.pipeline(each.robot, each.sensor)
+            simulation.pipeline(each.robot, each.sensor).sensor.check()
+        for camera in request.cameras:
+            simulation.check_camera(camera)
         for name in (*request.poses, *request.joints, *request.batteries):
             simulation.robot(name)
         try:
@@ -172,14 +204,17 @@ class Streams:
         if name not in self._streams:
             raise unknown(f"stream {name!r}", "open streams", self._streams)
         self._streams.pop(name).publisher.close()
+        self.activate_sensors(self._robots)
 
     def activate_sensors(self, robots: Mapping[str, Robot]) -> None:
-        """Activate the sensors of open streams."""
-        for stream in self._streams.values():
-            for each in stream.request.sensors:
-                pipeline = robots[each.robot].sensors.get(each.sensor) if each.robot in robots else None
-                if pipeline is not None:
-                    pipeline.activate()
+        """Activate the sensors of open streams, and no others, of the robots of the present world."""
+        self._robots = robots
+        wanted = {
+            (each.robot, each.sensor) for stream in self._streams.values() for each in stream.request.sensors
+        }
+        for name, robot in robots.items():
+            for sensor, pipeline in robot.sensors.items():
+                pipeline.is_streamed = (name, sensor) in wanted
 
     def tick(self, simulation: StreamSource) -> None:
         """Publish the data of a tick."""

@@ -81,6 +81,7 @@ class Lens:
 
 
 DEFAULT_LENS = Lens()
+TEST_LENS = Lens(width=MIN_SIZE, height=MIN_SIZE)  # to find out whether rendering works
 
 
 @dataclass(frozen=True)

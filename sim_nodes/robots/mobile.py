@@ -172,7 +172,7 @@ class MobileBase(Stateful):
             self.goal is None
             and self._steering.command is None
             and not self.localisation.running
-            and not any(pipeline.faults or pipeline.in_use for pipeline in self.sensors.values())
+            and not any(pipeline.faults or pipeline.is_active for pipeline in self.sensors.values())
         )
 
     def localised_pose(self) -> Pose2 | None:

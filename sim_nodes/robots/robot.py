@@ -127,7 +127,7 @@ class Robot(Stateful):
         """Whether no part needs every tick."""
         if self.faults.goals or any(drive.is_busy for drive in self._drives.values()):
             return False
-        if any(pipeline.faults or pipeline.in_use for pipeline in self._mounted.values()):
+        if any(pipeline.faults or pipeline.is_active for pipeline in self._mounted.values()):
             return False
         return all(part.is_idle for part in self._moving)
 
@@ -145,7 +145,7 @@ class Robot(Stateful):
     @property
     def is_rendering(self) -> bool:
         """Whether a sensor in use renders."""
-        return any(pipeline.in_use and pipeline.sensor.sample_size for pipeline in self._mounted.values())
+        return any(pipeline.is_active and pipeline.sensor.sample_size for pipeline in self._mounted.values())
 
     @property
     def held(self) -> str | None:

@@ -19,9 +19,7 @@ from sim_nodes.robots.sensor_declarations import (
     SegmentationDeclaration,
 )
 from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of, within
-from sim_nodes.views import MIN_SIZE, Lens, NoRendering, Picture, View
-
-TEST_LENS = Lens(width=MIN_SIZE, height=MIN_SIZE)
+from sim_nodes.views import TEST_LENS, Lens, NoRendering, Picture, View
 
 
 class Eye:

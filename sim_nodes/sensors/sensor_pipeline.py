@@ -229,6 +229,7 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
 
     Attributes:
         in_use: Whether a client uses its samples.
+        is_streamed: Whether an open stream uses its samples.
         truth: Sample of a sound sensor in the last tick; None if none was due.
         arrived: Sample that arrived in the last tick.
         latest: Last sample that arrived.
@@ -236,6 +237,7 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
         arrival: Tick in which the last one arrived.
     """
 
+    DERIVED = ("is_streamed",)
     STATE = (*DelayLine.STATE, "sensor", "in_use", "truth", "arrived", "latest", "count", "arrival")
 
     def __init__(self, sensor: Sensor[T], noise: Callable[[str], Noise], *, always: bool = False) -> None:
@@ -243,6 +245,7 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
         self.sensor = sensor
         self._always = always
         self.in_use = False
+        self.is_streamed = False
         self.truth: Sample[T] | None = None
         self.arrived: Sample[T] | None = None
         self.latest: Sample[T] | None = None
@@ -261,10 +264,15 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
             self.sensor.check()
         self.in_use = True
 
+    @property
+    def is_active(self) -> bool:
+        """Whether it samples for a client or a stream."""
+        return self.in_use or self.is_streamed
+
     def update(self, tick: int) -> None:
         """Sample the sensor if it is due, and deliver samples."""
         self.truth = self.arrived = None
-        if (self.in_use or self._always) and tick % self.sensor.period == 0:
+        if (self.is_active or self._always) and tick % self.sensor.period == 0:
             self.truth = Sample(tick, self.sensor.read(tick))
             self._send(self.truth)
         if self._in_transit and self._in_transit[0][0] <= tick:

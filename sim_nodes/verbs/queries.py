@@ -11,6 +11,7 @@ from sim_nodes.listing import find_spawnables, find_worlds
 from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
 from sim_nodes.outcomes import operation_failed, unknown
 from sim_nodes.robots.declaration import ArmDeclaration, LidarDeclaration
+from sim_nodes.sensors.description import describe_sensors
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.entities import check_categories, check_tags, check_tags_filter, filter_entities, has_tags
 from sim_nodes.worlds.schema import MAX_DESCRIPTION
@@ -122,6 +123,7 @@ def get_robot_description(simulator: Simulator, request: wire.RobotName) -> wire
         max_speed=0.0 if mobile is None else mobile.drive.max_speed,
         max_turn_rate=0.0 if mobile is None else mobile.drive.max_turn_rate,
         has_battery=mobile is not None and mobile.battery is not None,
+        mounted=tuple(describe_sensors(declaration)),
     )
 
 

@@ -10,6 +10,7 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.node import keep_pace
 from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.engines import needs_pictures
 
 pytestmark = pytest.mark.engine("mujoco")
 
@@ -182,3 +183,27 @@ def test_the_number_of_streams_is_limited(empty: Client) -> None:
         streaming(empty, f"view{number}")
     with pytest.raises(RequestRefused, match="too many streams: 16"):
         streaming(empty, "one_more")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_pictures_are_streamed_at_10_hz(engine: str) -> None:
+    needs_pictures(engine)
+    client = Client("maze", engine=engine)
+    camera = f"{ROBOT}/front"
+    tray = streaming(client, cameras=(camera,))
+    client.advance(0.25)
+    pictures = [picture for update in tray.reported for picture in update.pictures]
+    assert [picture.time for picture in pictures] == pytest.approx([0.1, 0.2])
+    assert (pictures[0].camera, len(pictures[0].pixels)) == (camera, 640 * 480 * 3)
+    with pytest.raises(RequestRefused, match="unknown camera 'turtlebot4/back'"):
+        streaming(client, "other", cameras=(f"{ROBOT}/back",))
+
+
+def test_sensors_are_computed_only_while_a_stream_is_open(empty: Client) -> None:
+    streaming(empty, sensors=(LIDAR,))
+    lidar = empty.simulator.simulation.pipeline(ROBOT, "lidar")
+    empty.advance(0.25)
+    assert (lidar.count, lidar.in_use) == (2, False)
+    empty.ask(wire.CLOSE_STREAM, wire.StreamName(id="view"))
+    empty.advance(0.55)
+    assert lidar.count == 2

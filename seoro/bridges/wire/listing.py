@@ -183,6 +183,27 @@ class ArmDescription(Message):
     stroke: float
 
 
+class MountedSensor(Message):
+    """Camera or listed sensor of a robot: its kind, rate, and pose on its link, with x ahead and z up.
+
+    Optics are set for sensors with pixels, ranges for distances, and `aperture` for sonars. `deviations` are
+    standard deviations of a receiver's east, north and altitude [m]. Other fields are zero or empty.
+    """
+
+    name: str
+    kind: str  # `camera`, or a kind of the list `sensors`
+    link: str
+    pose: Pose3D
+    rate: float  # [Hz]
+    fov: float = 0.0  # vertical [rad]
+    width: int = 0  # [pixels]
+    height: int = 0
+    range_min: float = 0.0  # [m]
+    range_max: float = 0.0
+    aperture: float = 0.0  # full angle of the cone [rad]
+    deviations: tuple[float, ...] = ()
+
+
 class RobotDescription(Message):
     """Robot: the text of its URDF, its base link, the names of its sensors, and its parts.
 
@@ -197,6 +218,7 @@ class RobotDescription(Message):
     max_speed: float = 0.0
     max_turn_rate: float = 0.0
     has_battery: bool = False
+    mounted: tuple[MountedSensor, ...] = ()
 
 
 GET_ENTITIES_STATES = Query("get_entities_states", EntityFilter, EntityStates)

@@ -17,7 +17,8 @@ class OpenStream(Message):
     """Publish the time and the listed data under the name of the stream.
 
     Samples of `sensors` are published on arrival. `poses`, `joints` and `batteries` are names of robots, whose
-    estimated poses, joints and batteries are published.
+    estimated poses, joints and batteries are published. `cameras` are names of cameras, whose pictures are
+    published at 10 Hz. Sensors and cameras are rendered only while a stream, or another client, uses them.
     """
 
     id: str
@@ -25,6 +26,7 @@ class OpenStream(Message):
     poses: tuple[str, ...] = ()
     joints: tuple[str, ...] = ()
     batteries: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
 
 
 class StreamName(Message):
@@ -67,6 +69,19 @@ class StreamedBattery(Message):
     charge: float
 
 
+class StreamedPicture(Message):
+    """Picture of a camera at `time` [s], with its injected faults.
+
+    `pixels` are red, green and blue, one byte each, by row from the top.
+    """
+
+    camera: str
+    time: float
+    width: int  # [pixels]
+    height: int
+    pixels: bytes
+
+
 class StreamUpdate(Message):
     """Content of a stream at a tick. `number` counts from 1, so that receivers detect losses."""
 
@@ -76,6 +91,7 @@ class StreamUpdate(Message):
     poses: tuple[StreamedPose, ...] = ()
     joints: tuple[StreamedJoints, ...] = ()
     batteries: tuple[StreamedBattery, ...] = ()
+    pictures: tuple[StreamedPicture, ...] = ()
 
 
 OPEN_STREAM = Verb("open_stream", OpenStream, Empty)

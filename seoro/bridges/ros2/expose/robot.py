@@ -21,6 +21,7 @@ from seoro.bridges.ros2.expose.links import Links, read_links
 from seoro.bridges.ros2.expose.messages import MAP, ODOM
 from seoro.bridges.ros2.expose.navigation import serving_navigation
 from seoro.bridges.ros2.expose.node import ExposedNode
+from seoro.bridges.ros2.expose.sensors import SENSOR_DATA, TOPICS, SensorTopics
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
@@ -76,16 +77,21 @@ class RobotTopics:
     Args:
         robot: The robot.
         topics: Publishers by the names of their topics.
+        sensors: Topics of its cameras and listed sensors.
 
     Attributes:
         robot: The robot.
+        sensors: Topics of its cameras and listed sensors.
         links: Links and joints of the robot.
         estimate: Estimated pose in the map; None while it is unknown.
         positions: Positions of the joints [rad, m], by name.
     """
 
-    def __init__(self, robot: ExposedRobot, topics: dict[str, Publication]) -> None:
+    def __init__(
+        self, robot: ExposedRobot, topics: dict[str, Publication], sensors: Sequence[SensorTopics]
+    ) -> None:
         self.robot = robot
+        self.sensors = sensors
         self._topics = topics
         self.links: Links = read_links(robot.description.urdf)
         self._base = robot.description.base_link
@@ -99,6 +105,7 @@ class RobotTopics:
             base_in_map: Pose of a fixed base.
         """
         fixed = self.links.fixed()
+        fixed += [transform for sensor in self.sensors for transform in sensor.transforms()]
         if base_in_map is not None:
             fixed.append(messages.transform(MAP, self._base, base_in_map, 0.0))
         self._topics["tf_static"].publish({"transforms": fixed})
@@ -151,7 +158,8 @@ async def exposing_robot(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -
             topic: await stack.enter_async_context(ros.publishing(topic, kind, qos))
             for topic, kind, qos in _published(robot)
         }
-        published = RobotTopics(robot, topics)
+        sensors = [await _sensor_topics(stack, ros, robot.name, each) for each in robot.description.mounted]
+        published = RobotTopics(robot, topics, sensors)
         published.describe(None if robot.drives else await _true_pose(node, robot.name))
         if robot.drives:
             await stack.enter_async_context(_subscribing_to_velocity(ros, node, robot))
@@ -163,6 +171,16 @@ async def exposing_robot(ros: RosNode, node: ExposedNode, robot: ExposedRobot) -
             arm = ExposedArm(node, robot.name, published.links, lambda: published.positions)
             await stack.enter_async_context(serving_arm(ros, arm))
         yield published
+
+
+async def _sensor_topics(
+    stack: AsyncExitStack, ros: RosNode, robot: str, sensor: wire.MountedSensor
+) -> SensorTopics:
+    topics = {
+        topic: await stack.enter_async_context(ros.publishing(f"{sensor.name}/{topic}", kind, SENSOR_DATA))
+        for topic, kind in TOPICS.get(sensor.kind, {}).items()  # a newer node may have further kinds
+    }
+    return SensorTopics(robot, sensor, topics)
 
 
 def _published(robot: ExposedRobot) -> list[tuple[str, str, Qos | None]]:

@@ -12,6 +12,7 @@ from seoro.bridges.launch import find_simulator
 from seoro.bridges.ros2.expose import messages
 from seoro.bridges.ros2.expose.node import ExposedNode, following_node
 from seoro.bridges.ros2.expose.robot import ExposedRobot, RobotTopics, exposing_robot, stream_of
+from seoro.bridges.ros2.expose.sensors import publish_on_demand
 from seoro.bridges.ros2.expose.simulation import serving_simulation
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosSystem, open_system
@@ -153,6 +154,8 @@ async def _exposing_world(
             updates = await stack.enter_async_context(node.streaming(wanted))
             tasks = await stack.enter_async_context(background())
             tasks.start_soon(_publish_updates, updates, clock, robots)
+            sensors = [sensor for each in robots.values() for sensor in each.sensors]
+            tasks.start_soon(publish_on_demand, node, system.graph, sensors)
         yield
 
 
