@@ -23,7 +23,6 @@ from pybullet_utils.bullet_client import BulletClient
 from sim_nodes.driven import upright_velocities, yaws
 from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix, vector
 from sim_nodes.journal import Journal, journaled, replay
-from sim_nodes.outcomes import feature_unsupported
 from sim_nodes.physics import (
     FLOOR,
     MAX_OVERLAP,
@@ -60,6 +59,7 @@ from sim_nodes.pybullet.model import (
     xyzw,
 )
 from sim_nodes.pybullet.planar import PlanarForces
+from sim_nodes.pybullet.rays import Rays
 from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastStep, StateStore, join_islands
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.pybullet.terrain import add_terrain
@@ -70,10 +70,6 @@ from sim_nodes.views import WALL, DepthImage, Picture, View, colour_of
 
 GRAVITY = 9.81  # [m/s^2]
 STEPS_PER_SECOND = 200
-FIRST_ROBOT_GROUP = 8  # bit of the collision group of the first robot; Bullet uses those below
-MAX_ROBOTS = 23  # a group is a signed number of 32 bits
-ALL_GROUPS = -1
-MAX_RAYS = pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE  # of one call
 POSITION = 5  # field of a contact point: its position on the first body
 NORMAL = 7  # field of a contact point: normal from the second body to the first
 
@@ -100,13 +96,7 @@ class PybulletEngine:
         self._client: int = self._bullet._client  # for direct calls, without the slower wrapper
 
     def build(self, scene: Scene) -> None:
-        """See `Engine.build`.
-
-        Raises:
-            RequestRefused: The scene has too many robots.
-        """
-        if (count := len(scene.robots)) > MAX_ROBOTS:
-            raise feature_unsupported(f"found {count} robots; PyBullet simulates at most {MAX_ROBOTS}")
+        """See `Engine.build`."""
         self._scene = scene
         self._added: dict[str, tuple[BodyModel, BodyState]] = {}
         self._load()
@@ -162,9 +152,9 @@ class PybulletEngine:
         self._arms: dict[str, PybulletArm] = {}
         self._placed_shapes = PlacedShapes(bullet)
         self._links: dict[str, dict[str, int]] = {}
-        self._groups: dict[str, int] = {}  # collision group of each robot alone
-        for index, robot in enumerate(self._scene.robots):
-            self._load_robot(index, robot)
+        self._rays = Rays(bullet)
+        for robot in self._scene.robots:
+            self._load_robot(robot)
         for name, (model, state) in self._added.items():
             self._load_body(name, model, state)
         jointed = {self._bodies[name].number: arm.all_joints for name, arm in self._arms.items()}
@@ -189,13 +179,11 @@ class PybulletEngine:
         if static:
             self._static.add(number)
 
-    def _load_robot(self, index: int, robot: PlacedRobot) -> None:
+    def _load_robot(self, robot: PlacedRobot) -> None:
         number, links = load_robot(self._bullet, robot, self._textures)
         self._register(robot.name, number, static=robot.declaration.fixed)
         self._links[robot.name] = links.links
-        self._groups[robot.name] = group = 1 << (FIRST_ROBOT_GROUP + index)
-        for link in links.shapes:
-            self._bullet.setCollisionFilterGroupMask(number, link, group, ALL_GROUPS)
+        self._rays.add(robot.name, number, links.shapes)
         compound = {links.links[name]: parts for name, parts in links.compound.items()}
         self._broadphase.add_moving(number, compound, fixed=robot.declaration.fixed)
         mobile = robot.declaration.mobile
@@ -410,13 +398,7 @@ class PybulletEngine:
         place, orientation = self.link_pose(robot, link)
         turn = rotation_matrix(orientation)
         origin = np.add(place, turn @ position)
-        ends = (origin + limit * directions @ turn.T).tolist()
-        starts, others = [origin.tolist()] * len(ends), ALL_GROUPS & ~self._groups[robot]
-        hits = []
-        for first in range(0, len(ends), MAX_RAYS):
-            some = slice(first, first + MAX_RAYS)
-            hits += self._bullet.rayTestBatch(starts[some], ends[some], collisionFilterMask=others)
-        return np.array([hit[2] * limit if hit[0] >= 0 else np.inf for hit in hits])
+        return limit * self._rays.cast(robot, vector(origin), origin + limit * directions @ turn.T)
 
     def motor_power(self, robot: str) -> float:
         """See `MeasuresPower.motor_power`."""

@@ -10,9 +10,9 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import numpy as np
 import pytest
 
-from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes.check.arms import HOME, OUTSTRETCHED, PLACED, UR10E
 from sim_nodes.check.bench import BASE, CUBE, EXTENT, ORIGIN, ROBOT, SHAPES, TURTLEBOT, at, body, built, drive, run
 from sim_nodes.geometry import Pose2, quaternion
@@ -24,6 +24,7 @@ from tests.sim_nodes.engines import make_engine
 pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
 
 from sim_nodes.pybullet import captured_output, stepping
+from sim_nodes.pybullet.rays import GROUPS
 
 make = partial(make_engine, "pybullet")
 LINKS = ("upper_arm_link", "forearm_link")
@@ -240,8 +241,17 @@ def resident() -> int:
     return int(Path("/proc/self/status").read_text().partition("VmRSS:")[2].split()[0])
 
 
-def test_worlds_with_too_many_robots_are_refused() -> None:
-    declared = load_robot("turtlebot4")
-    robots = tuple(PlacedRobot(f"robot{index}", declared, Pose2(float(index), 0.0, 0.0)) for index in range(24))
-    with pytest.raises(RequestRefused, match="found 24 robots; PyBullet simulates at most 23"):
-        make().build(Scene((), robots, (-1.0, -1.0, 25.0, 1.0)))
+def test_robots_that_share_a_collision_group_see_each_other_but_not_themselves() -> None:
+    declared, count = load_robot("turtlebot4"), GROUPS + 1
+    places = [Pose2(0.5 * index, 0.0, 0.3 * index) for index in range(count)]
+    directions = np.random.default_rng(0).normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    found = []
+    for first, last in ((0, 1), (10, 20)):  # these share a group
+        order = [first, *(index for index in range(count) if index not in (first, last)), last]
+        robots = tuple(PlacedRobot(f"robot{index}", declared, places[index]) for index in order)
+        engine = make()
+        engine.build(Scene((), robots, (-1.0, -1.0, 13.0, 1.0)))
+        found.append([engine.cast_rays(f"robot{index}", "rplidar_link", directions, 5.0) for index in (0, 1, 10)])
+    assert np.isfinite(found[0][0]).sum() > 50
+    np.testing.assert_array_equal(found[0], found[1])
