@@ -1,6 +1,6 @@
 """Loads models of makers into both engines, and counts what loads.
 
-    python benchmarks/foreign_models.py [PACKAGE ...] [--every N] [--processes N]
+    python benchmarks/foreign_models.py [PACKAGE ...] [--every N]
 
 Packages are Python packages with models; missing ones are skipped. By default: pybullet_data, robosuite,
 dm_control and gymnasium_robotics, which are installed for this only. Each model is added to an empty world, and
@@ -19,8 +19,6 @@ import sys
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from importlib.util import find_spec
 from itertools import islice
 from multiprocessing.connection import Connection
@@ -43,6 +41,7 @@ EXTENT = (-20.0, -20.0, 20.0, 20.0)
 CLEARANCE = 0.01  # [m] above the floor
 DURATION = 0.1  # [s]
 LIMIT = 120.0  # [s] for one model
+MOST_MODELS = 100  # of one process
 LOADED = "loaded"
 INCOMPLETE = "MuJoCo refuses the file itself"
 EMPTY = "found no shapes besides floors"
@@ -98,25 +97,52 @@ def _is_whole(path: Path) -> bool:
     return True
 
 
-def load_apart(context: ForkServerContext, case: Case) -> tuple[str, float]:
-    """Load a model in a process of its own, which may crash or take too long; see `load`."""
-    here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_send_result, args=(there, case))
-    process.start()
-    there.close()
-    try:
-        return (
-            cast(tuple[str, float], here.recv()) if here.poll(LIMIT) else (f"takes more than {LIMIT:g} s", LIMIT)
-        )
-    except EOFError:
-        return "FAULT the process crashed", 0.0
-    finally:
-        process.kill()
-        process.join()
+class Worker:
+    """Loads models in a process of its own, which may crash or take too long; it is replaced then.
+
+    Args:
+        context: Starts processes.
+    """
+
+    def __init__(self, context: ForkServerContext) -> None:
+        self._context = context
+        self._start()
+
+    def load(self, case: Case) -> tuple[str, float]:
+        """Load a model; see `load`."""
+        if self._count == MOST_MODELS:
+            self.stop()
+            self._start()
+        self._count += 1
+        self._pipe.send(case)
+        try:
+            if self._pipe.poll(LIMIT):
+                return cast(tuple[str, float], self._pipe.recv())
+            reason = f"takes more than {LIMIT:g} s"
+        except (EOFError, ConnectionResetError):
+            reason = "FAULT the process crashed"
+        self.stop()
+        self._start()
+        return reason, LIMIT
+
+    def stop(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.join()
+        self._pipe.close()
+
+    def _start(self) -> None:
+        self._pipe, there = self._context.Pipe()
+        self._process = self._context.Process(target=_serve, args=(there,))
+        self._process.start()
+        self._count = 0
+        there.close()
 
 
-def _send_result(result: Connection, case: Case) -> None:
-    result.send(load(case))
+def _serve(pipe: Connection) -> None:
+    """Load the models of a pipe."""
+    while True:
+        pipe.send(load(pipe.recv()))
 
 
 def models_of(package: str) -> Iterator[Path]:
@@ -140,7 +166,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("packages", nargs="*", default=PACKAGES)
     parser.add_argument("--every", type=int, default=1, help="load every Nth model only")
-    parser.add_argument("--processes", type=int, default=1, help="models loaded at the same time (default: 1)")
     options = parser.parse_args()
     cases = [
         Case(package, path, engine)
@@ -156,14 +181,15 @@ def main() -> None:
     reasons: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
     examples: dict[str, Case] = {}
     slowest: dict[str, tuple[float, Case]] = {}
-    with ThreadPoolExecutor(options.processes) as pool:
-        for case, (reason, seconds) in zip(cases, pool.map(partial(load_apart, context), cases), strict=True):
-            kind = re.sub(r"'[^']*'|\"[^\"]*\"|-?\d[\d.e+-]*", "…", reason)
-            reasons[case.package, SUFFIXES[case.path.suffix], case.engine][kind] += 1
-            examples.setdefault(kind, case)
-            done = sum(map(Counter.total, reasons.values()))
-            print(f"\r{done} of {len(cases)}", end="", file=sys.stderr, flush=True)
-            slowest[case.engine] = max(slowest.get(case.engine, (0.0, case)), (seconds, case))
+    worker = Worker(context)
+    for done, case in enumerate(cases, 1):
+        reason, seconds = worker.load(case)
+        kind = re.sub(r"'[^']*'|\"[^\"]*\"|-?\d[\d.e+-]*", "…", reason)
+        reasons[case.package, SUFFIXES[case.path.suffix], case.engine][kind] += 1
+        examples.setdefault(kind, case)
+        print(f"\r{done} of {len(cases)}", end="", file=sys.stderr, flush=True)
+        slowest[case.engine] = max(slowest.get(case.engine, (0.0, case)), (seconds, case))
+    worker.stop()
     print(f"{'package':<20} {'format':<6} {'engine':<9} {'models':>6} {'loaded':>6} {'share':>6}")
     for (package, form, engine), counts in sorted(reasons.items()):
         total = counts.total() - counts[INCOMPLETE] - counts[EMPTY]
