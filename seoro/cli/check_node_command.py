@@ -23,7 +23,7 @@ levels, each with the rules of the one before:
   drive     a robot that drives, and its true pose
   entities  spawning, moving and deleting entities
   navigate  goals, and watches of positions
-  all       everything that the node supports, also cameras, faults and snapshots
+  all       everything that the node supports, also cameras, faults, snapshots, people, doors and lifts
 
 The world is a free and level floor. A robot stands at the origin and faces along x.
 

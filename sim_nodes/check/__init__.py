@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import ModuleType
 
-from sim_nodes.check import arms, bodies, drives, power, repeating, robots, saving, sensing, terrain
+from sim_nodes.check import arms, bodies, driven_bodies, drives, power, repeating, robots, saving, sensing, terrain
 from sim_nodes.check.bench import Make
-from sim_nodes.physics import Engine, MeasuresPower, Rewinds, SavesState
+from sim_nodes.physics import DrivesBodies, Engine, MeasuresPower, Rewinds, SavesState
 from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
 
 __all__ = ["OPTIONAL", "RENDERING", "RULES", "check_physics", "check_rule", "rules_for"]
@@ -44,6 +44,7 @@ REWINDING: tuple[Rule, ...] = (
 OPTIONAL: tuple[tuple[type, tuple[Rule, ...]], ...] = (
     (SavesState, tuple(rule for rule in _rules_of(saving) if rule not in REWINDING)),
     (Rewinds, REWINDING),
+    (DrivesBodies, _rules_of(driven_bodies)),
     (MeasuresPower, _rules_of(power)),
 )
 

@@ -39,7 +39,7 @@ class Weightless:
             )
 
 
-def pass_through(bullet: Any, body: int, others: Iterable[int]) -> None:
-    """Let a body of one link pass through other bodies of one link."""
+def pass_through(bullet: Any, body: int, others: Iterable[int], *, passes: bool = True) -> None:
+    """Let a body of one link pass through other bodies of one link, or not; Bullet reuses numbers of bodies."""
     for other in others:
-        bullet.setCollisionFilterPair(body, other, BASE, BASE, 0)
+        bullet.setCollisionFilterPair(body, other, BASE, BASE, int(not passes))

@@ -299,6 +299,8 @@ class PybulletEngine:
         """See `Engine.remove_body`."""
         number = self._bodies.pop(name).number
         remove_gears(self._bullet, number)
+        if self._added[name][0].built_in:
+            pass_through(self._bullet, number, self._fixtures, passes=False)
         self._bullet.removeBody(number)
         del self._owners[number], self._added[name]
         self._static.discard(number)

@@ -18,7 +18,7 @@ from functools import partial
 
 import anyio
 
-from seoro.bridges.conformance import arms, devices, robots, worlds
+from seoro.bridges.conformance import arms, devices, robots, traffic, worlds
 from seoro.bridges.conformance.arms import ArmBench, ArmFacts
 from seoro.bridges.conformance.bench import RULES, Make, Rule, SimulatedBackend, has, started, started_with
 from seoro.bridges.conformance.levels import LEVELS, checked_contracts, highest_level, rules_of, unsupported
@@ -44,6 +44,7 @@ __all__ = [
     "requirement",
     "robots",
     "rules_of",
+    "traffic",
     "unsupported",
     "worlds",
 ]
