@@ -23,7 +23,7 @@ AHEAD = 0.25  # [m] along the path to the point that is pursued; at least the tu
 ARRIVED = 0.03  # [m] from the last point
 CREEP = 0.03  # [m/s] minimum speed before the last point
 BRAKING = 0.5  # share of the acceleration with which a robot brakes before it
-FACING = 0.6  # [rad] bearing beyond which robots turn in place
+FACING = 0.6  # [rad] bearing, or bend of the path, beyond which robots turn in place
 TURN_TIME = 0.3  # [s] to turn to the point
 PATIENCE = round(20.0 / TICK)  # ticks without progress after which a goal is aborted
 PROGRESS = 0.1  # [m]
@@ -59,6 +59,13 @@ class Path:
     def is_last(self) -> bool:
         """Whether it ends at the next point."""
         return not self.repeat and self.index == len(self.points) - 1
+
+    @property
+    def bend(self) -> float:
+        """Angle between the present line and the one after it, from 0 to pi [rad]."""
+        (ax, ay), (bx, by) = self.line
+        cx, cy = self.passed().line[1]
+        return abs(float(wrap(math.atan2(cy - by, cx - bx) - math.atan2(by - ay, bx - ax))))
 
     def passed(self) -> Path:
         """Return the path behind the next point."""
@@ -135,7 +142,7 @@ class PathFollower(Stateful):
             if along + left < length:
                 share = (along + left) / length
                 return x + share * (end[0] - x), y + share * (end[1] - y)
-            if path.is_last:
+            if path.is_last or (not self._drive.min_turning_radius and path.bend > FACING):
                 return end
             left -= max(0.0, length - along)
             along, path = 0.0, path.passed()
