@@ -18,7 +18,7 @@ from sim_nodes.mujoco.files import attach_file, urdf_spec
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP
 from sim_nodes.mujoco.planar import add_planar_drive
 from sim_nodes.mujoco.stepping import add_counters
-from sim_nodes.mujoco.terrain import LOOSE_PRIORITY, ROLLING, TORSIONAL, add_terrain, ground_priority
+from sim_nodes.mujoco.terrain import LOOSE_PRIORITY, ROLLING, TERRAIN_BODY, TORSIONAL, add_terrain, ground_priority
 from sim_nodes.physics import (
     FLOOR,
     BodyModel,
@@ -219,7 +219,9 @@ def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
         body.add_freejoint()
     if model.built_in:
         body.gravcomp = 1.0
-        spec.add_exclude(name=name, bodyname1=name, bodyname2=WORLD)
+        for fixed in (WORLD, TERRAIN_BODY):
+            if spec.body(fixed) is not None:
+                spec.add_exclude(name=f"{name}/{fixed}", bodyname1=name, bodyname2=fixed)
     if model.urdf is not None:
         attach_file(spec, body, name, model)
         return
