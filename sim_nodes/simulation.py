@@ -46,6 +46,7 @@ from sim_nodes.sensors.sensor_pipeline import Sample, SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.streams import Streams
 from sim_nodes.strikes import Contacts, Strikes
+from sim_nodes.terrain.surface import Surface
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.views import Picture
 from sim_nodes.watches import Watch, Watches
@@ -91,6 +92,7 @@ class Simulation(Stateful):
         self.world = world
         self.seed = seed
         self.known = build_map(world.extent, world.walls, world.outlines)
+        self._surface = Surface(world.ground, self.known)
         self._walls = Walls(self.known)
         circles = _robot_circles(world.robots).values()
         self._drawn = draw_agents(world.agents, world.name, seed, self._walls, circles)
@@ -116,7 +118,7 @@ class Simulation(Stateful):
         placed = self.world.robots
         self.camera_faults = FaultRegistry("", FreeCameras(self.entities.cameras))
         self.robots = {
-            robot.name: Robot(robot, self.engine, self.entities, self.known, self.seed, self.world.origin)
+            robot.name: Robot(robot, self.engine, self.entities, self._surface, self.seed, self.world.origin)
             for robot in placed
         }
         radii = {name: radius for name, (_, radius) in _robot_circles(placed).items()}

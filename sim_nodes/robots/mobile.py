@@ -19,7 +19,6 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.contracts import ControlInput
 from sim_nodes.navigation.goals import Feedback, Goal
 from sim_nodes.navigation.localisation import Localisation
-from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.navigator import Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
@@ -33,6 +32,7 @@ from sim_nodes.sensors.base import AT_START, Bumper, Bumps, Imu, Odometer, Odome
 from sim_nodes.sensors.lidar import BLIND, Lidar, Scan
 from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
 from sim_nodes.stateful import Stateful
+from sim_nodes.terrain.surface import Surface
 
 
 def base_sensors(
@@ -75,7 +75,7 @@ class MobileBase(Stateful):
         name: Name of the robot.
         declaration: Declaration of the base.
         engine: Engine that simulates it.
-        known: Map of the world.
+        surface: Ground and map of the world.
         seed: Seed of the simulation.
 
     Raises:
@@ -100,7 +100,7 @@ class MobileBase(Stateful):
     )
 
     def __init__(
-        self, name: str, declaration: MobileDeclaration, engine: Engine, known: NavigationMap, seed: int
+        self, name: str, declaration: MobileDeclaration, engine: Engine, surface: Surface, seed: int
     ) -> None:
         self.name = name
         self.declaration = declaration
@@ -111,10 +111,12 @@ class MobileBase(Stateful):
         self._lidar: SensorPipeline[Scan] | None = self.sensors.get("lidar")
         self._odometry: SensorPipeline[Odometer] = self.sensors["odometry"]
         self._bumper: SensorPipeline[Bumps] | None = self.sensors.get("bumper")
-        self.localisation = Localisation(known, declaration, Noise(seed, f"{name}/localisation"))
-        self._obstacles = ObstacleLayer(known)
+        lidar, passable = declaration.lidar, surface.passable(declaration)
+        self._without_ground = None if lidar is None else surface.without_ground(name, lidar, engine)
+        self.localisation = Localisation(surface.known, declaration, Noise(seed, f"{name}/localisation"))
+        self._obstacles = ObstacleLayer(passable)
         try:
-            self._navigator = Navigator(known, self._obstacles, declaration, Noise(seed, f"{name}/navigation"))
+            self._navigator = Navigator(passable, self._obstacles, declaration, Noise(seed, f"{name}/navigation"))
         except RequestRefused as refused:
             raise RequestRefused(refused.code, f"robot {name}: {refused.message}") from refused
         self._steering = Steering(declaration.drive)
@@ -251,6 +253,8 @@ class MobileBase(Stateful):
 
     def _process_scan(self, scan: Scan, tick: int) -> None:
         """Update localisation and obstacles with a scan."""
+        if self._without_ground is not None:
+            scan = self._without_ground(scan)
         self._scan = scan
         self.localisation.update(self.odometry.pose, scan, tick)
         pose = self.localised_pose()

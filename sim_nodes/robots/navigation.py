@@ -53,3 +53,5 @@ class NavigationDeclaration(Declared):
     backup_speed: PositiveFloat = 0.1  # [m/s]
     spin_dist: PositiveFloat = 1.57  # [rad]
     wait_duration: PositiveFloat = 5.0  # [s]
+    max_slope: float = Field(0.1, ge=0.0, le=1.0)  # of terrain [rad]; steeper terrain is an obstacle
+    max_step: NonNegativeFloat | None = None  # [m]; a third of the radius of a wheel by default

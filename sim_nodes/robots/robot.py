@@ -14,7 +14,6 @@ from sim_nodes.faults.devices import CameraDevice, Device, SensorDevice, Source
 from sim_nodes.faults.registry import FaultRegistry, RobotPower
 from sim_nodes.geodesy import GeoPoint
 from sim_nodes.manipulation.arm import Arm
-from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import GoalResult, feature_unsupported
 from sim_nodes.physics import BodyState, Engine, PlacedRobot
@@ -23,6 +22,7 @@ from sim_nodes.sensors.base import Bumper
 from sim_nodes.sensors.mounted import mounted_sensors
 from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
+from sim_nodes.terrain.surface import Surface
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Robot(Stateful):
         placed: Name, kind and initial pose.
         engine: Engine that simulates it.
         entities: Entities of the world.
-        known: Map of the world.
+        surface: Ground and map of the world.
         seed: Seed of the simulation.
         origin: Place of the world on the earth, if declared.
     """
@@ -54,7 +54,7 @@ class Robot(Stateful):
         placed: PlacedRobot,
         engine: Engine,
         entities: Entities,
-        known: NavigationMap,
+        surface: Surface,
         seed: int,
         origin: GeoPoint | None,
     ) -> None:
@@ -62,7 +62,7 @@ class Robot(Stateful):
         self._engine = engine
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
-        self._mobile = MobileBase(self.name, mobile, engine, known, seed) if mobile is not None else None
+        self._mobile = MobileBase(self.name, mobile, engine, surface, seed) if mobile is not None else None
         self._arm = Arm(placed, arm, engine, entities.is_movable) if arm is not None else None
         self._mounted = mounted_sensors(placed, engine, seed, origin)
         self._drives = dict(self._make_actuators(seed))

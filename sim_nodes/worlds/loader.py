@@ -182,7 +182,10 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
     ground = read_ground(file.floor, file.terrain, folder, seed, extent)
     placed = _props(file, folder, ground)
     props = (*surroundings.props, *chain.from_iterable(placed))
-    poses = (*surroundings.poses, *(read_pose(pose, index, extent) for index, pose in enumerate(file.poses)))
+    poses = (
+        *surroundings.poses,
+        *(read_pose(pose, index, extent, ground) for index, pose in enumerate(file.poses)),
+    )
     starts = {pose.name: pose.place.planar for pose in poses}
     if START not in starts and any(robot.pose.at == START for robot in file.robots):
         outlines = static_outlines(props)

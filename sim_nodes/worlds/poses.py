@@ -10,6 +10,7 @@ from seoro.files.yaml_lines import FileError
 from sim_nodes.geometry import Pose2, Vector, quaternion
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.physics import BodyState
+from sim_nodes.terrain.ground import FLAT, Ground
 from sim_nodes.worlds.schema import NamedPoseFile
 
 START_RADIUS = 0.3  # [m] of free floor around a starting position that is searched
@@ -26,7 +27,9 @@ class NamedPose:
     room: tuple[Vector, Vector] | None
 
 
-def read_pose(pose: NamedPoseFile, index: int, extent: tuple[float, float, float, float]) -> NamedPose:
+def read_pose(
+    pose: NamedPoseFile, index: int, extent: tuple[float, float, float, float], ground: Ground = FLAT
+) -> NamedPose:
     """Read a named pose of a world file.
 
     Args:
@@ -43,7 +46,8 @@ def read_pose(pose: NamedPoseFile, index: int, extent: tuple[float, float, float
             f"poses.{index}.pose: {pose.name!r} at ({at.x:g}, {at.y:g}) is outside of the world; "
             f"expected a position from ({left:g}, {bottom:g}) to ({right:g}, {top:g})"
         )
-    place = BodyState((at.x, at.y, at.z or 0.0), quaternion(at.roll, at.pitch, at.yaw))
+    z = ground.height(at.x, at.y) if at.z is None else at.z
+    place = BodyState((at.x, at.y, z), quaternion(at.roll, at.pitch, at.yaw))
     room = None if pose.bounds is None else (pose.bounds.lower, pose.bounds.upper)
     return NamedPose(pose.name, pose.description, pose.tags, place, room)
 

@@ -115,7 +115,8 @@ def test_robots_and_props_start_on_the_ground() -> None:
         "  - {name: box, cube: 0.2, mass: 1, pose: {x: 0.5}}\n"
         "  - {name: high, cube: 0.2, mass: 1, pose: {x: 0.5, y: 0.3, z: 2}}\n"
     )
-    loaded = parse_world(RAMP + more, "w")
+    loaded = parse_world(RAMP + more + "poses: [{name: top, pose: {x: 1.8}}]", "w")
+    assert loaded.poses[0].place.position[2] == pytest.approx(0.18)
     robot, arm = (placed.state for placed in loaded.robots)
     assert robot.position == pytest.approx((1.0, 0.0, 0.101), abs=1e-3)
     assert roll_pitch_yaw(robot.orientation) == pytest.approx((0.0, -math.atan(0.1), 0.0), abs=1e-6)
