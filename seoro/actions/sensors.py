@@ -6,7 +6,7 @@ from functools import partial
 
 from seoro.actions.reports import finish
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.sensors import Sensors
+from seoro.runtime.contracts.sensors import ForceSensing, Sensors, SightSensing
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
@@ -35,17 +35,17 @@ async def wait_for_range(
     await finish(ctx, watch, sensors.cancel_sensor_watch)
 
 
-@action("robot.wait_for_force", home=Sensors)
+@action("robot.wait_for_force", home=ForceSensing)
 async def wait_for_force(ctx: ActionContext, robot: Actor, sensor: str, above: float) -> None:
     """Wait until a force-torque sensor measures a greater force."""
-    sensors, name = ctx.home(robot, Sensors)
+    sensors, name = ctx.home(robot, ForceSensing)
     await finish(ctx, partial(sensors.watch_force, name, sensor, above), sensors.cancel_sensor_watch)
 
 
-@action("robot.wait_until_sees", home=Sensors)
+@action("robot.wait_until_sees", home=SightSensing)
 async def wait_until_sees(ctx: ActionContext, robot: Actor, entity: str, sensor: str, share: float) -> None:
     """Wait until a segmentation sensor sees an entity."""
-    sensors, name = ctx.home(robot, Sensors)
+    sensors, name = ctx.home(robot, SightSensing)
     await finish(ctx, partial(sensors.watch_sight, name, sensor, entity, share), sensors.cancel_sensor_watch)
 
 

@@ -11,7 +11,7 @@ from seoro.runtime.contracts.backends import Reporter
 
 
 class DeviceRequests(RobotRequests):
-    """The capabilities `Sensors` and `Faults` of a node."""
+    """The capabilities `Sensors`, `ForceSensing`, `SightSensing` and `Faults` of a node."""
 
     features: wire.SimulatorFeatures
 
@@ -35,12 +35,12 @@ class DeviceRequests(RobotRequests):
         return await self.start(wire.WATCH_RANGE, request, report)
 
     async def watch_force(self, robot: str, sensor: str, force: float, report: Reporter) -> str:
-        """See `Sensors`."""
+        """See `ForceSensing`."""
         request = wire.WatchForce(id=self.new_id("watch"), robot=robot, sensor=sensor, force=force)
         return await self.start(wire.WATCH_FORCE, request, report)
 
     async def watch_sight(self, robot: str, sensor: str, entity: str, share: float, report: Reporter) -> str:
-        """See `Sensors`."""
+        """See `SightSensing`."""
         request = wire.WatchSight(id=self.new_id("watch"), robot=robot, sensor=sensor, entity=entity, share=share)
         return await self.start(wire.WATCH_SIGHT, request, report)
 

@@ -29,7 +29,7 @@ from seoro.runtime.contracts.robots import (
     PathRobots,
     VelocityCommands,
 )
-from seoro.runtime.contracts.sensors import Cameras, Faults, Sensors
+from seoro.runtime.contracts.sensors import Cameras, Faults, ForceSensing, Sensors, SightSensing
 from seoro.runtime.contracts.worlds import Frames, NamedPoses, Simulation, Snapshots, Worlds
 
 ANY_ACTOR = "osc_actor"
@@ -94,6 +94,8 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
         wire.GET_CAMERA_IMAGE,
     ),
     Sensors: (wire.WATCH_SENSOR, wire.WATCH_BUMPER, wire.WATCH_RANGE, wire.CHECK_RATE, wire.CANCEL_WATCH),
+    ForceSensing: (wire.WATCH_FORCE, wire.CANCEL_WATCH),
+    SightSensing: (wire.WATCH_SIGHT, wire.CANCEL_WATCH),
     Faults: (wire.INJECT_FAULT, wire.CLEAR_FAULTS, wire.CANCEL_GOAL),
     Measuring: (wire.WATCH_MEASURE, wire.CANCEL_WATCH, wire.GET_MEASUREMENTS),
     Snapshots: (wire.SAVE_STATE, wire.RESTORE_STATE),

@@ -29,16 +29,32 @@ class Sensors(Protocol):
     ) -> str:
         """Report when a ranging sensor measures less than `distance` [m] between two bearings [rad]."""
 
-    async def watch_force(self, robot: str, sensor: str, force: float, report: Reporter) -> str:
-        """Report when the force that a force-torque sensor measures exceeds `force` [N]."""
-
-    async def watch_sight(self, robot: str, sensor: str, entity: str, share: float, report: Reporter) -> str:
-        """Report when a segmentation sensor sees an entity on at least `share` of its picture."""
-
     async def check_rate(
         self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
     ) -> str:
         """Report after `duration` [s] whether the rate of samples was within bounds [1/s]."""
+
+    async def cancel_sensor_watch(self, watch: str) -> None:
+        """Cancel a watch. Watches that have fired are ignored."""
+
+
+@runtime_checkable
+class ForceSensing(Protocol):
+    """Force-torque sensors of robots; see `Sensors`."""
+
+    async def watch_force(self, robot: str, sensor: str, force: float, report: Reporter) -> str:
+        """Report when the force that a force-torque sensor measures exceeds `force` [N]."""
+
+    async def cancel_sensor_watch(self, watch: str) -> None:
+        """Cancel a watch. Watches that have fired are ignored."""
+
+
+@runtime_checkable
+class SightSensing(Protocol):
+    """Segmentation sensors of robots; see `Sensors`."""
+
+    async def watch_sight(self, robot: str, sensor: str, entity: str, share: float, report: Reporter) -> str:
+        """Report when a segmentation sensor sees an entity on at least `share` of its picture."""
 
     async def cancel_sensor_watch(self, watch: str) -> None:
         """Cancel a watch. Watches that have fired are ignored."""
