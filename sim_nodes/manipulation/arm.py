@@ -167,7 +167,8 @@ class Arm(Stateful):
         turned: Array = in_map[:3, :3] @ self._moved.velocity_at(link, np.array(joints), np.array(rates), place)
         if link not in self._fingers:
             return turned
-        return turned + rates[len(self._planner.joints) + self._fingers.index(link)] * self._outward(link)
+        rate = rates[len(self._planner.joints) + self._fingers.index(link)]
+        return turned + self.gripper.finger_speed(rate) * self._outward(link)
 
     def _outward(self, finger: str) -> Array:
         """Return the opening direction of a finger in `map`; zero where the fingers meet."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from seoro.bridges.wire import Outcome
 from sim_nodes.manipulation.servos import FingerCommand, Fingers
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state, operation_failed
@@ -79,7 +81,9 @@ class Gripper(Stateful):
         self.holds: list[HoldGoal] = []
         self.held: str | None = None
         self.commanded_speed = 0.0  # commanded speed of the opening in the last tick, without obstacles [m/s]
-        self.fingers = Fingers(robot, engine, FingerCommand(declaration.stroke, declaration.max_force))
+        self.fingers = Fingers(
+            robot, declaration, engine, FingerCommand(declaration.stroke, declaration.max_force)
+        )
         self._touches = False  # whether a finger touches something, at the last check
         # Openings [m]: start and end of the last command, and present target of the fingers.
         self._start = self._target = self._ramp = declaration.stroke
@@ -158,7 +162,11 @@ class Gripper(Stateful):
 
     def fastest(self) -> float:
         """Return the speed of the opening [m/s]."""
-        return abs(float(self._engine.joint_states(self._robot).velocities[-2:].sum()))
+        return abs(self._declaration.opening_speed(self._engine.joint_states(self._robot).velocities[-2:]))
+
+    def finger_speed(self, rate: float) -> float:
+        """Return the speed at which a finger opens [m/s] at a velocity of its joint."""
+        return self._declaration.opening_speed(np.array([rate]))
 
     def stop(self) -> None:
         """Stop the fingers where they are; a held entity stays pressed."""
@@ -229,7 +237,7 @@ class Gripper(Stateful):
 
     def _end(self, states: JointStates, goal: GripperGoal) -> GoalResult | None:
         self._ticks = self._ticks + 1 if self._ramp == self._end_of_ramp else 0
-        opening, speed = self._opening(states), float(states.velocities[-2:].sum())
+        opening, speed = self._opening(states), self._declaration.opening_speed(states.velocities[-2:])
         is_reached = abs(opening - goal.opening) <= goal.tolerance
         self._still = self._still + 1 if abs(speed) < STILL else 0
         if is_reached and self._still:
@@ -249,4 +257,4 @@ class Gripper(Stateful):
         return self._opening(self._engine.joint_states(self._robot))
 
     def _opening(self, states: JointStates) -> float:
-        return float(states.positions[-2:].sum())
+        return self._declaration.opening_of(states.positions[-2:])

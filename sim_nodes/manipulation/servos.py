@@ -10,6 +10,7 @@ from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array
 from sim_nodes.manipulation.motion import TrajectoryPoint
 from sim_nodes.physics import Engine
+from sim_nodes.robots.declaration import GripperDeclaration
 from sim_nodes.stateful import Stateful
 
 
@@ -88,6 +89,7 @@ class Fingers(Stateful):
 
     Args:
         robot: Name of the robot.
+        declaration: Declaration of the gripper.
         engine: Engine that simulates it.
         first: Initial command.
 
@@ -100,8 +102,8 @@ class Fingers(Stateful):
 
     quantity = Quantity.LENGTH
 
-    def __init__(self, robot: str, engine: Engine, first: FingerCommand) -> None:
-        self._robot, self._engine = robot, engine
+    def __init__(self, robot: str, declaration: GripperDeclaration, engine: Engine, first: FingerCommand) -> None:
+        self._robot, self._declaration, self._engine = robot, declaration, engine
         self.command = first
         self.has_power = True
         self._is_passthrough = True  # whether commands reach the motors at once
@@ -133,4 +135,8 @@ class Fingers(Stateful):
     def apply_command(self, command: FingerCommand) -> None:
         """See `MotorGroup`."""
         if self.has_power:
-            self._engine.command_fingers(self._robot, command.opening / 2.0, command.force)
+            position, effort = (
+                self._declaration.position_of(command.opening),
+                self._declaration.effort_of(command.force),
+            )
+            self._engine.command_fingers(self._robot, position, effort)

@@ -17,6 +17,8 @@ from sim_nodes.robots.declaration import ArmDeclaration, GripperDeclaration
 IMPRATIO = 10.0  # ratio of frictional to normal impedance; with less, held objects creep out of the fingers
 ROLLING = 0.0001
 STIFF_CONTACT = 0.01  # [s], half of MuJoCo's default, with which fingers sink into held objects by millimetres
+# For links that follow a finger: time constant [s] and damping ratio, and MuJoCo's five numbers of the impedance.
+STIFF_COUPLING = ([0.01, 1.0], [0.99, 0.999, 0.001, 0.5, 2.0])
 TORSIONAL_CONTACT = 4  # dimensions of a contact with torsional friction
 
 
@@ -53,7 +55,12 @@ def _add_gripper(spec: Any, gripper: GripperDeclaration) -> None:
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.set_to_position(kp=gripper.stiffness, kv=gripper.damping)
         motor.forcelimited = True
-        motor.forcerange = [-gripper.max_force, gripper.max_force]
+        effort = gripper.effort_of(gripper.max_force)
+        motor.forcerange = [-effort, effort]
+    for coupling in spec.equalities if gripper.turning is not None else ():
+        coupling.solref, coupling.solimp = STIFF_COUPLING
+        if coupling.name1 not in gripper.joints:
+            spec.joint(coupling.name1).armature = gripper.armature
     for link in gripper.links:
         for geom in spec.body(link).geoms:
             geom.friction = [gripper.friction, gripper.torsional_friction, ROLLING]
@@ -98,10 +105,11 @@ class MujocoArm:
         self._motors, self._fingers = np.array(motors[: len(names)]), np.array(motors[len(names) :], dtype=np.intp)
         self._lead = np.array([joint.damping / joint.stiffness for joint in arm.joints])  # [s]
         self.command = command or ArmCommand(
-            np.zeros(len(names)), 0.0 if arm.gripper is None else arm.gripper.max_force
+            np.zeros(len(names)), 0.0 if arm.gripper is None else arm.gripper.effort_of(arm.gripper.max_force)
         )
         self._limit_force(model, self.command.force)
         self.speeds: list[int] = self._speeds.tolist()
+        self._followers = _followers(model, prefix, {prefix + name for name in arm.fingers})
         bodies = {body: model.body(body).name for body in range(model.nbody)}
         own = {body: name.removeprefix(prefix) for body, name in bodies.items() if name.startswith(prefix)}
         self.links = {
@@ -118,8 +126,11 @@ class MujocoArm:
     def go_home(self, data: Any) -> None:
         """Set the joints to their initial positions, and make the motors hold them."""
         home = np.array([joint.home for joint in self._arm.joints])
-        finger = 0.0 if self._arm.gripper is None else self._arm.gripper.stroke / 2.0
+        gripper = self._arm.gripper
+        finger = 0.0 if gripper is None else gripper.position_of(gripper.stroke)
         data.qpos[self._positions] = [*home, *(finger for _ in self._arm.fingers)]
+        for follower, leader, offset, factor in self._followers:
+            data.qpos[follower] = offset + factor * data.qpos[leader]
         data.ctrl[self._motors] = self._lifted(data, home)
         data.ctrl[self._fingers] = finger
 
@@ -162,6 +173,18 @@ class MujocoArm:
 
     def _limit_force(self, model: Any, force: float) -> None:
         model.actuator_forcerange[self._fingers] = (-force, force)
+
+
+def _followers(model: Any, prefix: str, without: set[str]) -> list[tuple[int, int, float, float]]:
+    """Return the joints of a robot that follow others: addresses of both, offset and factor."""
+    found = []
+    for number in range(model.neq):
+        if model.eq_type[number] == mujoco.mjtEq.mjEQ_JOINT:
+            follower, leader = (model.joint(each[number]) for each in (model.eq_obj1id, model.eq_obj2id))
+            if follower.name.startswith(prefix) and follower.name not in without:
+                offset, factor = model.eq_data[number, :2].tolist()
+                found.append((int(follower.qposadr[0]), int(leader.qposadr[0]), offset, factor))
+    return found
 
 
 class Weights:

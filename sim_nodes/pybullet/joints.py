@@ -161,12 +161,13 @@ class PybulletArm:
             self._add_gripper(arm.gripper)
         self.command_joints(home, np.zeros(len(home)))
         if arm.gripper is not None:
-            self.command_fingers(arm.gripper.stroke / 2.0, arm.gripper.max_force)
+            gripper = arm.gripper
+            self.command_fingers(gripper.position_of(gripper.stroke), gripper.effort_of(gripper.max_force))
 
     def _add_gripper(self, gripper: GripperDeclaration) -> None:
         """Open the gripper, and give its fingers their friction."""
         bullet, body = self._bullet, self._body
-        finger = gripper.stroke / 2.0
+        finger = gripper.position_of(gripper.stroke)
         for joint in self._fingers:
             bullet.resetJointState(body, joint, finger)
         for name in gripper.links:

@@ -38,7 +38,7 @@ from sim_nodes.physics import (
 from sim_nodes.pybullet import captured_output
 from sim_nodes.pybullet.mimic import couple_mimics
 from sim_nodes.pybullet.textures import Textures
-from sim_nodes.robots.declaration import RobotDeclaration
+from sim_nodes.robots.declaration import ArmDeclaration, RobotDeclaration
 from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration
 from sim_nodes.robots.kinematics import motor_joints, wheel_joints
 from sim_nodes.robots.sensor_declarations import ForceTorqueDeclaration
@@ -147,10 +147,25 @@ def load_robot(bullet: Any, robot: PlacedRobot, textures: Textures) -> tuple[int
     for index, name in links.shapes.items():
         bullet.changeDynamics(body, index, lateralFriction=friction[name])
     _undamp(bullet, body)
+    if declaration.arm is not None:
+        _couple_followers(bullet, body, root, declaration.arm)
     for sensor in declaration.sensors:
         if isinstance(sensor, ForceTorqueDeclaration):
             bullet.enableJointForceTorqueSensor(body, links.links[sensor.link], True)
     return body, links
+
+
+def _couple_followers(bullet: Any, body: int, urdf: Element, arm: ArmDeclaration) -> None:
+    """Let joints of a robot follow those of its arm and its fingers, which are coupled elsewhere."""
+    following = {joint.get("name", "") for joint in urdf.findall("joint") if joint.find("mimic") is not None}
+    following -= {*arm.home, *arm.fingers}
+    if not following:
+        return
+    opened = 0.0 if arm.gripper is None else arm.gripper.position_of(arm.gripper.stroke)
+    couple_mimics(bullet, body, urdf, arm.home | dict.fromkeys(arm.fingers, opened), arm.fingers)
+    for joint in movable_joints(bullet, body):
+        if bullet.getJointInfo(body, joint)[JOINT_NAME].decode() in following:
+            bullet.setJointMotorControl2(body, joint, bullet.VELOCITY_CONTROL, force=0.0)
 
 
 def motors(links: Links, drive: DriveDeclaration) -> tuple[int, ...]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Sequence
 from typing import Annotated, Self
 
+import numpy as np
 from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from sim_nodes.files import Declared
+from sim_nodes.geometry import Array
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.footprint import Footprint, read_footprint
 from sim_nodes.robots.navigation import NavigationDeclaration
@@ -149,8 +153,58 @@ class JointDeclaration(Declared):
     armature: PositiveFloat  # inertia of rotor and gear at the joint [kg m^2], [kg]
 
 
+class FingerMotion(Declared):
+    """Openings of a gripper whose fingers turn, at positions of their joints.
+
+    Beyond the table, the opening goes on as between its last two rows.
+    """
+
+    positions: tuple[float, ...] = Field(min_length=2)  # [rad], increasing
+    openings: tuple[float, ...] = Field(min_length=2)  # [m], increasing or decreasing
+
+    @model_validator(mode="after")
+    def _monotonic(self) -> Self:
+        steps, ways = np.diff(self.positions), np.diff(self.openings)
+        if (
+            len(self.positions) != len(self.openings)
+            or (steps <= 0.0).any()
+            or np.ptp(np.sign(ways))
+            or not ways.all()
+        ):
+            raise ValueError(
+                "expected as many `positions`, which increase, as `openings`, which increase or decrease"
+            )
+        return self
+
+    def position_of(self, opening: float) -> float:
+        """Return the position of the joints at an opening [m]."""
+        order = 1 if self.openings[-1] > self.openings[0] else -1
+        return _interpolated(opening, self.openings[::order], self.positions[::order])
+
+    def opening_of(self, position: float) -> float:
+        """Return the opening [m] at a position of the joints [rad]."""
+        return _interpolated(position, self.positions, self.openings)
+
+    @property
+    def lever(self) -> float:
+        """Mean motion of a finger by the angle of its joint [m/rad], and torque by its force [N m/N]."""
+        way = abs(self.openings[-1] - self.openings[0]) / 2.0
+        return way / (self.positions[-1] - self.positions[0])
+
+
+def _interpolated(at: float, places: Sequence[float], values: Sequence[float]) -> float:
+    """Interpolate a table with increasing places, and extrapolate it."""
+    index = min(max(bisect_right(places, at), 1), len(places) - 1)
+    share = (at - places[index - 1]) / (places[index] - places[index - 1])
+    return values[index - 1] + share * (values[index] - values[index - 1])
+
+
 class GripperDeclaration(Declared):
-    """A parallel gripper: each finger is half the opening away from the point where both meet."""
+    """A gripper of two fingers.
+
+    Fingers that slide are each half the opening away from the point where both meet. For fingers that turn,
+    `turning` has the opening, and stiffness, damping and armature are those of their joints.
+    """
 
     joints: tuple[str, str]
     links: tuple[str, str]  # the fingers
@@ -164,6 +218,28 @@ class GripperDeclaration(Declared):
     armature: PositiveFloat  # inertia of motor and gear at the finger [kg]
     friction: PositiveFloat
     torsional_friction: PositiveFloat  # [m]
+    turning: FingerMotion | None = None
+
+    def position_of(self, opening: float) -> float:
+        """Return the position of the joints at an opening [m]: [m], or [rad] of fingers that turn."""
+        return opening / 2.0 if self.turning is None else self.turning.position_of(opening)
+
+    def opening_of(self, positions: Array) -> float:
+        """Return the opening [m] at positions of both joints."""
+        if self.turning is None:
+            return float(positions.sum())
+        return sum(self.turning.opening_of(each) for each in positions.tolist()) / 2.0
+
+    def opening_speed(self, speeds: Array) -> float:
+        """Return the speed of the opening [m/s] at speeds of both joints; a mean one for fingers that turn."""
+        if self.turning is None:
+            return float(speeds.sum())
+        opens = 1.0 if self.turning.openings[-1] > self.turning.openings[0] else -1.0
+        return opens * self.turning.lever * float(speeds.sum())
+
+    def effort_of(self, force: float) -> float:
+        """Return the effort of a joint [N], [N m] at a force of its finger [N]."""
+        return force if self.turning is None else force * self.turning.lever
 
 
 class ArmDeclaration(Declared):

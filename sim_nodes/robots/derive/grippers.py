@@ -1,46 +1,144 @@
-"""Grippers derived from a model: two fingers that slide on the same link."""
+"""Grippers derived from a model: two fingers on the same link, which slide or turn.
+
+If fingers turn, the second joint follows the first, and further links may follow as well. The opening is the gap
+between the last links of both sides, along the line between their joints.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from dataclasses import dataclass
 
-from sim_nodes.robots.declaration import GripperDeclaration
+import numpy as np
+
+from sim_nodes.geometry import Array
+from sim_nodes.robots.declaration import FingerMotion, GripperDeclaration
 from sim_nodes.robots.derive.model import ModelJoint, RobotModel
 from sim_nodes.robots.derive.motors import DIGITS
+from sim_nodes.robots.derive.wheels import farthest
 
 FINGER_SPEED = 0.1  # [m/s] of the opening
 FINGER_FORCES = (5.0, 100.0)  # [N] least, and greatest that still holds light things without rattling
+ROWS = 9  # of the table of fingers that turn
+LEAST_STROKE = 0.01  # [m]
+STIFF = 20000.0  # [N/m] of a finger
 
 
-def find_fingers(model: RobotModel) -> tuple[ModelJoint, ...]:
-    """Return the joints of two fingers that slide on the same link, from 0 to the same limit; empty without."""
-    sliding = [joint for joint in model.joints.values() if joint.kind == "prismatic" and joint.upper > 0.0]
+@dataclass(frozen=True)
+class Fingers:
+    """Two fingers of a model.
+
+    Attributes:
+        joints: Their joints with motors.
+        links: Links that grip.
+        followers: Further joints, which follow.
+        motion: Openings of fingers that turn.
+    """
+
+    joints: tuple[ModelJoint, ModelJoint]
+    links: tuple[str, str]
+    followers: tuple[ModelJoint, ...] = ()
+    motion: FingerMotion | None = None
+
+    @property
+    def stroke(self) -> float:
+        """Maximum opening [m]."""
+        return 2.0 * self.joints[0].upper if self.motion is None else max(self.motion.openings)
+
+
+def find_fingers(model: RobotModel) -> Fingers | None:
+    """Return the fingers of a gripper, if it has two that slide or turn on the same link."""
+    sliding = [joint for joint in model.joints.values() if joint.slides and joint.upper > 0.0]
     for first in reversed(sliding):
         for other in sliding:
             if other is not first and other.parent == first.parent and math.isclose(other.upper, first.upper):
-                return (other, first)
-    return ()
+                return Fingers((other, first), (other.child, first.child))
+    pairs = (
+        (leader, follower)
+        for leader in model.joints.values()
+        for follower in model.followers([leader.name])
+        if leader.turns and leader.is_limited and follower.parent == leader.parent and follower.mimic is not None
+        if follower.mimic[1:] == (1.0, 0.0)
+    )
+    return next((found for pair in pairs if (found := _turning(model, pair)) is not None), None)
 
 
-def declare_gripper(fingers: Sequence[ModelJoint]) -> GripperDeclaration | None:
-    """Declare the gripper of two fingers; None without fingers."""
-    if not fingers:
+def _turning(model: RobotModel, joints: tuple[ModelJoint, ModelJoint]) -> Fingers | None:
+    """Return fingers that turn with a pair of joints; None if they do not open and close."""
+    leader, second = joints
+    links = (_last_solid(model, leader), _last_solid(model, second))
+    if None in links:
         return None
-    first, second = fingers
+    first_link, second_link = map(str, links)
+    apart: Array = np.subtract(model.frames[second.child][0], model.frames[leader.child][0])
+    followers = tuple(each for each in model.followers([leader.name, second.name]) if each is not second)
+    positions = np.linspace(leader.lower, leader.upper, ROWS)
+    openings = []
+    for position in positions.tolist():
+        given = {
+            each.name: each.mimic[1] * position + each.mimic[2] for each in followers if each.mimic is not None
+        }
+        moved = model.at(given | {leader.name: position, second.name: position})
+        along = apart / np.linalg.norm(apart)
+        gap = -farthest(moved.solids[second_link], -along) - farthest(moved.solids[first_link], along)
+        openings.append(gap)
+    return _useful(joints, (first_link, second_link), followers, positions, np.array(openings))
+
+
+def _followed(joint: ModelJoint, position: float) -> float:
+    """Return the position of a joint that is, or follows, one at a position [rad]."""
+    if joint.mimic is None:
+        return position
+    _, factor, offset = joint.mimic
+    return factor * position + offset
+
+
+def _useful(
+    joints: tuple[ModelJoint, ModelJoint],
+    links: tuple[str, str],
+    followers: tuple[ModelJoint, ...],
+    positions: Array,
+    openings: Array,
+) -> Fingers | None:
+    """Return fingers by their openings, from where they meet to where they are open."""
+    rows = openings >= min(0.0, openings.max())
+    positions, openings = positions[rows], openings[rows]
+    ways = np.diff(openings)
+    if len(ways) == 0 or np.ptp(openings) < LEAST_STROKE or np.ptp(np.sign(ways)) or not ways.all():
+        return None
+    motion = FingerMotion(
+        positions=tuple(np.round(positions, DIGITS).tolist()), openings=tuple(np.round(openings, DIGITS).tolist())
+    )
+    return Fingers(joints, links, followers, motion)
+
+
+def _last_solid(model: RobotModel, joint: ModelJoint) -> str | None:
+    """Return the link with solid shapes that the most joints separate from the palm, behind a joint."""
+    behind = [link for link in model.frames if joint in model.ancestors(link) and model.solids[link]]
+    return max(behind, key=lambda link: len(tuple(model.ancestors(link))), default=None)
+
+
+def declare_gripper(fingers: Fingers | None) -> GripperDeclaration | None:
+    """Declare the gripper of two fingers; None without fingers."""
+    if fingers is None:
+        return None
+    first, second = fingers.joints
+    lever = 1.0 if fingers.motion is None else fingers.motion.lever
     least, most = FINGER_FORCES
-    force = min(most, *(joint.effort for joint in fingers))
+    force = min(most, *(joint.effort / lever for joint in fingers.joints))
+    stiffness = STIFF * lever**2
     return GripperDeclaration(
         joints=(first.name, second.name),
-        links=(first.child, second.child),
-        stroke=round(2.0 * first.upper, DIGITS),
-        max_speed=min(FINGER_SPEED, *(2.0 * joint.velocity for joint in fingers)),
+        links=fingers.links,
+        stroke=round(fingers.stroke, DIGITS),
+        max_speed=min(FINGER_SPEED, *(2.0 * lever * joint.velocity for joint in fingers.joints)),
         min_force=min(least, force / 2.0),
         max_force=force,
         usual_force=round(max(min(least, force / 2.0), force / 2.0), DIGITS),
-        stiffness=20000.0,
-        damping=400.0,
-        armature=1.0,
+        stiffness=stiffness,
+        damping=400.0 * lever**2,
+        armature=lever**2,
         friction=1.0,
         torsional_friction=0.05,
+        turning=fingers.motion,
     )

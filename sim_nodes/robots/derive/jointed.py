@@ -17,7 +17,7 @@ from sim_nodes.extents import lowest_of
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import IDENTITY, BodyState
 from sim_nodes.robots.declaration import ArmDeclaration
-from sim_nodes.robots.derive.grippers import declare_gripper, find_fingers
+from sim_nodes.robots.derive.grippers import Fingers, declare_gripper, find_fingers
 from sim_nodes.robots.derive.model import ModelJoint, RobotModel
 from sim_nodes.robots.derive.motors import DIGITS, SPEED, declare_motor, effort_of, limits_of, speed_of
 from sim_nodes.robots.derive.rewriting import hold_joint, urdf_text
@@ -91,7 +91,7 @@ def derive_jointed(
     """
     derived = derive_joints(model, drive, home, tool_link)
     root: Any = ElementTree.fromstring(model.urdf.text)
-    notes = (*hold_others(root, derived.arm), *complete_limits(root, derived))
+    notes = (*hold_others(root, kept_joints(model, derived.arm)), *complete_limits(root, derived))
     base_link = _without_world(root, model)
     height = -_lowest(model.at(derived.arm.home)) if drive is JointDrive.JOINTS else 0.0
     return JointedRobot(urdf_text(root), base_link, derived.arm, round(max(0.0, height), DIGITS), notes)
@@ -101,14 +101,15 @@ def derive_joints(
     model: RobotModel, drive: JointDrive, home: Mapping[str, float], tool_link: str | None
 ) -> DerivedJoints:
     """Derive the declaration of joints; see `derive_jointed`."""
-    fingers = find_fingers(model) if drive is JointDrive.ARM else ()
+    fingers = find_fingers(model) if drive is JointDrive.ARM else None
     if drive is JointDrive.ARM:
         tool_link = tool_link or _last_link(model, fingers)
         if tool_link not in model.frames:
             raise xml.invalid(f"unknown `tool_link` {tool_link!r}; the model has {name_list(model.frames)}")
         moved = [joint for joint in reversed(tuple(model.ancestors(tool_link))) if joint.is_movable]
     else:
-        moved = [joint for joint in model.joints.values() if joint.turns or (joint.slides and joint.is_limited)]
+        able = (joint for joint in model.joints.values() if joint.turns or (joint.slides and joint.is_limited))
+        moved = [joint for joint in able if joint.mimic is None]
     _check(moved, drive)
     positions = _home(moved, home)
     carries_body = drive is JointDrive.JOINTS
@@ -132,12 +133,12 @@ def _check(moved: Sequence[ModelJoint], drive: JointDrive) -> None:
         raise xml.invalid(f"missing limits of the joint {endless.name!r}, which slides; expected `<limit>` in m")
 
 
-def _last_link(model: RobotModel, fingers: Sequence[ModelJoint]) -> str:
+def _last_link(model: RobotModel, fingers: Fingers | None) -> str:
     """Return the link behind the most joints, and the farthest of these."""
 
     def rank(link: str) -> tuple[int, int]:
         above = tuple(model.ancestors(link))
-        if any(joint in fingers for joint in above):
+        if fingers is not None and any(joint in (*fingers.joints, *fingers.followers) for joint in above):
             return (-1, 0)
         return sum(joint.is_movable for joint in above), len(above)
 
@@ -162,9 +163,15 @@ def _home(moved: Sequence[ModelJoint], given: Mapping[str, float]) -> dict[str, 
     return found
 
 
-def hold_others(root: Any, arm: ArmDeclaration) -> tuple[str, ...]:
-    """Hold the joints of a URDF that a declaration does not move; return notes on them."""
-    kept, held = {*arm.fingers, *(joint.name for joint in arm.joints)}, []
+def kept_joints(model: RobotModel, arm: ArmDeclaration) -> frozenset[str]:
+    """Return the names of the joints that an arm moves: with motors, or since they follow such joints."""
+    with_motors = {*arm.home, *arm.fingers}
+    return frozenset(with_motors | {joint.name for joint in model.followers(with_motors)})
+
+
+def hold_others(root: Any, kept: frozenset[str]) -> tuple[str, ...]:
+    """Hold the joints of a URDF that are not kept; return notes on them."""
+    held = []
     for element in root.findall("joint"):
         name = str(element.get("name"))
         if name not in kept and element.get("type") != "fixed":

@@ -9,6 +9,7 @@ from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import Urdf
 from sim_nodes.robots.declaration import ArmDeclaration, CameraDeclaration, MobileDeclaration, OdometryDeclaration
 from sim_nodes.robots.derive.drives import DerivedDrive, derive_drive
+from sim_nodes.robots.derive.jointed import kept_joints
 from sim_nodes.robots.derive.model import RobotModel
 from sim_nodes.robots.derive.outline import derive_footprint, is_supported, sliding_links
 from sim_nodes.robots.derive.rewriting import Changes, canonical_text, changes_for
@@ -63,7 +64,7 @@ def derive_mobile(
         RequestRefused: The model does not fit the kind of drive.
     """
     derived = derive_drive(model, kind, find_wheels(model))
-    kept = frozenset() if arm is None else frozenset((*arm.home, *arm.fingers))
+    kept = frozenset() if arm is None else kept_joints(model, arm)
     if both := kept & {joint.name for joint in derived.motors}:
         raise xml.invalid(f"the arm moves {min(both)!r}, a wheel; name another link as `arm: {{tool_link: ...}}`")
     model = model if arm is None else model.at(arm.home)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -32,6 +32,7 @@ class ModelJoint:
         upper: Upper limit [rad], [m]; infinite without one.
         effort: Limit of its motor [N m], [N]; infinite without one.
         velocity: Limit of its speed [rad/s], [m/s]; infinite without one.
+        mimic: Name of the joint that it follows, and factor and offset of its position; None if it follows none.
     """
 
     name: str
@@ -43,6 +44,7 @@ class ModelJoint:
     upper: float
     effort: float
     velocity: float
+    mimic: tuple[str, float, float] | None = None
 
     @property
     def is_movable(self) -> bool:
@@ -97,6 +99,10 @@ class RobotModel:
         while link in self.joints:
             yield self.joints[link]
             link = self.joints[link].parent
+
+    def followers(self, leaders: Collection[str]) -> tuple[ModelJoint, ...]:
+        """Return the joints that follow some joints."""
+        return tuple(each for each in self.joints.values() if each.mimic is not None and each.mimic[0] in leaders)
 
     def carrier(self, link: str) -> str:
         """Return the link that a link is fixed to through fixed joints, nearest to the root."""
@@ -173,7 +179,7 @@ def _solids(link: Any, frame: Frame, urdf: Urdf) -> Iterator[Part]:
 
 
 def _joint(element: Any, child: str, frame: Frame) -> ModelJoint:
-    axis, limit = element.find("axis"), element.find("limit")
+    axis, limit, mimic = element.find("axis"), element.find("limit"), element.find("mimic")
     x, y, z = (1.0, 0.0, 0.0) if axis is None else map(float, axis.get("xyz").split())
     limits: Mapping[str, str] = {} if limit is None else limit.attrib
     return ModelJoint(
@@ -186,4 +192,7 @@ def _joint(element: Any, child: str, frame: Frame) -> ModelJoint:
         float(limits.get("upper", math.inf)),
         float(limits.get("effort", math.inf)),
         float(limits.get("velocity", math.inf)),
+        None
+        if mimic is None
+        else (str(mimic.get("joint")), float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))),
     )

@@ -121,6 +121,11 @@ def _span(parts: Sequence[Part], direction: Array) -> tuple[float, float]:
     return -max(_reach(part, -direction) for part in parts), max(_reach(part, direction) for part in parts)
 
 
+def farthest(parts: Sequence[Part], direction: Array) -> float:
+    """Return how far shapes reach along a unit vector [m]."""
+    return max(_reach(part, direction) for part in parts)
+
+
 def _reach(part: Part, direction: Array) -> float:
     turn = rotation_matrix(part.orientation)
     return float(np.dot(part.position, direction)) + reach(part.shape, turn.T @ direction)
