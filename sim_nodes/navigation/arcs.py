@@ -60,7 +60,7 @@ def free_lengths(curvatures: Array, x: Array, y: Array, radius: float, most: flo
     lengths = np.full(len(curvatures), most)
     if len(x) == 0:
         return lengths
-    radii = np.minimum(radius, np.hypot(x, y)) - INSIDE
+    radii = np.minimum(radius, np.sqrt(x * x + y * y)) - INSIDE
     straight = np.abs(curvatures) < STRAIGHT
     if straight.any():
         lengths[straight] = min(most, _straight_length(x, y, radii))
@@ -81,13 +81,14 @@ def _straight_length(x: Array, y: Array, radii: Array) -> float:
 def _curved_lengths(curvatures: Array, x: Array, y: Array, radii: Array) -> Array:
     turn = 1.0 / np.abs(curvatures)
     across = turn[:, None] - np.sign(curvatures)[:, None] * y
-    to_centre = np.hypot(x, across)
+    squares = x * x + across * across  # of the distances to the centres
+    nearest = np.maximum(turn[:, None] - radii, 0.0)
     arc: NDArray[np.int64]
-    arc, point = np.nonzero(np.abs(turn[:, None] - to_centre) < radii)
+    arc, point = np.nonzero((squares > nearest * nearest) & (squares < (turn[:, None] + radii) ** 2))
     lengths = np.full(len(curvatures), np.inf)
     if len(arc) == 0:
         return lengths
-    r, big, d = radii[point], turn[arc], to_centre[arc, point]
+    r, big, d = radii[point], turn[arc], np.sqrt(squares[arc, point])
     cosine = (big * big + d * d - r * r) / np.maximum(2.0 * big * d, INSIDE)
     angle = np.arctan2(x[point], across[arc, point]) - np.arccos(cosine.clip(-1.0, 1.0))
     np.minimum.at(lengths, arc, big * (angle % (2.0 * np.pi)))

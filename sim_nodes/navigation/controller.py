@@ -116,13 +116,16 @@ class ArcController(Controller):
 
     def _free_on_map(self, curvatures: Array, pose: Pose2, most: float) -> Array:
         """Return the lengths of arcs before walls of the map [m], for what the lidar does not see."""
+        grid, distance = self._known.grid, self._known.distance
+        here = float(distance[grid.cell(pose.x, pose.y)])
+        least = min(self._clearance, here) - MAP_SLACK
+        if here - most - 2.0 * grid.resolution > least:
+            return np.full(len(curvatures), np.inf)  # no wall is that close
         lengths = np.linspace(most / SAMPLES, most, SAMPLES)
         x, y = arc_points(curvatures[:, None], lengths)
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        grid, distance = self._known.grid, self._known.distance
         room = distance[grid.cells(pose.x + cos * x - sin * y, pose.y + sin * x + cos * y)]
-        here = float(distance[grid.cell(pose.x, pose.y)])
-        blocked = room < min(self._clearance, here) - MAP_SLACK
+        blocked = room < least
         first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), SAMPLES)
         free: Array = np.where(first == SAMPLES, np.inf, first * (most / SAMPLES))
         return free

@@ -111,6 +111,9 @@ class Wheels(Stateful):
     def apply_command(self, command: PerMotor) -> None:
         """See `MotorGroup`."""
         self.applied = command
+        if self._slip == GRIP:
+            self._engine.command_wheels(self._robot, *command)
+            return
         slips = per_motor(self._drive, *self._slip, 0.0)
         targets = [(1.0 - slip) * target for slip, target in zip(slips, command, strict=True)]
         self._engine.command_wheels(self._robot, *targets)

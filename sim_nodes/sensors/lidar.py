@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +33,15 @@ class Scan:
     x: Array  # end points of the beams in the base's frame [m], shape (n,)
     y: Array
 
-    @property
+    @cached_property
     def hit(self) -> NDArray[np.bool_]:
         """Whether each beam has a return, shape (n,)."""
-        hit: NDArray[np.bool_] = np.isfinite(self.ranges)
-        return hit
+        return np.isfinite(self.ranges)
+
+    @cached_property
+    def is_complete(self) -> bool:
+        """Whether all beams have a return."""
+        return bool(self.hit.all())
 
 
 _NOTHING = np.zeros(0)

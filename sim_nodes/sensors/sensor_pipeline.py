@@ -274,10 +274,16 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
         self.truth = self.arrived = None
         if (self.is_active or self._always) and tick % self.sensor.period == 0:
             self.truth = Sample(tick, self.sensor.read(tick))
+            if not self.faults and self._has_supply and not self._in_transit:
+                self._deliver(self.truth, tick)
+                return
             self._send(self.truth)
         if self._in_transit and self._in_transit[0][0] <= tick:
-            self.latest = self.arrived = self._in_transit.popleft()[1]
-            self.count, self.arrival = self.count + 1, tick
+            self._deliver(self._in_transit.popleft()[1], tick)
+
+    def _deliver(self, sample: Sample[T], tick: int) -> None:
+        self.latest = self.arrived = sample
+        self.count, self.arrival = self.count + 1, tick
 
     def _send(self, truth: Sample[T]) -> None:
         """Send a sample through the faults."""
