@@ -14,8 +14,6 @@ from sim_nodes.files import bundled_names, validate
 from sim_nodes.models import parse_model
 from sim_nodes.models.xml_reading import invalid
 from sim_nodes.robots.declaration import RobotDeclaration
-from sim_nodes.robots.derive.complete import complete, is_short
-from sim_nodes.robots.derive.mounting import read_mounting
 from sim_nodes.robots.references.catalogue import available_references, find_reference, model_folder
 from sim_nodes.robots.urdf_check import check_urdf
 
@@ -65,7 +63,9 @@ def read_robot(path: Path, models: Path | None = None) -> RobotDeclaration:
         assert model.urdf is not None
         content.pop("reference", None)
         content |= {"meshes": tuple(model.urdf.meshes.items()), "notes": model.notes}
-        if is_short(content):
+        if "drive" in content:
+            from sim_nodes.robots.derive.complete import complete  # noqa: PLC0415 - other worlds start sooner
+
             content = complete(content, model.urdf, found.text, _carried(content, path.parent))
         else:
             source = found.text if "<robot" in found.text else model.urdf.text
@@ -82,6 +82,8 @@ def _carried(content: Mapping[str, object], folder: Path) -> RobotDeclaration | 
     """Return the robot that is mounted on the robot of a short declaration; None without one."""
     if "mounted" not in content:
         return None
+    from sim_nodes.robots.derive.mounting import read_mounting  # noqa: PLC0415 - as above
+
     robot = read_mounting(content).robot
     if robot.endswith(DECLARATIONS):
         return read_robot(folder / robot)

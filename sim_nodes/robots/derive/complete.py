@@ -34,11 +34,6 @@ SHORT = frozenset({"drive", "urdf", "notes"})
 Content = Mapping[str, object]
 
 
-def is_short(content: Content) -> bool:
-    """Whether a declaration is short."""
-    return "drive" in content
-
-
 def complete(
     content: Content, urdf: Urdf, text: str, carried: RobotDeclaration | None = None
 ) -> dict[str, object]:
