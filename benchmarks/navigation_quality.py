@@ -22,12 +22,14 @@ from importlib import resources
 from importlib.util import find_spec
 
 import numpy as np
+from navigation_worlds import ROBOT, obstacle_field, room_with, room_with_platform
 
 from seoro.bridges.wire import Contact, Occurrence, Outcome
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.models import parse_bodies
 from sim_nodes.navigation.contracts import PlanRequest, Setup
+from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.planner import GridPlanner
@@ -36,9 +38,8 @@ from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, Wall
 from sim_nodes.simulation import Simulation
 from sim_nodes.spawning import SpawnRequest
-from sim_nodes.worlds.loader import load_world
+from sim_nodes.worlds.loader import World, load_world
 
-ROBOT = "turtlebot4"
 LATEST = 120.0  # [s]
 START = Pose2(0.0, 0.0, 0.0)
 GOAL = Pose2(3.0, -3.0, 0.0)
@@ -70,16 +71,16 @@ class Situation:
     Args:
         boxes: Boxes that are on no map.
         succeeds: Whether the goal can be reached.
-        goal: Goal in `map`.
-        world: YAML of a world; the maze by default.
+        goal: Goal in `map`; the pose `goal` of the world without one.
+        world: Returns the world of a seed; the maze by default.
         may_touch: Whether a contact cannot be avoided.
         detour: Whether the shortest path is meaningless, because the box appears late.
     """
 
     boxes: tuple[Box, ...] = ()
     succeeds: bool = True
-    goal: Pose2 = GOAL
-    world: str = ""
+    goal: Pose2 | None = GOAL
+    world: Callable[[int], World] = lambda _: load_world("maze")
     may_touch: bool = False
     detour: bool = False
 
@@ -120,6 +121,32 @@ SITUATIONS = {
         tuple(Box(at(x, -1.2), (1.5, 0.0), 0.5) for x in (1.2, 1.5, 1.8)), succeeds=False, detour=True
     ),
     "far corner": Situation(goal=Pose2(4.5, 4.5, 1.57)),
+    "car, behind": Situation(goal=Pose2(-2.2, 0.5, 0.5), world=lambda _: room_with("racecar")),
+    "car, beside": Situation(goal=Pose2(-1.0, 0.5, 0.0), world=lambda _: room_with("racecar"), detour=True),
+    "car, turned": Situation(goal=Pose2(-1.0, 0.0, math.pi), world=lambda _: room_with("racecar"), detour=True),
+    "car, through a door": Situation(goal=Pose2(2.5, -1.5, 1.57), world=lambda _: room_with("racecar")),
+    "car, box in the way": Situation(
+        (Box(at(0.1, -0.1), (-1.0, 0.0), 0.5),),
+        goal=Pose2(2.5, -1.5, 1.57),
+        world=lambda _: room_with("racecar"),
+        detour=True,
+    ),
+    "car, closed in": Situation(
+        tuple(Box(at(1.0, y), (-1.0, 0.0), 0.5) for y in (-0.3, 0.0, 0.3)),
+        goal=Pose2(2.5, -1.5, 1.57),
+        world=lambda _: room_with("racecar"),
+        succeeds=False,
+        detour=True,
+    ),
+    "platform, box in the way": Situation(
+        (Box(at(0.1, -0.1), (-1.0, 0.0), 0.3),),
+        goal=Pose2(2.5, -1.5, 1.57),
+        world=lambda _: room_with_platform(),
+        detour=True,
+    ),
+    "platform, beside": Situation(goal=Pose2(-1.0, -1.2, 0.0), world=lambda _: room_with_platform()),
+    "platform, through a door": Situation(goal=Pose2(2.5, -1.5, 1.57), world=lambda _: room_with_platform()),
+    "field": Situation(goal=None, world=obstacle_field),
     "slalom": Situation(
         tuple(Box(at(0.2 * (-1) ** n, -0.9 - 0.62 * n), None) for n in range(3)), goal=Pose2(0.0, -3.0, -1.57)
     ),
@@ -150,14 +177,16 @@ def spawn_box(simulation: Simulation, place: Pose2, name: str) -> None:
 
 def drive(situation: Situation, engine: str, seed: int) -> Run:
     """Drive once."""
-    simulation = Simulation(ENGINES[engine](), load_world(situation.world or "maze"), seed)
+    world = situation.world(seed)
+    simulation = Simulation(ENGINES[engine](), world, seed)
+    target = situation.goal or next(each.place.planar for each in world.poses if each.name == "goal")
     base = simulation.robot(ROBOT).mobile
     start = simulation.frames.true_pose(ROBOT)
     base.set_initial_pose(start, simulation.tick)
     waiting = list(situation.boxes)
     boxes: list[Pose2] = []
     contacts, outcome, message = 0, None, "under way"
-    goal = Goal("goal", (situation.goal,), stop_at_each=False)
+    goal = Goal("goal", (target,), stop_at_each=False)
     goes = False
     while outcome is None and simulation.time < LATEST:
         robot = simulation.frames.true_pose(ROBOT)
@@ -177,13 +206,13 @@ def drive(situation: Situation, engine: str, seed: int) -> Run:
     measured = simulation.measurements().robots[ROBOT]
     truth = simulation.frames.true_pose(ROBOT)
     expected = Outcome.SUCCEEDED if situation.succeeds else Outcome.ABORTED
-    shortest = math.inf if situation.detour else shortest_path(simulation, start, situation.goal, boxes)
+    shortest = math.inf if situation.detour else shortest_path(simulation, start, target, boxes)
     return Run(
         outcome is expected,
         contacts,
         measured.closest_approach or 0.0,
         measured.path_length / shortest,
-        truth.distance(situation.goal.x, situation.goal.y),
+        truth.distance(target.x, target.y),
         simulation.time,
         base.recoveries,
         message,
@@ -191,21 +220,21 @@ def drive(situation: Situation, engine: str, seed: int) -> Run:
 
 
 def shortest_path(simulation: Simulation, start: Pose2, goal: Pose2, boxes: Sequence[Pose2]) -> float:
-    """Return the length of the shortest path at the planner's clearance [m]."""
+    """Return the length of the shortest path at the planner's clearance, or of the inscribed circle [m]."""
     world = simulation.world
     sides = [Wall("box", box.x, box.y, box.yaw, 2 * HALF, 2 * HALF, 1.0) for box in boxes]
     known = build_map(world.extent, [*world.walls, *sides], world.outlines)
     declaration = simulation.robot(ROBOT).mobile.declaration
-    cheap = declaration.model_copy(
-        update={"navigation": declaration.navigation.model_copy(update={"inflation_cost": 0.0})}
-    )
+    clearance = cover_of(declaration).room
+    navigation = declaration.navigation.model_copy(update={"inflation_cost": 0.0})
+    cheap = declaration.model_copy(update={"navigation": navigation, "clearance": clearance})
     planner = GridPlanner(Setup(cheap, known, {}, Noise(0, "shortest")))
     path = planner.plan(PlanRequest(known.grid, known.distance, start, goal, 0))
     if path is None:
         return math.inf
     points = path.points
     for _ in range(5):
-        points = smooth(known.grid, known.distance, points, declaration.clearance)
+        points = smooth(known.grid, known.distance, points, clearance)
     return float(np.hypot(*np.diff(points, axis=0).T).sum())
 
 

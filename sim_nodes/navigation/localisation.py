@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.navigation.maps import NavigationMap
+from sim_nodes.navigation.motion_models import move_anywhere, move_forwards
 from sim_nodes.navigation.place_search import best_places, refined
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -181,6 +182,7 @@ class Localisation(Stateful):
         max_range = NO_RANGE if declaration.lidar is None else declaration.lidar.max_range
         self._log_likelihood = self._likelihood_field(known, max_range)
         self._free = np.argwhere(known.distance >= declaration.radius)
+        self._move = move_anywhere if declaration.drive.max_lateral_speed else move_forwards
         self.particles = np.zeros((0, 3))
         self._odometry = Pose2(0.0, 0.0, 0.0)  # at the last update
         self._estimate: Estimate | None = None  # at the last update
@@ -254,7 +256,7 @@ class Localisation(Stateful):
             return
         self._fresh = False
         random = self._noise.at(tick)
-        self._move(motion, random)
+        self._move(self.particles, motion, self._parameters, random)
         self._odometry = odometry
         evidence, beams = self._evidence(scan)
         self._resample(evidence, random)
@@ -326,23 +328,6 @@ class Localisation(Stateful):
         cells = self._free[random.integers(len(self._free), size=count)]
         place = self._grid.points(cells) + random.uniform(-0.5, 0.5, (count, 2)) * resolution
         return np.column_stack([place, random.uniform(-math.pi, math.pi, count)])
-
-    def _move(self, motion: Pose2, random: np.random.Generator) -> None:
-        p, particles = self._parameters, self.particles
-        way = math.hypot(motion.x, motion.y)
-        first = math.atan2(motion.y, motion.x) if way > 0.01 else 0.0
-        second = wrap(motion.yaw - first)
-        # Driving backwards does not start with half a turn.
-        turn1 = min(abs(first), math.pi - abs(first))
-        turn2 = min(abs(second), math.pi - abs(second))
-        noise = random.standard_normal((3, len(particles)))
-        rotation1 = first + noise[0] * math.sqrt(p.alpha1 * turn1**2 + p.alpha2 * way**2)
-        distance = way + noise[1] * math.sqrt(p.alpha3 * way**2 + p.alpha4 * (turn1**2 + turn2**2))
-        rotation2 = second + noise[2] * math.sqrt(p.alpha1 * turn2**2 + p.alpha2 * way**2)
-        heading = particles[:, 2] + rotation1
-        particles[:, 0] += distance * np.cos(heading)
-        particles[:, 1] += distance * np.sin(heading)
-        particles[:, 2] = heading + rotation2
 
     def _evidence(self, scan: Scan) -> tuple[Array, int]:
         """Return the log likelihood of evenly spaced beams for each particle, and the number of beams."""

@@ -69,6 +69,7 @@ class LocalisationDeclaration(Declared):
     alpha2: NonNegativeFloat = 0.1  # error of rotation from translation
     alpha3: NonNegativeFloat = 0.1  # error of translation from translation
     alpha4: NonNegativeFloat = 0.1  # error of translation from rotation
+    alpha5: NonNegativeFloat = 0.1  # error to the side from translation, of omnidirectional drives
     sigma_hit: PositiveFloat = 0.1  # [m]
     z_hit: PositiveFloat = 0.5
     z_rand: PositiveFloat = 0.5

@@ -10,9 +10,10 @@ from seoro.bridges.wire import GET_RELATIVE_POSE, SET_ENTITY_STATE, RelativePose
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.localisation import ASTRAY_SHARE, Localisation
 from sim_nodes.navigation.maps import NavigationMap, build_map
+from sim_nodes.navigation.motion_models import move_anywhere, move_forwards
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
-from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.robots.declaration import LocalisationDeclaration, MobileDeclaration
 from sim_nodes.robots.reading import load_robot
 from sim_nodes.sensors.lidar import Scan
 from tests.sim_nodes.client import ROBOT, TRUTH, Client, pose
@@ -263,3 +264,14 @@ def seen(known: NavigationMap, at: Pose2) -> Scan:
     finite = np.where(np.isfinite(ranges), ranges, 0.0)
     ends = (np.where(np.isfinite(ranges), finite * turn, np.inf) for turn in (np.cos(angles), np.sin(angles)))
     return Scan(ranges, angles, Pose2(0.0, 0.0, 0.0), *ends)
+
+
+def test_moving_sideways_keeps_the_heading_of_particles() -> None:
+    spreads = []
+    for move in (move_forwards, move_anywhere):
+        particles = np.zeros((2000, 3))
+        move(particles, Pose2(0.0, 0.1, 0.0), LocalisationDeclaration(), np.random.default_rng(0))
+        assert particles[:, :2].mean(axis=0) == pytest.approx((0.0, 0.1), abs=0.03)
+        spreads.append(float(particles[:, 2].std()))
+    assert spreads[0] > 0.3  # a robot that turns to the side and back
+    assert spreads[1] < 0.05
