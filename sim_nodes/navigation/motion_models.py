@@ -47,7 +47,7 @@ def move_anywhere(
 ) -> None:
     """Move particles of an omnidirectional robot: a way in any direction, errors to its side, and a turn.
 
-    The parameters mean what they do in Nav2's `OmniMotionModel`. Arguments are those of `move_forwards`.
+    Parameters have the meaning of those of Nav2's `OmniMotionModel`. Arguments are those of `move_forwards`.
     """
     p = parameters
     way, turn = math.hypot(motion.x, motion.y), abs(motion.yaw)
