@@ -1,4 +1,4 @@
-"""A generated world with people, a cart and several robots repeats to the bit, also from a snapshot."""
+"""A generated world with rough ground, a door, people, a cart and robots repeats to the bit, also from a snapshot."""
 
 from __future__ import annotations
 
@@ -25,6 +25,10 @@ robots:
   - {name: robot_4, robot: turtlebot4, pose: {x: 4.0, y: 0.4}}
 crowds:
   - {name: visitors, count: 5, area: [-1.5, -0.8, 1.5, 0.8], speed: [0.5, 1.2], wander: [-5, -0.8, 5, 0.8]}
+doors:
+  - {name: gate, pose: {x: -3.0}, leaves: 2, width: 1.6, automatic: {range: 1.2, hold: 1.0}}
+terrain:
+  - {rough: {size: [2.0, 1.6], height: 0.01, spacing: 0.25}, center: [3.0, 0.0]}
 carts:
   - {name: trolley, size: [0.5, 0.4, 0.6], pose: {x: 5.0}, speed: 0.4, path: {points: [[-5, 0]]}}
 """
