@@ -1,4 +1,4 @@
-"""A generated world with rough ground, a door, people, a cart and robots repeats to the bit, also from a snapshot."""
+"""A generated world with rough ground, a door, people, a cart and robots repeats to the bit."""
 
 from __future__ import annotations
 
