@@ -39,6 +39,7 @@ class Leaf:
         name: Name of the entity.
         model: Its body.
         closed: Its pose when the door is closed.
+        height: Height of its lower edge [m].
         hinge: Point that a hinged leaf turns about [m]; None for a sliding one.
         angle: Angle when it is open [rad], if it is hinged.
         way: Way when it is open [m], if it slides.
@@ -47,6 +48,7 @@ class Leaf:
     name: str
     model: BodyModel
     closed: Pose2
+    height: float
     hinge: Point | None
     angle: float
     way: Point
@@ -55,11 +57,11 @@ class Leaf:
         """Return the pose at an opening."""
         at = self.closed
         if self.hinge is None:
-            return Place(at.x + opening * self.way[0], at.y + opening * self.way[1], GAP, at.yaw)
+            return Place(at.x + opening * self.way[0], at.y + opening * self.way[1], self.height, at.yaw)
         turn = opening * self.angle
         (x, y), cos, sin = self.hinge, math.cos(turn), math.sin(turn)
         dx, dy = at.x - x, at.y - y
-        return Place(x + cos * dx - sin * dy, y + sin * dx + cos * dy, GAP, at.yaw + turn)
+        return Place(x + cos * dx - sin * dy, y + sin * dx + cos * dy, self.height, at.yaw + turn)
 
     def opening(self, state: BodyState) -> float:
         """Return the opening at a state of the body."""
@@ -174,10 +176,10 @@ def _leaf(file: DoorFile, name: str, side: float, at: Pose2, model: BodyModel, w
     if file.kind == "sliding":
         way = file.way or width
         open_ = at.compose(Pose2(0.0, middle + side * way, 0.0))
-        return Leaf(name, model, closed, None, 0.0, (open_.x - closed.x, open_.y - closed.y))
+        return Leaf(name, model, closed, file.z + GAP, None, 0.0, (open_.x - closed.x, open_.y - closed.y))
     hinge = at.compose(Pose2(0.0, side * file.width / 2.0, 0.0))
     angle = side * (math.pi / 2.0 if file.angle is None else file.angle)
-    return Leaf(name, model, closed, (hinge.x, hinge.y), angle, (0.0, 0.0))
+    return Leaf(name, model, closed, file.z + GAP, (hinge.x, hinge.y), angle, (0.0, 0.0))
 
 
 def make_lift(file: LiftFile) -> Lift:

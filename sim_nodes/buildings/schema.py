@@ -38,6 +38,7 @@ class DoorFile(Declared):
 
     name: Annotated[Name, Field(max_length=58)]
     pose: FloorPoseFile = FloorPoseFile()
+    z: Height = 0.0  # of the floor below it [m]
     kind: Literal["hinged", "sliding"] = "hinged"
     leaves: Literal[1, 2] = 1
     side: Literal["left", "right"] | None = None  # of the hinge, or to which one leaf slides; left by default

@@ -12,6 +12,7 @@ from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.files.yaml_lines import FileError, Lines, read_yaml
 from sim_nodes.agents.schema import AgentFile
 from sim_nodes.buildings.parts import BuildingPart, make_door, make_lift
+from sim_nodes.buildings.schema import MAX_PARTS
 from sim_nodes.departures import is_within
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.geodesy import GeoPoint
@@ -29,7 +30,7 @@ from sim_nodes.worlds.poses import START_RADIUS, NamedPose, free_start, read_pos
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
 from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
 from sim_nodes.worlds.sources import START, as_world, described
-from sim_nodes.worlds.surroundings import check_names, read_surroundings, static_outlines
+from sim_nodes.worlds.surroundings import Surroundings, check_names, read_surroundings, static_outlines
 
 FOLDER = Path(__file__).parent
 STEEPEST = 0.6  # [rad] slope on which robots start
@@ -192,7 +193,7 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         starts[START] = free_start(build_map(extent, surroundings.walls, outlines), START_RADIUS)
     robots = _robots(file, folder, starts, ground)
     check_placement(robots, extent)
-    building = _building(file, extent)
+    building = _building(file, surroundings)
     return World(
         file.name,
         extent,
@@ -213,17 +214,20 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
     )
 
 
-def _building(file: WorldFile, extent: tuple[float, float, float, float]) -> tuple[BuildingPart, ...]:
+def _building(file: WorldFile, surroundings: Surroundings) -> tuple[BuildingPart, ...]:
     doors = ((f"doors.{index}", door.name, door.pose) for index, door in enumerate(file.doors))
     lifts = ((f"lifts.{index}", lift.name, lift.pose) for index, lift in enumerate(file.lifts))
     for place, name, pose in (*doors, *lifts):
-        if not is_within((pose.x, pose.y, 0.0), extent):
-            left, bottom, right, top = extent
+        if not is_within((pose.x, pose.y, 0.0), surroundings.extent):
+            left, bottom, right, top = surroundings.extent
             raise FileError(
                 f"{place}.pose: {name!r} at ({pose.x:g}, {pose.y:g}) is outside of the world; "
                 f"expected a position from ({left:g}, {bottom:g}) to ({right:g}, {top:g})"
             )
-    return (*(make_door(door, file.wall_height) for door in file.doors), *map(make_lift, file.lifts))
+    found = (*surroundings.doors, *file.doors)
+    if (count := len(found) + len(file.lifts)) > MAX_PARTS:
+        raise FileError(f"generate: found {count} doors and lifts; expected at most {MAX_PARTS}")
+    return (*(make_door(door, file.wall_height) for door in found), *map(make_lift, file.lifts))
 
 
 def _notes(robots: Sequence[PlacedRobot], props: Sequence[Sequence[Prop]]) -> Iterator[str]:

@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from seoro.files.yaml_lines import FileError
+from sim_nodes.buildings.schema import DoorFile
 from sim_nodes.extents import highest_of, lowest_of, outline
 from sim_nodes.geometry import Array, quaternion
 from sim_nodes.physics import BodyState, Wall
@@ -24,13 +25,14 @@ Extent = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Walls, extent, props and poses, and warnings about ignored parts of files."""
+    """Walls, extent, props, poses and doors, and warnings about ignored parts of files."""
 
     extent: Extent
     walls: tuple[Wall, ...]
     props: tuple[Prop, ...] = ()
     poses: tuple[NamedPose, ...] = ()
     warnings: tuple[str, ...] = ()
+    doors: tuple[DoorFile, ...] = ()
 
 
 def read_surroundings(file: WorldFile, folder: Path, seed: int) -> Surroundings:
@@ -80,7 +82,9 @@ def _generated(file: WorldFile, walls: tuple[Wall, ...], seed: int) -> Surroundi
         )
         for mark in found.layout.marks
     )
-    return Surroundings(found.layout.extent, (*found.layout.walls, *walls), found.props, poses)
+    return Surroundings(
+        found.layout.extent, (*found.layout.walls, *walls), found.props, poses, (), found.layout.doors
+    )
 
 
 def check_names(file: WorldFile, surroundings: Surroundings) -> None:
@@ -93,7 +97,7 @@ def check_names(file: WorldFile, surroundings: Surroundings) -> None:
     for prop in surroundings.props:
         if prop.name in taken:
             raise FileError(f"scene: duplicate name {prop.name!r} of a body and a wall; rename the wall")
-    taken |= {prop.name for prop in surroundings.props}
+    taken |= {prop.name for prop in surroundings.props} | {door.name for door in surroundings.doors}
     robots, props, cameras = ([each.name for each in of] for of in (file.robots, file.props, file.cameras))
     for kind, names in (("robots", robots), ("props", props), ("cameras", cameras)):
         for index, name in enumerate(names):

@@ -12,6 +12,7 @@ from seoro.bridges.wire import Outcome
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import snapshots
 from sim_nodes.__main__ import ENGINES
+from sim_nodes.buildings.parts import Door
 from tests.sim_nodes.client import ROBOT, Client, pose
 from tests.sim_nodes.graph import differences
 
@@ -322,3 +323,28 @@ def test_invalid_requests_are_refused(world: Path) -> None:
     for words, request in cases:
         with pytest.raises(RequestRefused, match=words):
             request()
+
+
+@pytest.mark.parametrize("doors", ["closed", "automatic"])
+def test_generated_rooms_have_doors(doors: str, world: Path) -> None:
+    world.write_text(
+        f"name: flat\ngenerate: {{rooms: {{count: 6, doors: {doors}, door: 0.9}}}}\n"
+        "robots: [{name: turtlebot4, robot: turtlebot4, pose: {at: start}}]\n"
+    )
+    client = Client(str(world), 4)
+    simulation = client.simulator.simulation
+    found = [part for part in simulation.world.building if isinstance(part, Door)]
+    marks = {pose.name: pose.place.planar for pose in simulation.world.poses if "door" in pose.tags}
+    assert len(found) >= 5
+    assert {door.name for door in found} == marks.keys()
+    for door in found:
+        assert marks[door.name].distance(*door.middle) < 1e-9
+        assert (door.automatic is not None) == (doors == "automatic")
+        client.ask(wire.MOVE_DOOR, wire.MoveDoor(id=door.name, door=door.name, opening=1.0))
+    ended = {client.run_until(door.name)[0].outcome for door in found[-1:]}
+    assert ended == {Outcome.SUCCEEDED}
+
+
+def test_a_door_stands_on_the_floor_of_its_height(world: Path) -> None:
+    client = open_world(world, DOOR.replace("MORE", "z: 0.5"))
+    assert place(client, "front")[2] == pytest.approx(0.51)

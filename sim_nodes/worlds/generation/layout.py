@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim_nodes.buildings.schema import DoorFile
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall
 
@@ -35,11 +36,12 @@ class Dimensions:
 
 @dataclass(frozen=True)
 class Layout:
-    """Walls and named poses; `extent` is lower x, lower y, upper x, upper y [m]."""
+    """Walls, named poses and doors; `extent` is lower x, lower y, upper x, upper y [m]."""
 
     extent: Extent
     walls: tuple[Wall, ...]
     marks: tuple[Mark, ...]
+    doors: tuple[DoorFile, ...] = ()
 
 
 class NoLayout(Exception):

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
+from sim_nodes.agents.schema import FloorPoseFile
+from sim_nodes.buildings.schema import AutomaticFile, DoorFile
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.generation.layout import (
@@ -43,7 +46,8 @@ class _Shared:
 def rooms(rooms: RoomsFile, of: Dimensions, random: np.random.Generator) -> Layout:
     """Draw rooms, with the poses `room_1`, `room_2`, ... in their middle and `door_1`, ... in doors.
 
-    Rooms are numbered by y, then by x. `start` is in the first room, `goal` in the one most doors away.
+    With `doors`, there are doors with the names of the latter. Rooms are numbered by y, then by x. `start` is in
+    the first room, `goal` in the one most doors away.
 
     Args:
         rooms: Parameters.
@@ -59,6 +63,7 @@ def rooms(rooms: RoomsFile, of: Dimensions, random: np.random.Generator) -> Layo
     doors = _doors(shared, len(areas), rooms, of, random)
     walls: list[Wall] = [*outer_walls(extent, of)]
     marks: list[Mark] = []
+    made: list[DoorFile] = []
     for stretch in shared:
         middle = doors.get(stretch.rooms)
         walls += _with_door(stretch, middle, rooms.door, of)
@@ -66,6 +71,8 @@ def rooms(rooms: RoomsFile, of: Dimensions, random: np.random.Generator) -> Layo
             x, y = (stretch.across, middle) if stretch.is_vertical else (middle, stretch.across)
             yaw = 0.0 if stretch.is_vertical else math.pi / 2
             marks.append(Mark(f"door_{len(marks) + 1}", Pose2(x, y, yaw), ("door",)))
+            if rooms.doors != "open":
+                made.append(_door(marks[-1], stretch, middle, rooms))
     names = [CORRIDOR if index == corridor else "" for index in range(len(areas))]
     numbers = iter(range(1, len(areas) + 1))
     names = [name or f"room_{next(numbers)}" for name in names]
@@ -73,7 +80,23 @@ def rooms(rooms: RoomsFile, of: Dimensions, random: np.random.Generator) -> Layo
     first = names.index("room_1")
     last = _farthest(first, list(doors), len(areas))
     ends = (Mark(START, inside[first].pose), Mark(GOAL, inside[last].pose, ("goal",)))
-    return Layout(widened(extent, of.thickness), tuple(walls), (*ends, *inside, *marks))
+    return Layout(widened(extent, of.thickness), tuple(walls), (*ends, *inside, *marks), tuple(made))
+
+
+def _door(mark: Mark, stretch: _Shared, middle: float, rooms: RoomsFile) -> DoorFile:
+    """Return a door at a mark, which slides into the longer wall beside it, or turns if both are too short."""
+    low, high = middle - stretch.low - rooms.door / 2, stretch.high - middle - rooms.door / 2
+    # The left side of a door is at greater y, or at smaller x.
+    side: Literal["left", "right"] = "left" if (high > low) == stretch.is_vertical else "right"
+    return DoorFile(
+        name=mark.name,
+        pose=FloorPoseFile(x=mark.pose.x, y=mark.pose.y, yaw=mark.pose.yaw),
+        kind="sliding" if max(low, high) >= rooms.door else "hinged",
+        side=side,
+        width=rooms.door,
+        automatic=AutomaticFile() if rooms.doors == "automatic" else None,
+        tags=mark.tags,
+    )
 
 
 def _areas(rooms: RoomsFile, extent: Extent, random: np.random.Generator) -> tuple[list[Extent], int | None]:

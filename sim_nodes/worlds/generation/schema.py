@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -29,6 +29,7 @@ class RoomsFile(Declared):
     smallest: Annotated[float, Field(ge=1.2, le=20.0)] = 2.0  # minimum edge of a room [m]
     corridor: Annotated[float, Field(ge=0.8, le=10.0)] | None = None  # width [m]
     door: Width = 0.9  # width [m]
+    doors: Literal["open", "closed", "automatic"] = "open"  # `open` has none in the openings
     loops: Share = 0.2
 
 
