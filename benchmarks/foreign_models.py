@@ -3,8 +3,8 @@
     python benchmarks/foreign_models.py [PACKAGE ...] [--every N]
 
 Packages are Python packages with models; missing ones are skipped. By default: pybullet_data, robosuite,
-dm_control and gymnasium_robotics, which are installed for this only (`pip install --no-deps --target FOLDER robosuite
-dm_control gymnasium-robotics`, with FOLDER in PYTHONPATH). Each model is added to an empty world, and
+dm_control and gymnasium_robotics, which are installed for this only, by `pip install --no-deps --target FOLDER
+robosuite dm_control gymnasium-robotics`, with FOLDER in PYTHONPATH. Each model is added to an empty world, and
 simulated for 0.1 s. MJCF files that MuJoCo itself refuses are not counted: they are parts of other files, or lack
 their meshes. Those of pybullet_data are counted, since they are made for PyBullet. Prints a table of counts, and
 the reasons of refusals with an example of each. MJCF files without a body, such as floors, are not counted either.
