@@ -3,14 +3,19 @@
 It prints a line for each event.
 """
 
+import json
 import os
+import struct
 import sys
 import time
 
 import rclpy
+from geometry_msgs.msg import WrenchStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image, NavSatFix, PointCloud2, Range
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 from test_msgs.action import Fibonacci
@@ -83,7 +88,46 @@ def act(node, cancels):
     )
 
 
-KINDS = {"talker": talk, "listener": listen, "logger": write_log, "server": serve, "actor": act}
+SENSED = {
+    "front/image_raw": (
+        Image,
+        lambda image: [image.width, image.height, image.step, image.encoding, len(image.data), max(image.data)],
+    ),
+    "front/camera_info": (CameraInfo, lambda info: [info.width, info.height, info.k[0], info.p[6]]),
+    "top/points": (
+        PointCloud2,
+        lambda cloud: [
+            *(field.name for field in cloud.fields),
+            *struct.unpack_from("<3f", cloud.data, cloud.point_step * (cloud.width // 2)),
+        ],
+    ),
+    "nose/range": (Range, lambda echo: [echo.radiation_type, echo.max_range, echo.range]),
+    "mast/wrench": (WrenchStamped, lambda sample: [sample.header.frame_id, sample.wrench.force.z]),
+    "gps/fix": (
+        NavSatFix,
+        lambda fix: [fix.status.status, fix.latitude, fix.longitude, fix.position_covariance[8]],
+    ),
+}
+
+
+def sense(node, namespace):
+    """Print the content of the first message of each sensor of a robot, in one line."""
+    seen = {}
+
+    def subscribe(topic, kind, read):
+        def receive(message):
+            if topic not in seen:
+                seen[topic] = read(message)
+                if len(seen) == len(SENSED):
+                    print_line(f"sensed {json.dumps(seen)}")
+
+        node.create_subscription(kind, f"{namespace}/{topic}", receive, qos_profile_sensor_data)
+
+    for topic, (kind, read) in SENSED.items():
+        subscribe(topic, kind, read)
+
+
+KINDS = {"talker": talk, "listener": listen, "logger": write_log, "server": serve, "actor": act, "viewer": sense}
 
 
 def main():

@@ -1,0 +1,41 @@
+"""A genuine node reads the sensors of an exposed simulator."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from seoro.bridges.ros2.interfaces import TypeStore
+from tests.bridges.ros2.expose.exposed import exposed
+from tests.bridges.ros2.expose.test_sensors import PLACE, SENSORS
+from tests.bridges.ros2.genuine.conftest import Ros2
+from tests.routers import free_endpoint
+from tests.sim_nodes.engines import needs_pictures
+from tests.sim_nodes.sensors.bench import room_with
+
+pytestmark = [pytest.mark.anyio, pytest.mark.ros2, pytest.mark.engine("mujoco")]
+
+
+async def test_a_genuine_node_reads_all_sensors(
+    ros2: Ros2, simulator: str, types: TypeStore, tmp_path: Path
+) -> None:
+    needs_pictures("mujoco")
+    endpoint = free_endpoint()
+    async with (
+        ros2.router("zenoh 1.8.0", endpoint),
+        exposed(simulator, endpoint, types, room_with(tmp_path, SENSORS, PLACE), rate=1.0),
+        ros2.node(endpoint, "viewer", "/turtlebot4") as viewer,
+    ):
+        sensed = json.loads((await viewer.printed("sensed")).partition("sensed ")[2])
+    assert sensed["front/image_raw"][:5] == [640, 480, 1920, "rgb8", 640 * 480 * 3]
+    assert sensed["front/image_raw"][5] > 100  # not black
+    assert sensed["front/camera_info"] == pytest.approx([640, 480, 240 / math.tan(0.48), 239.5])
+    assert sensed["top/points"][:3] == ["x", "y", "z"]
+    assert sensed["top/points"][3:] == pytest.approx([3.0, 0.0, 0.0], abs=0.05)
+    assert sensed["nose/range"] == pytest.approx([0, 4.0, 2.8], abs=0.05)
+    frame, weight = sensed["mast/wrench"]
+    assert (frame, weight < -1.0) == ("rplidar_link", True)
+    assert sensed["gps/fix"] == pytest.approx([0, 48.1, 11.6, 1.0], abs=1e-4)
