@@ -13,6 +13,8 @@ from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, Pose2, rotation_matrix
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Engine, Hull, Part, Sphere, Wall
+from sim_nodes.polygons import Shadow, distance_from_polygon, distance_to_shadow, placed_corners
+from sim_nodes.robots.declaration import MobileDeclaration
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,10 @@ class WallDistance:
         self._half = np.array([(wall.length / 2, wall.thickness / 2) for wall in walls]).reshape(-1, 2)
         yaw = np.array([wall.yaw for wall in walls])
         self._cos, self._sin = np.cos(yaw), np.sin(yaw)
+        along, across = np.column_stack([self._cos, self._sin]), np.column_stack([-self._sin, self._cos])
+        end, side = along * self._half[:, :1], across * self._half[:, 1:]
+        corners = np.stack([end + side, side - end, -end - side, end - side], axis=1)
+        self._corners = self._centre[:, None] + corners  # counterclockwise
 
     def at(self, x: float, y: float) -> float:
         """Return the distance of a point [m]; 0 inside a wall, infinite without walls."""
@@ -41,12 +47,29 @@ class WallDistance:
         """Return the distance of a point to the nearest wall, and the wall."""
         if not self._names:
             return Clearance()
+        distances = self._distances(x, y)
+        index = int(distances.argmin())
+        return Clearance(float(distances[index]), self._names[index])
+
+    def nearest_to_polygon(self, polygon: PlacedPolygon, within: float) -> Clearance:
+        """Return the distance of a polygon to the nearest wall that is nearer than `within` [m], and the wall."""
+        best = Clearance(within)
+        from_origin = self._distances(polygon.x, polygon.y)
+        for index in np.argsort(from_origin).tolist():
+            if from_origin[index] - polygon.reach >= best.distance:
+                break
+            distance = distance_to_shadow(polygon.corners, Shadow(self._corners[index]))
+            if distance < best.distance:
+                best = Clearance(distance, self._names[index])
+        return best if best.entity else Clearance()
+
+    def _distances(self, x: float, y: float) -> Array:
+        """Return the distance of a point to each wall [m]."""
         dx, dy = x - self._centre[:, 0], y - self._centre[:, 1]
         along = np.abs(self._cos * dx + self._sin * dy) - self._half[:, 0]
         across = np.abs(self._cos * dy - self._sin * dx) - self._half[:, 1]
-        distances = np.hypot(along.clip(0.0), across.clip(0.0))
-        index = int(distances.argmin())
-        return Clearance(float(distances[index]), self._names[index])
+        distances: Array = np.hypot(along.clip(0.0), across.clip(0.0))
+        return distances
 
 
 def distance_to_body(model: BodyModel, state: BodyState, x: float, y: float) -> float:
@@ -89,14 +112,87 @@ def _distance_to_hull(hull: Hull, point: Array) -> float:
     return float(np.linalg.norm((corners - point[:, None]) @ weights))
 
 
+@dataclass(frozen=True)
+class PlacedDisc:
+    """The circle of a robot without a footprint: its centre in `map` and its radius `reach` [m]."""
+
+    x: float
+    y: float
+    reach: float
+
+    @property
+    def shadow(self) -> Shadow:
+        """Its shape from above."""
+        return Shadow(np.array([(self.x, self.y)]), self.reach)
+
+    def to_walls(self, walls: WallDistance, _: float) -> Clearance:
+        """Return the nearest wall, with a negative distance [m] if they overlap."""
+        found = walls.nearest(self.x, self.y)
+        return Clearance(found.distance - self.reach, found.entity)
+
+    def to_body(self, model: BodyModel, state: BodyState) -> float:
+        """Return the distance to a body [m], negative if they overlap."""
+        return distance_to_body(model, state, self.x, self.y) - self.reach
+
+    def to_shadow(self, other: Shadow) -> float:
+        """Return the distance to the outline of another robot [m]; not positive if they overlap."""
+        if len(other.corners) > 1:
+            return distance_to_shadow(other.corners, self.shadow)
+        x, y = other.corners[0].tolist()
+        return math.hypot(self.x - x, self.y - y) - other.radius - self.reach
+
+
+@dataclass(frozen=True)
+class PlacedPolygon:
+    """The footprint of a robot at a pose.
+
+    Attributes:
+        x, y: Origin of the base in `map` [m].
+        reach: Distance of its farthest corner from there [m].
+        corners: Its corners in `map`, counterclockwise, shape (n, 2) [m].
+    """
+
+    x: float
+    y: float
+    reach: float
+    corners: Array
+
+    @property
+    def shadow(self) -> Shadow:
+        """Its shape from above."""
+        return Shadow(self.corners)
+
+    def to_walls(self, walls: WallDistance, within: float) -> Clearance:
+        """Return the nearest wall that is nearer than `within` [m], with a distance of 0 if they overlap."""
+        return walls.nearest_to_polygon(self, within)
+
+    def to_body(self, model: BodyModel, state: BodyState) -> float:
+        """Return the distance to a body [m]; 0 if they overlap."""
+        return distance_from_polygon(self.corners, model, state)
+
+    def to_shadow(self, other: Shadow) -> float:
+        """Return the distance to the outline of another robot [m]; 0 if they overlap."""
+        return distance_to_shadow(self.corners, other)
+
+
+PlacedOutline = PlacedDisc | PlacedPolygon
+
+
+def placed_outline(base: MobileDeclaration, pose: Pose2) -> PlacedOutline:
+    """Return the outline of a robot at a pose: its footprint, or its circle without one."""
+    if base.footprint is None:
+        return PlacedDisc(pose.x, pose.y, base.radius)
+    return PlacedPolygon(pose.x, pose.y, base.footprint.radius, placed_corners(base.footprint, pose))
+
+
 class Clearances:
-    """Distances of the circles of robots to other entities, from above.
+    """Distances of the outlines of robots to other entities, from above.
 
     Args:
         engine: Engine with the present states.
         walls: Walls of the world.
         entities: Entities of the world.
-        radii: Radii of the robots that drive [m], by name.
+        bases: Declarations of the robots that drive, by name.
         known: Map of the walls, which bounds their distance from below.
     """
 
@@ -105,13 +201,16 @@ class Clearances:
         engine: Engine,
         walls: Sequence[Wall],
         entities: Entities,
-        radii: Mapping[str, float],
+        bases: Mapping[str, MobileDeclaration],
         known: NavigationMap,
     ) -> None:
         self._engine = engine
         self._known = known
         self._entities = entities
-        self._radii = radii
+        self._bases = bases
+        self._reaches = {
+            name: base.radius if base.footprint is None else base.footprint.radius for name, base in bases.items()
+        }
         self._walls = WallDistance(walls)
         self._walls_by_name = {
             name: WallDistance([wall for wall in walls if wall.name == name])
@@ -121,7 +220,7 @@ class Clearances:
     @property
     def names(self) -> list[str]:
         """Names of the entities to which there is a distance."""
-        return [*self._walls_by_name, *self._entities.bodies, *self._radii]
+        return [*self._walls_by_name, *self._entities.bodies, *self._bases]
 
     def nearest(self, robot: str, pose: Pose2, within: float = math.inf) -> Clearance:
         """Return the nearest of all walls, bodies and other robots that drive; 0 m at least.
@@ -131,16 +230,16 @@ class Clearances:
             pose: Its pose in `map`.
             within: Distance from which entities are left out [m]; the result has none if all are left out.
         """
-        limit = within + self._radii[robot]
-        best = Clearance(limit)
-        if self._least_to_walls(pose) < limit:
-            best = min(best, self._walls.nearest(pose.x, pose.y), key=_distance)
+        outline = placed_outline(self._bases[robot], pose)
+        best = Clearance(within)
+        if self._least_to_walls(pose) - outline.reach < within:
+            best = min(best, outline.to_walls(self._walls, within), key=_distance)
         for name, model in self._entities.bodies.items():
-            best = self._nearer(best, name, model, pose)
-        for other in self._radii:
+            best = self._nearer(best, name, model, outline)
+        for other in self._bases:
             if other != robot:
-                best = self._nearer_robot(best, other, pose)
-        return self._from_outline(robot, best) if best.entity else Clearance()
+                best = self._nearer_robot(best, other, outline)
+        return _at_least_zero(best) if best.entity else Clearance()
 
     def _least_to_walls(self, pose: Pose2) -> float:
         """Return a lower bound of the distance to walls, without computing it [m]."""
@@ -151,37 +250,37 @@ class Clearances:
 
     def between(self, robot: str, pose: Pose2, other: str) -> Clearance:
         """Return the distance to one entity, which is one of `names`; 0 m at least."""
-        bodies = self._entities.bodies
+        bodies, outline = self._entities.bodies, placed_outline(self._bases[robot], pose)
         if other in self._walls_by_name:
-            distance = self._walls_by_name[other].at(pose.x, pose.y)
+            distance = outline.to_walls(self._walls_by_name[other], math.inf).distance
         elif other in bodies:
-            distance = distance_to_body(bodies[other], self._engine.body_state(other), pose.x, pose.y)
-        elif other in self._radii:
-            distance = self._to_robot(other, pose)
+            distance = outline.to_body(bodies[other], self._engine.body_state(other))
+        elif other in self._bases:
+            distance = outline.to_shadow(self._shadow_of(other))
         else:
             return Clearance()  # deleted
-        return self._from_outline(robot, Clearance(distance, other))
+        return _at_least_zero(Clearance(distance, other))
 
-    def _nearer(self, best: Clearance, name: str, model: BodyModel, pose: Pose2) -> Clearance:
+    def _nearer(self, best: Clearance, name: str, model: BodyModel, outline: PlacedOutline) -> Clearance:
         state = self._engine.body_state(name)
         x, y, _ = state.position
-        if pose.distance(x, y) - model.reach >= best.distance:
+        if math.hypot(outline.x - x, outline.y - y) - model.reach - outline.reach >= best.distance:
             return best
-        return min(best, Clearance(distance_to_body(model, state, pose.x, pose.y), name), key=_distance)
+        return min(best, Clearance(outline.to_body(model, state), name), key=_distance)
 
-    def _to_robot(self, other: str, pose: Pose2) -> float:
-        x, y, _ = self._engine.body_state(other).position
-        return pose.distance(x, y) - self._radii[other]
+    def _shadow_of(self, robot: str) -> Shadow:
+        return placed_outline(self._bases[robot], self._engine.body_state(robot).planar).shadow
 
-    def _nearer_robot(self, best: Clearance, other: str, pose: Pose2) -> Clearance:
+    def _nearer_robot(self, best: Clearance, other: str, outline: PlacedOutline) -> Clearance:
         x, y, _ = self._engine.body_state(other).position
-        reach = best.distance + self._radii[other]
-        if abs(pose.x - x) >= reach or abs(pose.y - y) >= reach:
+        reach = best.distance + self._reaches[other] + outline.reach
+        if abs(outline.x - x) >= reach or abs(outline.y - y) >= reach:
             return best
-        return min(best, Clearance(self._to_robot(other, pose), other), key=_distance)
+        return min(best, Clearance(outline.to_shadow(self._shadow_of(other)), other), key=_distance)
 
-    def _from_outline(self, robot: str, found: Clearance) -> Clearance:
-        return Clearance(max(0.0, found.distance - self._radii[robot]), found.entity)
+
+def _at_least_zero(found: Clearance) -> Clearance:
+    return Clearance(max(0.0, found.distance), found.entity)
 
 
 def _distance(clearance: Clearance) -> float:

@@ -134,6 +134,7 @@ class RobotMetrics(Stateful):
         pose: Initial pose [m, rad].
         clearance: Returns the nearest entity at a pose that is nearer than a distance [m], if any.
         rooms: Rooms of the world.
+        lever: Radius of a footprint [m], whose corners move in turns; 0 for a circle.
     """
 
     STATE = (
@@ -157,8 +158,11 @@ class RobotMetrics(Stateful):
         "_goals",
     )
 
-    def __init__(self, pose: Pose2, clearance: Callable[[Pose2, float], Clearance], rooms: Rooms) -> None:
+    def __init__(
+        self, pose: Pose2, clearance: Callable[[Pose2, float], Clearance], rooms: Rooms, lever: float = 0.0
+    ) -> None:
         self._pose = self._measured_at = pose
+        self._lever = lever
         self._tick: int | None = None  # of the last update
         self._clearance = clearance
         self._path_length = 0.0
@@ -210,7 +214,8 @@ class RobotMetrics(Stateful):
             self._driving_ticks += ticks
             self._speed.add(speed)
             self._smoothness.add(speed)
-            if pose.distance(self._measured_at.x, self._measured_at.y) >= STEP:
+            last = self._measured_at
+            if pose.distance(last.x, last.y) + self._lever * abs(wrap(pose.yaw - last.yaw)) >= STEP:
                 self._measured_at = pose
                 found = self._clearance(pose, self._closest.distance)
                 self._closest = min(self._closest, found, key=lambda clearance: clearance.distance)

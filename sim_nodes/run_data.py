@@ -97,20 +97,26 @@ class RunData(Stateful):
         self.records = {name: RobotTrack(start) for name, start in starts.items()}
         self.trails: dict[str, list[Vector]] = {}
         self._since: dict[str, float] = {}  # times at which the bodies of the trails were spawned [s]
-        self._radii = {name: robot.mobile.declaration.radius for name, robot in robots.items() if robot.drives}
-        self.clearances = Clearances(engine, world.walls, entities, self._radii, known)
+        self._bases = {name: robot.mobile.declaration for name, robot in robots.items() if robot.drives}
+        self.clearances = Clearances(engine, world.walls, entities, self._bases, known)
         # Looked up once: a check against a protocol takes longer than a measurement.
         self._power = engine.motor_power if isinstance(engine, MeasuresPower) else None
         self._rooms = Rooms({pose.name: pose.room for pose in world.poses if pose.room is not None})
         self._measuring = {
-            name: RobotMetrics(frames.true_pose(name), self._nearest_of(name), self._rooms) for name in robots
+            name: RobotMetrics(frames.true_pose(name), self._nearest_of(name), self._rooms, self._lever_of(name))
+            for name in robots
         }
         self._entity_metrics: dict[str, EntityMetrics] = {}
         self.trajectories = Trajectories(engine, robots, entities, touches, tick)
 
     def _nearest_of(self, robot: str) -> Callable[[Pose2, float], Clearance]:
-        """Return the function that finds the nearest entity; robots that do not drive have no circle."""
-        return partial(self.clearances.nearest, robot) if robot in self._radii else lambda *_: Clearance()
+        """Return the function that finds the nearest entity; robots that do not drive have no outline."""
+        return partial(self.clearances.nearest, robot) if robot in self._bases else lambda *_: Clearance()
+
+    def _lever_of(self, robot: str) -> float:
+        """Return how far a point of a robot's outline moves relative to its base in a turn [m/rad]."""
+        base = self._bases.get(robot)
+        return 0.0 if base is None or base.footprint is None else base.footprint.radius
 
     def record_pose(self, robot: Robot, time: float, tick: int) -> None:
         """Record the pose of a robot at a time [s]."""
@@ -197,4 +203,5 @@ class RunData(Stateful):
             return metrics.result(0)
         base = robot.mobile
         energy = None if base.battery is None else base.battery.drawn
-        return metrics.result(base.recoveries, energy, efficiency(metrics.drives, self._known, self._radii[name]))
+        shortest = efficiency(metrics.drives, self._known, self._bases[name].radius)
+        return metrics.result(base.recoveries, energy, shortest)
