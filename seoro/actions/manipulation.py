@@ -11,7 +11,7 @@ from seoro.actions.reports import finish
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.robots import Arms, MotionOptions
+from seoro.runtime.contracts.robots import Arms, MotionOptions, Postures
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
@@ -32,6 +32,16 @@ async def move_tool(
     options = MotionOptions(max_velocity_scaling_factor, tolerance, tuple(may_touch))
     start = partial(arms.move_tool, name, goal_pose, frame_id, options, straight=straight)
     await pursue(ctx, arm, ARM, start, arms.cancel_goal, may_touch=may_touch)
+
+
+@action("arm.take_posture", home=Postures, uses=ARM)
+async def take_posture(
+    ctx: ActionContext, arm: Actor, posture: str, tolerance: float, max_velocity_scaling_factor: float
+) -> None:
+    """Move the joints to a posture of the robot's declaration."""
+    robots, name = ctx.home(arm, Postures)
+    options = MotionOptions(max_velocity_scaling_factor, tolerance)
+    await pursue(ctx, arm, ARM, partial(robots.take_posture, name, posture, options), robots.cancel_goal)
 
 
 @action("arm.grip", home=Arms, uses=GRIPPER)

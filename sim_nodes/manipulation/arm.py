@@ -70,6 +70,7 @@ class Arm(Stateful):
         is_movable: Callable[[str], bool],
     ) -> None:
         self._robot, self._engine = placed.name, engine
+        self._postures = {posture.name: posture for posture in placed.declaration.postures}
         self._planner = make_planner(placed, declaration, engine)
         self._acceleration = np.array([joint.max_acceleration for joint in declaration.joints])
         gripper = declaration.gripper
@@ -222,6 +223,17 @@ class Arm(Stateful):
             point[order] = positions
             points.append(point)
         self._start(goal, options, lambda now: self._planner.through(now, points))
+
+    def take_posture(self, goal: str, posture: str, options: MotionOptions) -> None:
+        """Move the joints to a declared posture.
+
+        Raises:
+            RequestRefused: The posture is unknown.
+        """
+        if posture not in self._postures:
+            raise unknown(f"posture {posture!r} of {self._robot}", "postures", self._postures)
+        positions = self._postures[posture].of(self._planner.joints)
+        self.follow(goal, (tuple(positions.values()),), tuple(positions), options)
 
     def move_to_pose(self, goal: str, target: Array, options: MotionOptions) -> None:
         """Move the tool to a pose in `map`, shape (4, 4), on a path in joint space."""

@@ -14,6 +14,7 @@ from sim_nodes.geometry import Array
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.footprint import Footprint, read_footprint
 from sim_nodes.robots.navigation import NavigationDeclaration
+from sim_nodes.robots.postures import Postures
 from sim_nodes.robots.sensor_declarations import MAX_SENSORS, LinkPart, Mount, SensorDeclaration, WithLens
 
 OTHER_DEVICES = frozenset({"bumper", "gripper", "imu", "joints", "lidar", "motors", "odometry", "robot"})
@@ -290,6 +291,7 @@ class RobotDeclaration(Declared):
         fixed: Whether it is fixed to the world.
         standing_height: Initial height of its base above the floor or its stand [m].
         low_friction_links: Links that slide, such as casters.
+        postures: Positions of its joints by name of the posture; other joints keep their last goal.
     """
 
     model: str
@@ -305,6 +307,7 @@ class RobotDeclaration(Declared):
     low_friction_links: tuple[str, ...] = ()
     mobile: MobileDeclaration | None = None
     arm: ArmDeclaration | None = None
+    postures: Postures = ()
     cameras: tuple[CameraDeclaration, ...] = ()
     sensors: tuple[SensorDeclaration, ...] = Field((), max_length=MAX_SENSORS)
 

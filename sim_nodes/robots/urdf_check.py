@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from defusedxml import ElementTree
 
 from sim_nodes.geometry import Frame, conjugate, multiply, rotated, vector, wrap, yaw_of
-from sim_nodes.manipulation.chain import Chain, joint_limits
+from sim_nodes.manipulation.chain import Chain, Limits, joint_limits
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
 from sim_nodes.models.urdf import frame_of, read_origin, read_shape
@@ -21,6 +21,7 @@ from sim_nodes.robots.derive.model import read_model
 from sim_nodes.robots.derive.wheels import wheel_place
 from sim_nodes.robots.drive_declaration import DifferentialDrive, DriveDeclaration, PlanarDrive
 from sim_nodes.robots.kinematics import motor_joints
+from sim_nodes.robots.postures import Posture
 from sim_nodes.robots.sensor_declarations import ForceTorqueDeclaration
 
 TOLERANCE = 1e-3  # [m], [rad] between equal values of URDF and declaration
@@ -41,6 +42,8 @@ def check_urdf(declaration: RobotDeclaration) -> None:
         _check_wheels(declaration.mobile.drive, links, joints)
     if declaration.arm is not None:
         _check_arm(declaration, declaration.arm)
+    elif declaration.postures:
+        raise xml.invalid("`postures` of a robot without joints to move; expected `arm`, or `drive: joints`")
 
 
 def _check_root(declaration: RobotDeclaration, links: Mapping[str, Any], joints: Mapping[str, Any]) -> None:
@@ -95,6 +98,21 @@ def _check_arm(declaration: RobotDeclaration, arm: ArmDeclaration) -> None:
         if not lower <= joint.home <= upper:
             raise xml.invalid(
                 f"invalid `home` {joint.home:.3f} {unit} of {joint.name}; "
+                f"expected {lower:.3f} to {upper:.3f} {unit}"
+            )
+    for posture in declaration.postures:
+        _check_posture(posture, names, limits)
+
+
+def _check_posture(posture: Posture, names: Sequence[str], limits: Limits) -> None:
+    try:
+        positions = posture.of(names)
+    except ValueError as error:
+        raise xml.invalid(str(error)) from error
+    for name, lower, upper, unit in zip(names, limits.lower, limits.upper, limits.units, strict=True):
+        if not lower <= positions.get(name, lower) <= upper:
+            raise xml.invalid(
+                f"invalid `postures.{posture.name}` {positions[name]:.3f} {unit} of {name}; "
                 f"expected {lower:.3f} to {upper:.3f} {unit}"
             )
 

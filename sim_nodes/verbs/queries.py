@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from seoro.bridges import wire
@@ -11,6 +13,7 @@ from sim_nodes.listing import find_spawnables, find_worlds
 from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
 from sim_nodes.outcomes import operation_failed, unknown
 from sim_nodes.robots.declaration import ArmDeclaration, LidarDeclaration
+from sim_nodes.robots.postures import Posture
 from sim_nodes.sensors.description import describe_sensors
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.entities import check_categories, check_tags, check_tags_filter, filter_entities, has_tags
@@ -119,7 +122,7 @@ def get_robot_description(simulator: Simulator, request: wire.RobotName) -> wire
         base_link=declaration.base_link,
         sensors=tuple(robot.sensors),
         lidar=None if mobile is None or mobile.lidar is None else _lidar(mobile.lidar),
-        arm=None if arm is None else _arm(arm),
+        arm=None if arm is None else _arm(arm, declaration.postures),
         max_speed=0.0 if mobile is None else mobile.drive.max_speed,
         max_turn_rate=0.0 if mobile is None else mobile.drive.max_turn_rate,
         has_battery=mobile is not None and mobile.battery is not None,
@@ -133,11 +136,12 @@ def _lidar(lidar: LidarDeclaration) -> wire.LidarDescription:
     )
 
 
-def _arm(arm: ArmDeclaration) -> wire.ArmDescription:
+def _arm(arm: ArmDeclaration, postures: Sequence[Posture]) -> wire.ArmDescription:
     return wire.ArmDescription(
         joints=tuple(joint.name for joint in arm.joints),
         fingers=arm.fingers,
         stroke=0.0 if arm.gripper is None else arm.gripper.stroke,
+        postures=tuple(posture.name for posture in postures),
     )
 
 

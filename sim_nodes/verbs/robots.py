@@ -138,6 +138,11 @@ def follow_joint_trajectory(simulator: Simulator, request: wire.FollowJointTraje
     arm.follow(request.id, request.points, request.joint_names, _manner(request))
 
 
+def take_posture(simulator: Simulator, request: wire.TakePosture) -> None:
+    arm = simulator.simulation.arm_for_goal(request.robot, request.id)
+    arm.take_posture(request.id, request.posture, _manner(request))
+
+
 def move_to_pose(simulator: Simulator, request: wire.MoveToPose) -> None:
     arm = simulator.simulation.arm_for_goal(request.robot, request.id)
     target = arm.in_map(_matrix(request.pose), request.frame)

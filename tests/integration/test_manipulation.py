@@ -6,6 +6,7 @@ import pytest
 
 from seoro.cli.main import main
 from tests.integration.conftest import read_trace
+from tests.sim_nodes.manipulation.test_bodies_of_joints import four_legs, write_world
 
 pytestmark = pytest.mark.engine("mujoco")
 
@@ -47,6 +48,28 @@ MORE = """
             robot.hold('cube', 100s)
             robot.release()
 """
+
+
+LEGS = "model: four\nurdf: mine.urdf\ndrive: joints\npostures: {lean: {'front_*': -0.3}}\n"
+TAKING = """
+import osc.manipulation
+
+scenario main:
+    mine: jointed_robot
+    do serial:
+        mine.take_posture('lean')
+        mine.wait_for_joint('front_left_hip', -0.3rad)
+        mine.take_posture('sit')
+"""
+
+
+def test_a_scenario_takes_postures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    world = write_world(tmp_path, four_legs(), LEGS)
+    (tmp_path / "main.osc").write_text(TAKING)
+    assert main(["exec", str(tmp_path / "main.osc"), "--sim", "mujoco", "--world", world, "--rate", "max"]) == 1
+    shown = capsys.readouterr()
+    assert "+ mine.wait_for_joint  succeeded" in shown.out + shown.err
+    assert "unknown posture 'sit' of mine; postures: lean" in shown.err
 
 
 def run(folder: Path, more: str) -> int:

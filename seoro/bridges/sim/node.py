@@ -27,6 +27,7 @@ from seoro.runtime.contracts.robots import (
     LocalisedRobots,
     MobileRobots,
     PathRobots,
+    Postures,
     VelocityCommands,
 )
 from seoro.runtime.contracts.sensors import Cameras, Faults, ForceSensing, Sensors, SightSensing
@@ -62,6 +63,7 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
         wire.CANCEL_GOAL,
         wire.CANCEL_WATCH,
     ),
+    Postures: (wire.TAKE_POSTURE, wire.CANCEL_GOAL),
     Simulation: (
         wire.SPAWN_ENTITY,
         wire.SPAWN_ENTITIES,

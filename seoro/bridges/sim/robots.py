@@ -19,7 +19,7 @@ FEEDBACK_PERIOD = 1.0  # [s] between two reports of progress
 
 
 class RobotRequests(Requests):
-    """The capabilities `MobileRobots`, `LocalisedRobots`, `DrivenRobots`, `PathRobots` and `Arms` of a node."""
+    """The capabilities `MobileRobots`, `LocalisedRobots`, `DrivenRobots`, `PathRobots`, `Arms` and `Postures`."""
 
     async def cancel_goal(self, goal: str) -> None:
         """See `MobileRobots`."""
@@ -139,6 +139,11 @@ class RobotRequests(Requests):
             **_motion(options),
         )
         return await self.start(wire.FOLLOW_JOINT_TRAJECTORY, request, report)
+
+    async def take_posture(self, robot: str, posture: str, options: MotionOptions, report: Reporter) -> str:
+        """See `Postures`."""
+        request = wire.TakePosture(id=self.new_id("goal"), robot=robot, posture=posture, **_motion(options))
+        return await self.start(wire.TAKE_POSTURE, request, report)
 
     async def move_tool(
         self, robot: str, pose: Pose3D, frame: str, options: MotionOptions, report: Reporter, *, straight: bool

@@ -46,6 +46,15 @@ class FollowJointTrajectory(ArmMotion):
     joint_names: tuple[str, ...] = ()
 
 
+class TakePosture(ArmMotion):
+    """Move the joints of an arm to a posture of its declaration.
+
+    Joints that the posture does not name keep the position of their last goal.
+    """
+
+    posture: str
+
+
 class MoveToPose(ArmMotion):
     """Move the tool of an arm to a pose, in a straight line if `straight`.
 
@@ -111,6 +120,7 @@ class WatchJoint(TrackedRequest):
 TRAJECTORY = Limits(MEBIBYTE, 50_000)  # 1000 points of an arm with 40 joints
 
 FOLLOW_JOINT_TRAJECTORY = Verb("follow_joint_trajectory", FollowJointTrajectory, Empty, TRAJECTORY)
+TAKE_POSTURE = Verb("take_posture", TakePosture, Empty)
 MOVE_TO_POSE = Verb("move_to_pose", MoveToPose, Empty)
 GRIPPER_COMMAND = Verb("gripper_command", GripperCommand, Empty)
 HOLD_ENTITY = Verb("hold_entity", HoldEntity, Empty)

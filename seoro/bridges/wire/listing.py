@@ -176,11 +176,13 @@ class ArmDescription(Message):
     """Position-controlled joints, those of an arm in order from the base.
 
     `fingers` are the joints of its gripper and `stroke` their maximum opening [m]: none and 0 without a gripper.
+    `postures` are the names for `take_posture`.
     """
 
     joints: tuple[str, ...]
     fingers: tuple[str, ...]
     stroke: float
+    postures: tuple[str, ...] = ()
 
 
 class MountedSensor(Message):

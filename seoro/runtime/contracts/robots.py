@@ -169,3 +169,14 @@ class Arms(Protocol):
 
     async def cancel_watch(self, watch: str) -> None:
         """Cancel a watch. Watches that have fired are ignored."""
+
+
+@runtime_checkable
+class Postures(Protocol):
+    """Robots with named postures."""
+
+    async def take_posture(self, robot: str, posture: str, options: MotionOptions, report: Reporter) -> str:
+        """Move the joints to a posture that the robot declares; return the goal's id."""
+
+    async def cancel_goal(self, goal: str) -> None:
+        """Cancel a goal and stop the motion. Goals that have ended are ignored."""

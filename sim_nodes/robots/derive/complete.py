@@ -26,6 +26,7 @@ from sim_nodes.robots.derive.model import RobotModel, read_model
 from sim_nodes.robots.derive.mounting import mount, read_mounting
 from sim_nodes.robots.derive.rewriting import source_text, urdf_text
 from sim_nodes.robots.drive_declaration import DriveKind
+from sim_nodes.robots.postures import postures_form
 
 MOBILE_DRIVES = tuple(kind.value for kind in DriveKind)
 JOINT_DRIVES = tuple(kind.value for kind in JointDrive)
@@ -81,6 +82,7 @@ def _complete_mounted(
         own = derived.get(key, [])
         derived[key] = [*(own if isinstance(own, list) else []), *(part.model_dump(mode="json") for part in parts)]
     derived["meshes"] = tuple(both.urdf.meshes.items())
+    derived["postures"] = postures_form(both.postures)
     return _with_own(derived, (*robot.notes, *carried.notes), content, SHORT | {"home", "mounted", "meshes"})
 
 

@@ -18,6 +18,7 @@ from sim_nodes.models.urdf import write_joint
 from sim_nodes.physics import Urdf
 from sim_nodes.robots.declaration import ArmDeclaration, CameraDeclaration, RobotDeclaration
 from sim_nodes.robots.derive.rewriting import urdf_text
+from sim_nodes.robots.postures import Posture
 from sim_nodes.robots.sensor_declarations import LinkPart, Mount, SensorDeclaration
 
 P = TypeVar("P", bound=LinkPart)
@@ -46,12 +47,14 @@ class Mounted:
         arm: Declaration of the arm.
         cameras: Cameras of the mounted robot.
         sensors: Its sensors.
+        postures: Its postures.
     """
 
     urdf: Urdf
     arm: ArmDeclaration
     cameras: tuple[CameraDeclaration, ...]
     sensors: tuple[SensorDeclaration, ...]
+    postures: tuple[Posture, ...]
 
 
 def read_mounting(content: Mapping[str, object]) -> MountingDeclaration:
@@ -106,6 +109,7 @@ def mount(
         _moved_home(_renamed_arm(carried.arm, mounting.prefix), home),
         _on_renamed_links(carried.cameras, mounting.prefix),
         _on_renamed_links(carried.sensors, mounting.prefix),
+        tuple(posture.renamed(mounting.prefix) for posture in carried.postures),
     )
 
 
