@@ -16,6 +16,7 @@ from sim_nodes.mujoco.arm import ArmCommand, MujocoArm, outside_overlaps, own_ov
 from sim_nodes.mujoco.camera import Renderer
 from sim_nodes.mujoco.driven import DrivenBodies
 from sim_nodes.mujoco.files import detach_file
+from sim_nodes.mujoco.joint_values import JointValues
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, load_sensors, scene_spec
 from sim_nodes.mujoco.planar import PlanarMotors
 from sim_nodes.mujoco.power import MotorPower
@@ -134,13 +135,15 @@ class MujocoEngine:
         ]
         self._stepper = Stepper(model, self._data, self._owners)
         self._rays = Rays(model, self._data)
+        self._links: dict[tuple[str, str], int] = {}  # bodies of links that cast rays
         self._prediction: Any = None  # second data, for predicted overlaps
         self._last: LastStep | None = None
         self._forget_states()
 
     def _forget_states(self) -> None:
-        """Drop cached states and frames, because positions or velocities change."""
+        """Drop cached states, values and frames, because positions or velocities change."""
         self._states: dict[str, BodyState] = {}
+        self._values = JointValues(self._data)
         self._is_placed = False  # whether the frames of all bodies are those of the present positions
 
     def _place_bodies(self) -> None:
@@ -287,9 +290,9 @@ class MujocoEngine:
         if not self._model.body_dofnum[body]:
             return BodyState(vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
         joint = self._model.body_jntadr[body]
-        position, speed = self._model.jnt_qposadr[joint], self._model.jnt_dofadr[joint]
-        x, y, z, w, i, j, k = data.qpos[position : position + 7].tolist()
-        vx, vy, vz, p, q, r = data.qvel[speed : speed + 6].tolist()
+        position, speed = int(self._model.jnt_qposadr[joint]), int(self._model.jnt_dofadr[joint])
+        x, y, z, w, i, j, k = self._values.positions[position : position + 7]
+        vx, vy, vz, p, q, r = self._values.speeds[speed : speed + 6]
         # The angular velocity of a free joint is in the body's frame; data.xmat is that before the last step.
         return BodyState((x, y, z), (w, i, j, k), (vx, vy, vz), rotated((w, i, j, k), (p, q, r)))
 
@@ -323,7 +326,8 @@ class MujocoEngine:
 
     def wheel_angles(self, robot: str) -> tuple[float, ...]:
         """See `Engine.wheel_angles`."""
-        return tuple(self._data.qpos[self._drives[robot].wheel_positions].tolist())
+        positions = self._values.positions
+        return tuple([positions[at] for at in self._drives[robot].wheel_positions])
 
     def command_wheels(self, robot: str, *targets: float) -> None:
         """See `Engine.command_wheels`."""
@@ -339,14 +343,16 @@ class MujocoEngine:
 
     def motor_power(self, robot: str) -> float:
         """See `MeasuresPower.motor_power`."""
-        return self._powers[robot].delivered(self._data)
+        return self._powers[robot].delivered(self._values)
 
     def cast_rays(
         self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
     ) -> Array:
         """See `Engine.cast_rays`."""
         self._place_bodies()
-        body = self._model.body(f"{robot}/{link}").id
+        body = self._links.get((robot, link))
+        if body is None:
+            body = self._links[robot, link] = self._model.body(f"{robot}/{link}").id
         return self._rays.cast(body, self._bases[robot], directions, limit, position)
 
     def joint_states(self, robot: str) -> JointStates:

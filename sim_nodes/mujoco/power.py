@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
+from sim_nodes.mujoco.joint_values import JointValues
 
 
 class MotorPower:
@@ -19,14 +19,12 @@ class MotorPower:
     """
 
     def __init__(self, model: Any, base: int, joints: Sequence[int], drives_base: bool) -> None:
-        self._joints = np.array(joints, dtype=np.intp)
+        self._joints = tuple(joints)
         first = int(model.jnt_dofadr[model.body_jntadr[base]]) if drives_base else 0
-        self._base = slice(first, first + 6) if drives_base else None
+        self._base = range(first, first + 6) if drives_base else range(0)
 
-    def delivered(self, data: Any) -> float:
+    def delivered(self, values: JointValues) -> float:
         """See `MeasuresPower.motor_power`."""
-        forces, speeds = data.qfrc_actuator, data.qvel
-        power = float(np.maximum(forces[self._joints] * speeds[self._joints], 0.0).sum())
-        if self._base is not None:
-            power += max(0.0, float(forces[self._base] @ speeds[self._base]))
-        return power
+        forces, speeds = values.forces, values.speeds
+        power = sum([max(forces[joint] * speeds[joint], 0.0) for joint in self._joints])
+        return power + max(0.0, sum([forces[joint] * speeds[joint] for joint in self._base]))

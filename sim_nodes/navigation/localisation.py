@@ -132,8 +132,10 @@ def estimate(particles: Array) -> Estimate:
 
 
 def _mean(particles: Array) -> Pose2:
-    x, y, _ = particles.mean(axis=0).tolist()
-    return Pose2(x, y, math.atan2(np.sin(particles[:, 2]).mean(), np.cos(particles[:, 2]).mean()))
+    # Sums, because `mean` takes twice as long for few particles.
+    count, yaw = len(particles), particles[:, 2]
+    x, y, _ = (np.add.reduce(particles) / count).tolist()
+    return Pose2(x, y, math.atan2(np.add.reduce(np.sin(yaw)) / count, np.add.reduce(np.cos(yaw)) / count))
 
 
 FOUND_DEVIATION = 0.2  # [m]; a search has converged when its particles are this close together
@@ -174,6 +176,8 @@ class Localisation(Stateful):
         "_fit_fast",
     )
 
+    DERIVED = ("_offset",)
+
     def __init__(self, known: NavigationMap, declaration: MobileDeclaration, noise: Noise) -> None:
         self._parameters = declaration.localisation
         self._grid = known.grid
@@ -190,6 +194,7 @@ class Localisation(Stateful):
         self._lost = False  # whether a global search has not converged yet
         self._searches = self._updates = 0  # searches since the robot got lost, updates in the present one
         self._fit_slow = self._fit_fast = 0.0  # slow and fast averages of the fit of scans
+        self._offset: tuple[Estimate, Pose2, Pose2] | None = None  # with its inputs
         p = self._parameters
         nearly = p.z_hit * math.exp(-0.5 * (MISFIT_DISTANCE / p.sigma_hit) ** 2) + p.z_rand / max_range
         self._fitting = math.log(nearly)  # minimum of a beam that fits
@@ -221,8 +226,13 @@ class Localisation(Stateful):
 
     def map_to_odom(self) -> Pose2 | None:
         """Return the pose of `odom` in `map`; None without an estimate."""
-        estimate = self.estimate
-        return None if estimate is None else estimate.pose.compose(self._odometry.inverse())
+        estimate, offset = self.estimate, self._offset
+        if estimate is None:
+            return None
+        if offset is None or offset[0] is not estimate or offset[1] is not self._odometry:
+            place = estimate.pose.compose(self._odometry.inverse())
+            self._offset = offset = (estimate, self._odometry, place)
+        return offset[2]
 
     # ------------------------------------------------------------ inputs
 

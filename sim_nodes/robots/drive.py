@@ -144,7 +144,7 @@ class Wheels(Stateful):
 
     def encoders(self) -> PerMotor:
         """Return the angles counted by the encoders up to the last tick [rad]."""
-        wheels = (angle + lost for angle, lost in zip(self._on_floor[: self._count], self._lost, strict=True))
+        wheels = [angle + lost for angle, lost in zip(self._on_floor[: self._count], self._lost, strict=True)]
         return (*wheels, *self._on_floor[self._count :])
 
 

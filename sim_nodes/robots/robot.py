@@ -125,11 +125,11 @@ class Robot(Stateful):
     @property
     def is_idle(self) -> bool:
         """Whether no part needs every tick."""
+        if not all(part.is_idle for part in self._moving):
+            return False
         if self.faults.goals or any(drive.is_busy for drive in self._drives.values()):
             return False
-        if any(pipeline.faults or pipeline.is_active for pipeline in self._mounted.values()):
-            return False
-        return all(part.is_idle for part in self._moving)
+        return not any(pipeline.faults or pipeline.is_active for pipeline in self._mounted.values())
 
     @property
     def sensors(self) -> Mapping[str, SensorPipeline[Any]]:

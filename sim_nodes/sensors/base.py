@@ -72,13 +72,14 @@ class Odometry(Sensor[Odometer]):
         """Update with the motion of the wheels since the last reading."""
         angles = self._wheels()
         last, self._angles = self._angles or angles, angles
-        turned = (now - before for now, before in zip(angles[: self._count], last, strict=False))
+        turned = [now - before for now, before in zip(angles[: self._count], last, strict=False)]
         moved = base_motion(self._drive, (*turned, *angles[self._count :]))
         distance, turn, sideways = moved
         ticks = 1 if self._tick is None else tick - self._tick
         self._tick = tick
-        velocity = Velocity(*(part / (ticks * TICK) for part in moved))
-        if any(abs(part) > ticks * STILL for part in moved):
+        interval, still = ticks * TICK, ticks * STILL
+        velocity = Velocity(distance / interval, turn / interval, sideways / interval)
+        if abs(distance) > still or abs(turn) > still or abs(sideways) > still:
             distance, turn, sideways = self._disturbed(moved, tick)
         x, y, yaw = self._now.pose
         middle = yaw + turn / 2.0
@@ -200,6 +201,9 @@ class Bumps:
     bumps: tuple[Bump, ...]
 
 
+UNTOUCHED = Bumps(())
+
+
 class Bumper(Sensor[Bumps]):
     """The bumper of a robot. Contacts of all physics steps are kept until the next sample.
 
@@ -240,6 +244,8 @@ class Bumper(Sensor[Bumps]):
 
     def read(self, tick: int) -> Bumps:
         """Return the presses since the last sample."""
+        if not self._pressed:
+            return UNTOUCHED
         self._pressed = {
             key: (first, last) for key, (first, last) in self._pressed.items() if tick - last <= RELEASE_TICKS
         }

@@ -272,7 +272,7 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
     def update(self, tick: int) -> None:
         """Sample the sensor if it is due, and deliver samples."""
         self.truth = self.arrived = None
-        if (self.is_active or self._always) and tick % self.sensor.period == 0:
+        if (self.in_use or self._always or self.is_streamed) and tick % self.sensor.period == 0:
             self.truth = Sample(tick, self.sensor.read(tick))
             if not self.faults and self._has_supply and not self._in_transit:
                 self._deliver(self.truth, tick)

@@ -60,6 +60,17 @@ def test_without_scans_that_fit_the_odometry_carries_the_estimate() -> None:
     assert moved.distance(0.0, 3.0) < 1e-9
 
 
+def test_the_frame_of_odometry_is_computed_once_for_an_estimate() -> None:
+    localisation = Localisation(build_map((-5, -5, 5, 5), ()), BASE, Noise(0, "test"))
+    localisation.set_initial_pose(Pose2(1.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 0)
+    first, state = localisation.map_to_odom(), localisation.save()
+    assert localisation.map_to_odom() is first
+    localisation.set_initial_pose(Pose2(3.0, 0.0, 0.0), Pose2(1.0, 0.0, 0.0), 1)
+    assert localisation.map_to_odom() == Pose2(2.0, 0.0, 0.0)
+    localisation.restore(state)
+    assert localisation.map_to_odom() == first
+
+
 def test_frames_distinguish_the_estimate_from_the_truth(empty: Client) -> None:
     empty.localise(pose(2.0, 1.0, math.pi / 2))
 

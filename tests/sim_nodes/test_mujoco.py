@@ -18,6 +18,7 @@ pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
 
 from sim_nodes.mujoco import camera
 from sim_nodes.mujoco.engine import MujocoEngine
+from sim_nodes.mujoco.joint_values import JointValues
 from sim_nodes.mujoco.rays import Rays
 
 
@@ -99,3 +100,25 @@ def test_states_are_read_once_in_a_step() -> None:
     assert engine.body_state(ROBOT) != first
     engine.set_body_state(ROBOT, at(1.0, 0.0, 0.1))
     assert engine.body_state(ROBOT) == at(1.0, 0.0, 0.1)
+
+
+def test_values_of_all_joints_are_converted_once_in_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = built(MujocoEngine, ORIGIN, Pose2(2.0, 0.0, 0.0))
+    assert isinstance(engine, MujocoEngine)
+    made: list[JointValues] = []
+
+    def recorded(data: Any) -> JointValues:
+        made.append(JointValues(data))
+        return made[-1]
+
+    monkeypatch.setattr("sim_nodes.mujoco.engine.JointValues", recorded)
+    for robot in (ROBOT, OTHER):
+        engine.command_wheels(robot, 5.0, 5.0)
+    engine.step()
+    before = [engine.wheel_angles(robot) for robot in (ROBOT, OTHER)]
+    power = [engine.motor_power(robot) for robot in (ROBOT, OTHER)]
+    assert len(made) == 1
+    assert min(power) > 0.0
+    engine.step()
+    assert all(engine.wheel_angles(robot) > angles for robot, angles in zip((ROBOT, OTHER), before, strict=True))
+    assert [engine.motor_power(robot) for robot in (ROBOT, OTHER)] != power
