@@ -1,15 +1,21 @@
-"""`seoro check-node`: check whether a simulator node keeps the rules of the protocol."""
+"""`seoro check-node`: check whether a simulator node or a bridge keeps the rules of the protocol."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Awaitable
 from functools import partial
+from typing import TYPE_CHECKING
 
 from seoro.cli.arguments import add_keys_argument, add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count
+from seoro.errors import UsageError
 from seoro.runtime.trace.jsonl import to_json
 from seoro.text.printable import one_line
+
+if TYPE_CHECKING:
+    from seoro.bridges.conformance import Rule
 
 EVERYTHING = "all"
 
@@ -17,8 +23,9 @@ EXAMPLES = """examples:
   seoro check-node tcp/127.0.0.1:7450
   seoro check-node tcp/127.0.0.1:7450 --level drive
   seoro check-node tcp/127.0.0.1:7450 --world empty --json
+  seoro check-node tcp/192.168.0.7:7450 --robot tb1 --level drive
 
-levels, each with the rules of the one before:
+levels of simulators, each with the rules of the one before:
   time      the clock
   drive     a robot that drives, and its true pose
   entities  spawning, moving and deleting entities
@@ -27,20 +34,25 @@ levels, each with the rules of the one before:
 
 The world is a free and level floor. A robot stands at the origin and faces along x.
 
+levels of bridges, with `--robot`:
+  hold      holds and refusals; nothing moves (default)
+  drive     also drives and cancellations: the robot moves ahead by 15 cm at most
+
 exit status: 0 if all rules hold, 1 otherwise"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    from seoro.bridges.conformance import LEVELS  # noqa: PLC0415 - Zenoh, for this command only
+    from seoro.bridges.conformance import BRIDGE_LEVELS, LEVELS  # noqa: PLC0415 - Zenoh, for this command only
 
     parser.add_argument("endpoint", metavar="ENDPOINT", help="Zenoh endpoint of the node, or of its router")
     parser.add_argument(
         "--level",
-        choices=[*LEVELS, EVERYTHING],
-        help="level to check (default: the highest of which the node serves all verbs)",
+        choices=list(dict.fromkeys((*LEVELS, *BRIDGE_LEVELS, EVERYTHING))),
+        help="level to check (default: the highest of which a simulator serves all verbs; `hold` of a bridge)",
     )
     add_option(parser, "--node NODE", "name of the node (default: the only one)")
+    add_option(parser, "--robot ROBOT", "check a bridge with this robot of it")
     add_option(parser, "--world WORLD", "world to load for each rule (default: that of the node)")
     add_option(parser, "--json", "print a JSON object with all rules and results")
     add_keys_argument(parser)
@@ -48,18 +60,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 async def run(options: argparse.Namespace) -> int:
     """Run the command."""
+    if options.robot is not None:
+        return await _check_bridge(options)
     from seoro.bridges.conformance import (  # noqa: PLC0415 - Zenoh, for this command only
+        BRIDGE_LEVELS,
         LEVELS,
-        BrokenRule,
         check_rule,
         checked_contracts,
         highest_level,
-        requirement,
         rules_of,
     )
     from seoro.bridges.launch import SimulatorOptions, connect_simulator  # noqa: PLC0415 - the same
     from seoro.bridges.models import ModelPath  # noqa: PLC0415 - the same
 
+    if options.level in BRIDGE_LEVELS.keys() - LEVELS.keys():
+        raise UsageError(f"`--level {options.level}` is a level of bridges; expected `--robot` as well")
     initial = SimulatorOptions(options.world, 0, ModelPath())
     make = partial(connect_simulator, options.endpoint, initial, options.node, "a check of conformance")
     async with make() as node:
@@ -71,12 +86,29 @@ async def run(options: argparse.Namespace) -> int:
     for verb in missing:
         report.add(f"The node serves the verb `{verb}`.", "its features lack it")
     for rule in rules_of(contracts & supported):
-        try:
-            await check_rule(rule, make)
-        except BrokenRule as broken:
-            report.add(requirement(rule), broken.fault)
-        else:
-            report.add(requirement(rule))
+        await report.check(rule, check_rule(rule, make))
+    return report.finish()
+
+
+async def _check_bridge(options: argparse.Namespace) -> int:
+    """Check a bridge, by the robot that the user names."""
+    from seoro.bridges.conformance import (  # noqa: PLC0415 - Zenoh, for this command only
+        BRIDGE_LEVELS,
+        HeldRobot,
+        check_bridge_rule,
+    )
+    from seoro.bridges.robot.connecting import connect_robots  # noqa: PLC0415 - the same
+
+    level = options.level or next(iter(BRIDGE_LEVELS))
+    if level not in BRIDGE_LEVELS:
+        raise UsageError(f"invalid `--level {level}` of a bridge; expected {' or '.join(BRIDGE_LEVELS)}")
+    if options.world is not None:
+        raise UsageError("`--world` applies to simulators; omit it with `--robot`")
+    async with connect_robots(options.endpoint, "a check of conformance", options.node, (options.robot,)) as node:
+        report = Report(node.name, level, options.json)
+        held = HeldRobot(node, options.robot, options.endpoint, options.node)
+        for rule in BRIDGE_LEVELS[level]:
+            await report.check(rule, check_bridge_rule(rule, held))
     return report.finish()
 
 
@@ -94,6 +126,17 @@ class Report:
         self._results: list[tuple[str, str]] = []
         if not json:
             print(f"{node}, level `{level}`:", flush=True)
+
+    async def check(self, rule: Rule, checking: Awaitable[None]) -> None:
+        """Await the check of a rule, and add its result."""
+        from seoro.bridges.conformance import BrokenRule, requirement  # noqa: PLC0415 - Zenoh, as above
+
+        try:
+            await checking
+        except BrokenRule as broken:
+            self.add(requirement(rule), broken.fault)
+        else:
+            self.add(requirement(rule))
 
     def add(self, rule: str, fault: str = "") -> None:
         """Add the result of a rule; an empty fault means that it holds."""

@@ -13,7 +13,8 @@ whose docstrings begin with the requirement.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 
 import anyio
@@ -21,21 +22,26 @@ import anyio
 from seoro.bridges.conformance import arms, devices, robots, traffic, worlds
 from seoro.bridges.conformance.arms import ArmBench, ArmFacts
 from seoro.bridges.conformance.bench import RULES, Make, Rule, SimulatedBackend, has, started, started_with
+from seoro.bridges.conformance.bridges import BRIDGE_LEVELS, BridgeRule, HeldRobot
 from seoro.bridges.conformance.levels import LEVELS, checked_contracts, highest_level, rules_of, unsupported
 from seoro.errors import BackendError, BackendLost, BackendRefused
 from seoro.runtime.contracts.robots import Arms
 
 __all__ = [
     "ARM_RULES",
+    "BRIDGE_LEVELS",
     "LEVELS",
     "RULES",
     "ArmFacts",
+    "BridgeRule",
     "BrokenRule",
+    "HeldRobot",
     "Make",
     "Rule",
     "SimulatedBackend",
     "check_arm",
     "check_backend",
+    "check_bridge_rule",
     "check_loss",
     "check_rule",
     "checked_contracts",
@@ -132,7 +138,7 @@ async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> N
     Raises:
         BrokenRule: The rule is broken.
     """
-    try:
+    with _reporting(rule):
         if "make" in rule.__annotations__:
             await rule(make)
         elif facts is None:
@@ -141,6 +147,23 @@ async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> N
         else:
             async with started_with(make, arms.ARM, partial(ArmBench, facts)) as arm:
                 await rule(arm)
+
+
+async def check_bridge_rule(rule: BridgeRule, held: HeldRobot) -> None:
+    """Check a bridge by one rule.
+
+    Raises:
+        BrokenRule: The rule is broken.
+    """
+    with _reporting(rule):
+        await rule(held)
+
+
+@contextmanager
+def _reporting(rule: Rule) -> Iterator[None]:
+    """Raise errors of the block as those of a broken rule."""
+    try:
+        yield
     except AssertionError as error:
         raise BrokenRule(rule, error) from error
     except BackendRefused as refused:

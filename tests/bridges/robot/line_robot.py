@@ -19,7 +19,7 @@ from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.node import serving
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.serving.work import GoalAborted, Work
-from seoro.bridges.wire.refusal import RequestRefused
+from seoro.bridges.wire.refusal import RequestRefused, check_drive_duration, check_finite
 from seoro.security.network.listener import node_listener
 
 SPEED = 0.5  # [m/s]
@@ -96,6 +96,9 @@ class LineRobot:
         self._x += self._velocity * TICK
 
     async def _drive(self, request: wire.Drive) -> wire.Empty:
+        check_finite("velocity", request.linear, request.angular)
+        check_drive_duration(request.duration)
+
         async def drive() -> str:
             try:
                 self._command(request.linear)
