@@ -283,8 +283,9 @@ class Navigator(Stateful):
             return (
                 float(self._cover.gaps_to(obstacles[:, 0], obstacles[:, 1], path.poses[index::2]).min()) < -SLACK
             )
-        away = np.hypot(obstacles[:, :1] - ahead[:, 0], obstacles[:, 1:] - ahead[:, 1])
-        return float(away.min()) < self._declaration.clearance - SLACK
+        dx, dy = obstacles[:, :1] - ahead[:, 0], obstacles[:, 1:] - ahead[:, 1]
+        closest = math.sqrt(float((dx * dx + dy * dy).min()))  # `hypot` of all pairs takes five times as long
+        return closest < self._declaration.clearance - SLACK
 
     def _makes_progress(self, pose: Pose2) -> bool:
         p = self._parameters
