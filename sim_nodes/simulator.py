@@ -25,7 +25,7 @@ from sim_nodes.physics import DrivesBodies, Engine, Rewinds, SavesState, Scene
 from sim_nodes.simulation import Simulation
 from sim_nodes.snapshots import Lookahead, check_world_change, enter_world, return_to, simulate_ahead
 from sim_nodes.streams import Streams
-from sim_nodes.unsupported import WithoutArms
+from sim_nodes.unsupported import WithoutArms, WithoutTerrain
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
 REQUIRED_CAPABILITIES: Mapping[str, type] = {
@@ -190,6 +190,10 @@ class Simulator:
         if with_arms and isinstance(self._engine, WithoutArms):
             raise feature_unsupported(
                 f"the engine {self._engine.name} lacks arms; the world {world.name} has {name_list(with_arms)}"
+            )
+        if not world.ground.is_flat and isinstance(self._engine, WithoutTerrain):
+            raise feature_unsupported(
+                f"the engine {self._engine.name} lacks terrain; the world {world.name} has some"
             )
 
     def save(self) -> wire.Snapshot:

@@ -1,6 +1,6 @@
 """Optional parts of `Engine`. An engine declares missing parts by base classes, whose methods raise:
 
-    class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering):
+    class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering, WithoutTerrain):
 
 `sim_nodes.check` skips the rules for those parts. Saving states has no such class: see `SavesState`.
 """
@@ -36,3 +36,7 @@ class WithoutRendering:
         raise NoRendering(f"the engine {self.name} does not render images")
 
     link_pose = render = _refuse
+
+
+class WithoutTerrain:
+    """The floor is flat; worlds with terrain are refused."""

@@ -27,7 +27,7 @@ from sim_nodes.physics import (
     Sphere,
 )
 from sim_nodes.robots.kinematics import base_motion, per_motor, wheel_joints
-from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
+from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering, WithoutTerrain
 
 STEPS_PER_SECOND = 100
 ROBOT_HEIGHT = 0.35  # [m]
@@ -139,7 +139,7 @@ class Rover:
     power: bool = True
 
 
-class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering):
+class ToyEngine(WithoutDynamics, WithoutArms, WithoutRendering, WithoutTerrain):
     """Geometry instead of physics; see `sim_nodes.physics.Engine` for the methods."""
 
     name = "toy"

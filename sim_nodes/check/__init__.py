@@ -17,7 +17,7 @@ from types import ModuleType
 from sim_nodes.check import arms, bodies, driven_bodies, drives, power, repeating, robots, saving, sensing, terrain
 from sim_nodes.check.bench import Make
 from sim_nodes.physics import DrivesBodies, Engine, MeasuresPower, Rewinds, SavesState
-from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering
+from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering, WithoutTerrain
 
 __all__ = ["OPTIONAL", "RENDERING", "RULES", "check_physics", "check_rule", "rules_for"]
 
@@ -76,6 +76,7 @@ OMITTED: tuple[tuple[type, tuple[Rule, ...]], ...] = (
         (*_rules_of(arms), saving.restored_arms_continue_identically, saving.rewound_arms_continue_identically),
     ),
     (WithoutRendering, RENDERING),
+    (WithoutTerrain, _rules_of(terrain)),
 )
 
 

@@ -75,6 +75,10 @@ def test_missing_parts_of_the_toy_engine_are_refused(engine: Any, tmp_path: Path
     before = simulator.simulation
     with pytest.raises(RequestRefused, match="the engine toy lacks arms; the world cell has arm"):
         simulator.load(str(world), 0)
+    hill = tmp_path / "hill.yaml"
+    hill.write_text("name: hill\nextent: [-3, -3, 3, 3]\nterrain:\n  - {platform: {size: [1, 1], height: 0.1}}\n")
+    with pytest.raises(RequestRefused, match="the engine toy lacks terrain; the world hill has some"):
+        simulator.load(str(hill), 0)
     assert simulator.simulation is before
     request = wire.encode(wire.EntityName(name="turtlebot4/front"))
     with pytest.raises(RequestRefused, match="the engine toy does not render images"):

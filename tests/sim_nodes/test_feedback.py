@@ -36,7 +36,7 @@ def test_a_robot_sends_feedback_once_per_period(maze: Client) -> None:
     assert ways[0] - ways[-1] == pytest.approx(6.0 * 0.3, abs=0.4)
     last = reported[-1]
     assert (last.robot, last.number_of_recoveries, last.number_of_poses_remaining) == (ROBOT, 0, 2)
-    assert last.estimated_time_remaining == pytest.approx(last.distance_remaining / 0.28, rel=0.2)
+    assert last.estimated_time_remaining == pytest.approx(last.distance_remaining / 0.25, rel=0.2)
     now = feedback(maze)
     assert now.navigation_time > 9.5
     assert now.distance_remaining < ways[-1]
