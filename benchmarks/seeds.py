@@ -42,7 +42,7 @@ class Result:
         digest: Of the text of the file.
         engine: The engine.
         seed: Its seed.
-        status: Status of the run.
+        status: Status of the run; `none` if it has no verdict.
         reason: Reason of the verdict.
         good: Whether this is the end that the scenario expects.
         duration: On the clock of the simulator [s].
@@ -89,14 +89,15 @@ async def run(file: Path, engine: str, seed: int, endpoint: str) -> Result:
     """Run a scenario on a node."""
     directives = directives_of(file)
     simulator = seoro.Simulator(endpoint=endpoint, world=_world(file, directives.world or "maze"))
-    async with asyncio.timeout(LIMIT):
-        async with seoro.start(seoro.load(str(file)), seed=seed, simulator=simulator) as started:
-            verdict = await started.result()
+    name, digest = str(file.relative_to(PROJECT)), digest_of(file)
+    try:
+        async with asyncio.timeout(LIMIT):
+            async with seoro.start(seoro.load(str(file)), seed=seed, simulator=simulator) as started:
+                verdict = await started.result()
+    except (seoro.SeoroError, TimeoutError) as error:
+        return Result(name, digest, engine, seed, "none", str(error) or f"no end in {LIMIT:g} s", False, 0.0)
     good = verdict.status.value == directives.expect and directives.reason in verdict.reason
-    name = str(file.relative_to(PROJECT))
-    return Result(
-        name, digest_of(file), engine, seed, verdict.status.value, verdict.reason, good, round(verdict.duration, 3)
-    )
+    return Result(name, digest, engine, seed, verdict.status.value, verdict.reason, good, round(verdict.duration, 3))
 
 
 def _world(file: Path, world: str) -> str:
