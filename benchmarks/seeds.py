@@ -97,7 +97,9 @@ async def run(file: Path, engine: str, seed: int, endpoint: str) -> Result:
     except (seoro.SeoroError, TimeoutError) as error:
         return Result(name, digest, engine, seed, "none", str(error) or f"no end in {LIMIT:g} s", False, 0.0)
     good = verdict.status.value == directives.expect and directives.reason in verdict.reason
-    return Result(name, digest, engine, seed, verdict.status.value, verdict.reason, good, round(verdict.duration, 3))
+    return Result(
+        name, digest, engine, seed, verdict.status.value, verdict.reason, good, round(verdict.duration, 3)
+    )
 
 
 def _world(file: Path, world: str) -> str:
