@@ -138,29 +138,36 @@ class RunData(Stateful):
 
         Args:
             tick: Present tick.
-            at_rest: Whether all robots and people are at rest; such ticks depend on grants and watches.
+            at_rest: Whether robots, people, doors and lifts are at rest; such ticks depend on grants and watches.
         """
-        if not at_rest:
-            self.trajectories.record_bodies(tick)
         for robot in self._robots.values():
             arm = robot.declaration.arm
             if arm is not None and arm.tool_link is not None and tick % TOOL_TICKS == 0:
                 _add(self.records[robot.name].tool, self._engine.link_pose(robot.name, arm.tool_link)[0])
+        if at_rest:
+            return
+        self.trajectories.record_bodies(tick)
         if tick % TRAIL_TICKS == 0:
-            since = self._entities.movable()
-            for name in self.trails.keys() - since.keys():
-                del self.trails[name], self._since[name]
-                self._entity_metrics.pop(name, None)
-            for name, time in since.items():
+            self.follow_bodies(tick)
+            for name in self.trails:
                 state = self._engine.body_state(name)
-                if self._since.get(name) != time:
-                    self.trails[name], self._since[name] = [], time
-                    self._entity_metrics[name] = EntityMetrics(tick, state.position, state.position)
                 _add(self.trails[name], state.position)
                 speed = math.hypot(state.linear[0], state.linear[1])
                 self._entity_metrics[name] = self._entity_metrics[name].updated(
                     state.position, speed, tick, self._rooms
                 )
+
+    def follow_bodies(self, tick: int) -> None:
+        """Start to measure new movable bodies, and drop deleted ones."""
+        since = self._entities.movable()
+        for name in self.trails.keys() - since.keys():
+            del self.trails[name], self._since[name]
+            self._entity_metrics.pop(name, None)
+        for name, time in since.items():
+            if self._since.get(name) != time:
+                position = self._engine.body_state(name).position
+                self.trails[name], self._since[name] = [position], time
+                self._entity_metrics[name] = EntityMetrics(tick, position, position)
 
     def record_contact(self, first: str, second: str) -> None:
         """Record a contact."""

@@ -221,6 +221,7 @@ class Simulation(Stateful):
 
         An emergency stop, from another thread, also ends it.
         """
+        self.run_data.follow_bodies(self.tick)
         while not self.pending and self.time < until and not self.halted.is_set():
             self._advance_to(until)
         for name in self.robots:
@@ -228,11 +229,13 @@ class Simulation(Stateful):
 
     def run(self, until: float) -> None:
         """Simulate to the first step at or after a time, regardless of events except an emergency stop."""
+        self.run_data.follow_bodies(self.tick)
         while self.time < until and not self.halted.is_set():
             self._advance_to(until)
 
     def step(self, count: int) -> None:
         """Make physics steps, regardless of events except an emergency stop."""
+        self.run_data.follow_bodies(self.tick)
         end = self._steps + count
         while self._steps < end and not self.halted.is_set():
             self._step_to_tick(min(end - self._steps, self._steps_to_tick(1)))
@@ -290,7 +293,8 @@ class Simulation(Stateful):
             self._report_departure(robot.name)
             if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
                 self._emit(feedback_message(robot.name, self.time, feedback))
-        self.run_data.record_positions(tick, at_rest=tick % IDLE_TICKS != 0 and not awake and not self.agents)
+        at_rest = tick % IDLE_TICKS != 0 and not (awake or self.agents or self.buildings)
+        self.run_data.record_positions(tick, at_rest=at_rest)
         self._check_watches()
         self.recording.tick()
         self.streams.tick(self)

@@ -72,3 +72,33 @@ def test_the_size_of_grants_changes_no_event(engine: str) -> None:
     touched = {(each.first, each.second) for each in first if isinstance(each, wire.Contact)}
     assert {("box", ROBOT), ("box", "walls"), ("high", "low")} <= touched
     assert [other == first for other in others] == [True, True, True]
+
+
+def measured(engine: str, grant: float) -> list[object]:
+    """Return the measurements of bodies that slide and fall beside a robot, which is at rest at first."""
+    client = Client("empty", engine=engine)
+    client.spawn("box", pose(1.0, 0.6, z=0.1))
+    client.spawn("falling", pose(1.0, -0.6, z=0.8))
+    client.spawn("below", pose(1.0, -0.6, z=0.1))
+    twist = wire.Twist(linear=wire.Vector3(x=2.0), angular=wire.Vector3())
+    slide = wire.SetEntityState(name="box", pose=pose(1.0, 0.6, z=0.1), twist=twist)
+    client.ask(wire.SET_ENTITY_STATE, slide)
+    request = wire.Drive(id="drive", robot=ROBOT, linear=0.3, angular=0.2, duration=1.0)
+    simulation = client.simulator.simulation
+    for end in (1.5, 3.5):
+        while simulation.time < end:
+            client.advance(min(end, simulation.time + grant))
+        if end == 1.5:
+            client.ask(wire.DRIVE, request)
+    data = simulation.run_data
+    return [client.ask(wire.GET_MEASUREMENTS, wire.Empty()), data.trails, data.records[ROBOT].path]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_size_of_grants_changes_no_measurement(engine: str) -> None:
+    first, *others = [measured(engine, grant) for grant in (0.004, 0.03, 3.0)]
+    assert [other == first for other in others] == [True, True]
+    found = first[0]
+    assert isinstance(found, wire.Measurements)
+    assert found.entities["box"].path_length > 0.2
+    assert found.entities["falling"].contacts_with == {"below": 1}
