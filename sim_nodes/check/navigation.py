@@ -5,15 +5,16 @@
     def test_my_planner():
         check_planner(MyPlanner)
 
-The robot is that of `bench`. It crosses a room with a wall in the middle, through a door of 1 m. Rules are
-functions; the first line of the docstring of a rule is its requirement.
+The robot is that of `bench`, or another one. It crosses a room with a wall in the middle, through a door of 1 m.
+Rules are functions; the first line of the docstring of a rule is its requirement.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TypeVar
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -24,12 +25,26 @@ from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Plann
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
+from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.kinematics import AT_REST, Velocity
 from sim_nodes.robots.navigation import Parameter
 from sim_nodes.sensors.lidar import BLIND, Scan
 
 P = TypeVar("P", Planner, Controller)
-Make = Callable[[NavigationMap], P]
+
+
+@dataclass(frozen=True)
+class Make(Generic[P]):
+    """Makes a plugin, by its class or another factory, for a map, a robot and parameters."""
+
+    plugin: Callable[[Setup], P]
+    base: MobileDeclaration = BASE
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+
+    def __call__(self, known: NavigationMap) -> P:
+        """Return a new one."""
+        return self.plugin(Setup(self.base, known, self.parameters, Noise(0, "check")))
+
 
 EXTENT = (-3.0, -3.0, 3.0, 3.0)  # [m]
 ROOM = build_map(EXTENT, (Wall("wall", 0.0, -0.5, math.pi / 2, 5.0, 0.1, 0.5),))
@@ -42,40 +57,48 @@ LEAVING = 0.35  # [m] around a start at an obstacle, where the clearance is not 
 SLACK = 0.025  # [m] of the clearance: half a cell
 EXACT = 1e-6
 ASIDE = 0.1  # [rad] of a step from the heading
+TIGHTER, BEND = 0.98, 1e-3  # share of the turning radius, and turn of a step beyond it [rad], that are allowed
 INTERVAL = 0.1  # [s] between decisions
 MOST_DECISIONS = 600
-ARRIVED = 0.05  # [m]
-BEAMS = 360
+ARRIVED, BEAMS = 0.05, 360  # [m], number of beams of a scan
 
 
-def check_planner(make: Callable[[Setup], Planner], parameters: Mapping[str, Parameter] | None = None) -> None:
+def check_planner(
+    make: Callable[[Setup], Planner],
+    parameters: Mapping[str, Parameter] | None = None,
+    base: MobileDeclaration = BASE,
+) -> None:
     """Check a planner by all rules.
 
     Args:
         make: Its class, or another factory. It is called several times.
         parameters: Parameters of the planner; none by default.
+        base: Declaration of the robot, such as a car; a TurtleBot by default.
 
     Raises:
         AssertionError: The planner breaks a rule; the message gives the rule and the observation.
     """
     for rule in PLANNER_RULES:
-        _check(rule, lambda known: make(_setup(known, parameters)))
+        _check(rule, Make(make, base, parameters or {}))
 
 
 def check_controller(
-    make: Callable[[Setup], Controller], parameters: Mapping[str, Parameter] | None = None
+    make: Callable[[Setup], Controller],
+    parameters: Mapping[str, Parameter] | None = None,
+    base: MobileDeclaration = BASE,
 ) -> None:
     """Check a controller by all rules.
 
     Args:
         make: Its class, or another factory. It is called several times.
         parameters: Parameters of the controller; none by default.
+        base: Declaration of the robot, such as a car; a TurtleBot by default.
 
     Raises:
         AssertionError: The controller breaks a rule; the message gives the rule and the observation.
     """
     for rule in CONTROLLER_RULES:
-        _check(rule, lambda known: make(_setup(known, parameters)))
+        _check(rule, Make(make, base, parameters or {}))
 
 
 def paths_lead_from_start_to_goal(make: Make[Planner]) -> None:
@@ -93,10 +116,10 @@ def paths_keep_the_clearance(make: Make[Planner]) -> None:
     """Paths keep the clearance from walls, also between their points, within half a cell."""
     planner = make(ROOM)
     for goal in GOALS:
-        room = _room_along(_planned(planner, START, goal))
+        room, clearance = _room_along(_planned(planner, START, goal)), make.base.clearance
         expect(
-            room >= BASE.clearance - SLACK,
-            f"a path to ({goal.x}, {goal.y}) is {room:.3f} m from a wall; the clearance is {BASE.clearance} m",
+            room >= clearance - SLACK,
+            f"a path to ({goal.x}, {goal.y}) is {room:.3f} m from a wall; the clearance is {clearance} m",
         )
 
 
@@ -105,7 +128,7 @@ def robots_at_walls_can_leave(make: Make[Planner]) -> None:
     points = _planned(make(ROOM), AT_WALL, GOAL).points
     away = np.hypot(*(points - AT_WALL[:2]).T) > LEAVING
     room = float(ROOM.grid.interpolate(ROOM.distance, *points[away].T).min())
-    expect(room >= BASE.clearance - SLACK, f"the path away is {room:.3f} m from a wall")
+    expect(room >= make.base.clearance - SLACK, f"the path away is {room:.3f} m from a wall")
 
 
 def goals_behind_walls_are_unreachable(make: Make[Planner]) -> None:
@@ -128,7 +151,22 @@ def headings_fit_the_path(make: Make[Planner]) -> None:
         middle = path.headings[:-1] + wrap(np.diff(path.headings)) / 2.0
         off = wrap(np.arctan2(steps[:, 1], steps[:, 0]) - middle)[drives]
         aside = float(np.minimum(np.abs(off), np.pi - np.abs(off)).max(initial=0.0))
-        expect(aside < ASIDE, f"a step leads {aside:.2f} rad aside of the heading; the robot cannot move sideways")
+        fits = make.base.drive.max_lateral_speed > 0.0 or aside < ASIDE
+        expect(fits, f"a step leads {aside:.2f} rad aside of the heading; the robot cannot move sideways")
+
+
+def cars_can_follow_paths(make: Make[Planner]) -> None:
+    """Paths of cars have headings, turn nowhere in place, and bend no tighter than the car."""
+    radius, planner = make.base.drive.min_turning_radius, make(ROOM)
+    for goal in GOALS if radius else ():
+        path = _planned(planner, START, goal)
+        if path.headings is None:
+            raise AssertionError("a path has no headings")
+        turns, lengths = np.abs(wrap(np.diff(path.headings))), np.hypot(*np.diff(path.points, axis=0).T)
+        expect(float(turns[path.ways == 0].max(initial=0.0)) < EXACT, "a path turns in place")
+        # Steps are chords: the curve is a little longer.
+        sharpest = float((turns - lengths / (TIGHTER * radius)).max(initial=0.0))
+        expect(sharpest < BEND, f"a step turns {sharpest:.3f} rad more than a curve of {radius:g} m")
 
 
 def plans_are_repeatable(make: Make[Planner]) -> None:
@@ -147,39 +185,45 @@ def restored_planners_continue_identically(make: Make[Planner]) -> None:
 
 def controllers_reach_the_goal(make: Make[Controller]) -> None:
     """A controller leads a robot without errors along a path to its end, within 5 cm in 60 s."""
-    end = _drive(make(ROOM))[-1][0]
-    expect_near("the end of the drive [m]", end[:2], GOAL[:2], ARRIVED)
+    path = _path(make.base)
+    end = _drive(make(ROOM), path)[-1][0]
+    expect_near("the end of the drive [m]", end[:2], path.points[-1], ARRIVED)
 
 
 def velocities_are_within_limits(make: Make[Controller]) -> None:
-    """Velocities are finite and within the limits of the drive."""
-    for _, velocity in _drive(make(ROOM)):
-        fast = abs(velocity.linear) <= BASE.drive.max_speed + EXACT
-        turning = abs(velocity.angular) <= BASE.drive.max_turn_rate + EXACT
-        lateral = abs(velocity.lateral) <= BASE.drive.max_lateral_speed + EXACT
+    """Velocities are finite and within the limits of the drive; cars turn by curves only."""
+    drive = make.base.drive
+    for _, velocity in _drive(make(ROOM), _path(make.base)):
+        fast = abs(velocity.linear) <= drive.max_speed + EXACT
+        turning = abs(velocity.angular) <= drive.max_turn_rate + EXACT
+        lateral = abs(velocity.lateral) <= drive.max_lateral_speed + EXACT
         expect(fast and turning and lateral, f"{velocity} exceeds the limits of the drive")
+        curve = drive.min_turning_radius * abs(velocity.angular) <= abs(velocity.linear) + EXACT
+        expect(curve, f"{velocity} is a curve tighter than {drive.min_turning_radius:g} m")
 
 
 def controllers_stop_before_obstacles(make: Make[Controller]) -> None:
     """A robot with obstacles all around, 1 cm beyond its radius, does not drive."""
-    velocity = make(ROOM).follow(_path(), _input(ALONG, _ring(BASE.radius + 0.01)), stops=True)
-    expect(
-        velocity is None or velocity.linear == velocity.lateral == 0.0, f"the robot drives into them at {velocity}"
-    )
+    path = _path(make.base)
+    here = ALONG if path.headings is None else _start_of(path)
+    velocity = make(ROOM).follow(path, _input(here, _ring(make.base.radius + 0.01)), stops=True)
+    stands = velocity is None or velocity.linear == velocity.lateral == 0.0
+    expect(stands, f"the robot drives into them at {velocity}")
 
 
 def control_is_repeatable(make: Make[Controller]) -> None:
     """Two controllers return identical velocities for the same inputs."""
-    expect(_drive(make(ROOM)) == _drive(make(ROOM)), "two controllers returned different velocities")
+    path = _path(make.base)
+    expect(_drive(make(ROOM), path) == _drive(make(ROOM), path), "two controllers returned different velocities")
 
 
 def restored_controllers_continue_identically(make: Make[Controller]) -> None:
     """A controller with the state of another one, by `STATE`, continues with identical velocities."""
-    controller, restored = make(ROOM), make(ROOM)
-    driven = _drive(controller, decisions=30)
+    controller, restored, path = make(ROOM), make(ROOM), _path(make.base)
+    driven = _drive(controller, path, decisions=30)
     restored.restore(codec.unpack(codec.pack(controller.save())))
     here = driven[-1][0]
-    same = _drive(controller, here, begins=False) == _drive(restored, here, begins=False)
+    same = _drive(controller, path, here, begins=False) == _drive(restored, path, here, begins=False)
     expect(same, "a restored controller returned other velocities")
 
 
@@ -189,6 +233,7 @@ PLANNER_RULES = (
     robots_at_walls_can_leave,
     goals_behind_walls_are_unreachable,
     headings_fit_the_path,
+    cars_can_follow_paths,
     plans_are_repeatable,
     restored_planners_continue_identically,
 )
@@ -207,10 +252,6 @@ def _check(rule: Callable[[Make[P]], None], make: Make[P]) -> None:
     except AssertionError as error:
         demand = (rule.__doc__ or rule.__name__).partition("\n")[0]
         raise AssertionError(f"{demand} But {error}") from error
-
-
-def _setup(known: NavigationMap, parameters: Mapping[str, Parameter] | None) -> Setup:
-    return Setup(BASE, known, parameters or {}, Noise(0, "check"))
 
 
 def _request(known: NavigationMap, start: Pose2, goal: Pose2) -> PlanRequest:
@@ -238,12 +279,26 @@ def _room_along(path: Path) -> float:
     return float(ROOM.grid.interpolate(ROOM.distance, *points.T).min())
 
 
-def _path() -> Path:
-    """Return a path with a curve, from the start through the door to the goal."""
+def _path(base: MobileDeclaration) -> Path:
+    """Return a path with a curve, for a car one that it can follow; others start at `START` and end at `GOAL`."""
+    if base.drive.min_turning_radius:
+        return _curve(1.5 * base.drive.min_turning_radius)
     corners = np.array([START[:2], (-1.0, 2.4), (1.0, 2.4), GOAL[:2]])
     lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
     along = np.linspace(0.0, lengths[-1], 200)
     return Path(np.column_stack([np.interp(along, lengths, corners[:, axis]) for axis in (0, 1)]))
+
+
+def _start_of(path: Path) -> Pose2:
+    return START if path.headings is None else Pose2(*path.poses[0].tolist())
+
+
+def _curve(radius: float) -> Path:
+    """Return a quarter of a circle [m], and a straight line through `ALONG`."""
+    angles, line = np.linspace(0.0, math.pi / 2, 60), np.linspace(-0.5, 2.0, 60)[1:]
+    arc = np.column_stack([radius * (np.sin(angles) - 1.0) + ALONG.x, -0.5 + radius * (-np.cos(angles))])
+    straight = np.column_stack([np.full(len(line), ALONG.x), line])
+    return Path(np.vstack([arc, straight]), np.append(angles, np.full(len(line), ALONG.yaw)))
 
 
 def _input(pose: Pose2, scan: Scan, velocity: Velocity = AT_REST, tick: int = 0) -> ControlInput:
@@ -259,10 +314,16 @@ def _ring(radius: float) -> Scan:
 
 
 def _drive(
-    controller: Controller, start: Pose2 = START, *, begins: bool = True, decisions: int = MOST_DECISIONS
+    controller: Controller,
+    path: Path,
+    start: Pose2 | None = None,
+    *,
+    begins: bool = True,
+    decisions: int = MOST_DECISIONS,
 ) -> list[tuple[Pose2, Velocity]]:
-    """Drive along the path without errors; returns poses and the velocities that led there."""
-    path, pose, velocity = _path(), start, AT_REST
+    """Drive along a path without errors, by default from its start; returns poses and velocities."""
+    pose, velocity = start or _start_of(path), AT_REST
+    end = path.points[-1].tolist()
     driven = []
     if begins:
         controller.begin()
@@ -273,7 +334,7 @@ def _drive(
         velocity = found
         pose = _moved(pose, velocity)
         driven.append((pose, velocity))
-        if pose.distance(GOAL.x, GOAL.y) < ARRIVED / 2:
+        if pose.distance(*end) < ARRIVED / 2:
             break
     return driven
 

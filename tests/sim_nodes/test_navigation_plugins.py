@@ -13,6 +13,8 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome
 from seoro.bridges.wire.refusal import RequestRefused
+from sim_nodes.check.bench import BASE
+from sim_nodes.check.drives import robot_with
 from sim_nodes.check.navigation import check_controller, check_planner
 from sim_nodes.navigation.contracts import (
     ControlInput,
@@ -24,10 +26,13 @@ from sim_nodes.navigation.contracts import (
     Setup,
 )
 from sim_nodes.navigation.controller import ArcController
+from sim_nodes.navigation.holonomic import HolonomicController
 from sim_nodes.navigation.hybrid import HybridPlanner
 from sim_nodes.navigation.planner import GridPlanner
 from sim_nodes.navigation.plugins import find_controller, find_planner
 from sim_nodes.navigation.pursuit import PursuitController
+from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.robots.drive_declaration import DriveKind
 from sim_nodes.robots.kinematics import Velocity
 from tests.sim_nodes import robots_of_makers as makers
 from tests.sim_nodes.client import Client, pose
@@ -135,13 +140,36 @@ def test_own_planner_and_controller_fulfil_the_contract() -> None:
     check_controller(ArcController)
 
 
-def test_the_controller_for_poses_fulfils_the_contract() -> None:
-    check_controller(PursuitController)
+def with_drive(kind: DriveKind) -> MobileDeclaration:
+    """Return the base of the rules with another drive."""
+    declared = robot_with(kind).mobile
+    assert declared is not None
+    return BASE.model_copy(update={"drive": declared.drive})
+
+
+CAR, PLATFORM = with_drive(DriveKind.ACKERMANN), with_drive(DriveKind.OMNIDIRECTIONAL)
+
+
+@pytest.mark.parametrize("base", [BASE, CAR])
+def test_the_controller_for_poses_fulfils_the_contract(base: MobileDeclaration) -> None:
+    check_controller(PursuitController, base=base)
+
+
+def test_the_controller_of_omnidirectional_robots_fulfils_the_contract() -> None:
+    check_controller(HolonomicController, base=PLATFORM)
 
 
 @pytest.mark.slow
-def test_the_planner_for_poses_fulfils_the_contract() -> None:
-    check_planner(HybridPlanner, {"reverse_penalty": 3})
+@pytest.mark.parametrize("base", [BASE, CAR, PLATFORM])
+def test_the_planner_for_poses_fulfils_the_contract(base: MobileDeclaration) -> None:
+    check_planner(HybridPlanner, {"reverse_penalty": 3}, base)
+
+
+def test_planners_and_controllers_that_ignore_a_turning_radius_are_found() -> None:
+    with pytest.raises(AssertionError, match=r"bend no tighter than the car. But a path has no headings"):
+        check_planner(GridPlanner, base=CAR)
+    with pytest.raises(AssertionError, match=r"is a curve tighter than 0.7 m"):
+        check_controller(Spinning, base=CAR)
 
 
 class Straight(GridPlanner):
@@ -229,6 +257,14 @@ class Racing(ArcController):
     def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:
         found = super().follow(path, now, stops=stops)
         return None if found is None else Velocity(1.2 * found.linear, 1.2 * found.angular)
+
+
+class Spinning(PursuitController):
+    """It turns twice as much on its way."""
+
+    def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:
+        found = super().follow(path, now, stops=stops)
+        return found and Velocity(found.linear / 2.0, found.angular)
 
 
 class Dreaming(ArcController):
