@@ -9,6 +9,7 @@ import anyio
 import pytest
 import yaml
 
+from seoro.actions import ros_checks
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Session
@@ -126,7 +127,10 @@ scenario main:
     ],
     ids=["timeout", "duration", "data", "frame"],
 )
-async def test_a_wait_that_times_out_after_an_outage_is_an_error(tmp_path: Path, wait: str) -> None:
+async def test_a_wait_that_times_out_after_an_outage_is_an_error(
+    tmp_path: Path, wait: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ros_checks, "DATA_WITHIN", 2.0)  # a router may take a second to close
     endpoint = free_endpoint()
     text = f"""
 scenario main:
