@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from tests.routers import free_endpoint
+
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 OBSTACLE = str(SCENARIOS / "navigation" / "obstacle.osc")
 GO_TO_POSE = str(SCENARIOS / "navigation" / "go_to_pose.osc")
@@ -48,6 +50,18 @@ def start_seoro() -> Iterator[StartSeoro]:
         if process.poll() is None:
             process.kill()
         process.communicate()
+
+
+@pytest.fixture(scope="session")
+def mujoco_node() -> Iterator[str]:
+    """Run one simulator node for many tests; yields its endpoint, for `--connect`."""
+    endpoint = free_endpoint()
+    command = [sys.executable, "-m", "seoro.cli.main", "sim", "mujoco", "--listen", endpoint]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline(), "the node did not start"
+        yield endpoint
+        process.terminate()
 
 
 def read_trace(path: Path) -> list[dict[str, Any]]:

@@ -66,10 +66,12 @@ scenario main:
         ("load_world_with('office', lengths: [length_setting('attic', 1m)])", "attic"),
     ],
 )
-def test_keys_of_worlds_vary(tmp_path: Path, capsys: pytest.CaptureFixture[str], last: str, words: str) -> None:
+def test_keys_of_worlds_vary(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str, last: str, words: str
+) -> None:
     file = tmp_path / "varied.osc"
     file.write_text(VARIED.replace("LAST", last))
-    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max", "--seed", "1"]) == 1
+    assert main(["exec", str(file), "--connect", mujoco_node, "--rate", "max", "--seed", "1"]) == 1
     captured = capsys.readouterr()
     assert words in captured.err
     assert "init_at  succeeded" in captured.out

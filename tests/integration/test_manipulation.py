@@ -72,10 +72,22 @@ def test_a_scenario_takes_postures(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "unknown posture 'sit' of mine; postures: lean" in shown.err
 
 
-def run(folder: Path, more: str) -> int:
+def run(folder: Path, more: str, *simulator: str) -> int:
     file = folder / "arm.osc"
     file.write_text(SCENARIO.replace("MORE", more.strip()))
-    return main(["exec", str(file), "--sim", "mujoco", "--world", "arm_cell", "--rate", "max", "-o", str(folder)])
+    return main(
+        [
+            "exec",
+            str(file),
+            *(simulator or ("--sim", "mujoco")),
+            "--world",
+            "arm_cell",
+            "--rate",
+            "max",
+            "-o",
+            str(folder),
+        ]
+    )
 
 
 def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,7 +118,7 @@ def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[s
     ],
 )
 def test_impossible_actions_fail_with_a_reason(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], action: str, words: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str, action: str, words: str
 ) -> None:
-    assert run(tmp_path, action) == 1
+    assert run(tmp_path, action, "--connect", mujoco_node) == 1
     assert words in capsys.readouterr().err

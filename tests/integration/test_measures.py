@@ -34,12 +34,13 @@ PUSH = "robot.drive(linear: 0.3mps, duration: 2s)"
 engines = pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 
 
-def run(folder: Path, body: str, engine: str = "mujoco") -> tuple[int, list[dict[str, Any]]]:
-    """Return the exit status and trace of a run."""
+def run(folder: Path, body: str, engine: str = "mujoco", *, node: str = "") -> tuple[int, list[dict[str, Any]]]:
+    """Return the exit status and trace of a run, on a node if its endpoint is given."""
     world, file, trace = folder / "yard.yaml", folder / "main.osc", folder / "trace.jsonl"
     world.write_text(WORLD)
     file.write_text(HEAD + body + "\n")
-    command = ["exec", str(file), "--sim", engine, "--world", str(world), "--rate", "max", "--seed", "0"]
+    simulator = ("--connect", node) if node else ("--sim", engine)
+    command = ["exec", str(file), *simulator, "--world", str(world), "--rate", "max", "--seed", "0"]
     status = main([*command, "--trace", str(trace)])
     return status, [json.loads(line) for line in trace.read_text().splitlines()]
 
@@ -115,7 +116,7 @@ def test_each_monitor_and_condition_acts(tmp_path: Path) -> None:
         ("store_measurement('turtlebot4', 'energy', length_driven)", "'turtlebot4' has no energy yet"),
     ],
 )
-def test_invalid_measures_fail_with_a_reason(tmp_path: Path, body: str, reason: str) -> None:
-    status, records = run(tmp_path, body)
+def test_invalid_measures_fail_with_a_reason(tmp_path: Path, mujoco_node: str, body: str, reason: str) -> None:
+    status, records = run(tmp_path, body, node=mujoco_node)
     assert status == 1
     assert reason in records[-1]["reason"]
