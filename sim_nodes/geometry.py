@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Frame = tuple[Vector, Quaternion]
@@ -153,3 +154,15 @@ def inverse_frame(frame: Frame) -> Frame:
     turn = conjugate(frame[1])
     x, y, z = rotated(turn, frame[0])
     return (-x, -y, -z), turn
+
+
+def lengths_along(points: Array) -> Array:
+    """Return the length of a polyline from its start to each of its points [m].
+
+    Args:
+        points: Points of the plane, shape (n, 2) [m], n >= 1.
+
+    Returns:
+        The lengths, shape (n,).
+    """
+    return np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))

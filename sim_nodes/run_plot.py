@@ -19,7 +19,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 
 from sim_nodes.extents import outline
-from sim_nodes.geometry import Array, Pose2, Vector
+from sim_nodes.geometry import Array, Pose2, Vector, lengths_along
 from sim_nodes.physics import BodyState, Engine
 from sim_nodes.robots.robot import Robot
 from sim_nodes.robots.urdf_check import link_parts
@@ -178,7 +178,7 @@ def _draw_record(axes: Axes, record: RobotTrack, robot: Robot, colour: str, size
 
 def _draw_direction(axes: Axes, path: Array, colour: str, size: float) -> None:
     """Draw arrowheads along a path, about every 1.2 m; `size` scales them and their spacing."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    along = lengths_along(path)
     for mark in size * np.arange(0.8, along[-1] / size - 0.4, 1.2):
         index = int(np.searchsorted(along, mark))
         behind = max(index - 5, 0)

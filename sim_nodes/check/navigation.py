@@ -20,7 +20,7 @@ import numpy as np
 
 from sim_nodes import codec
 from sim_nodes.check.bench import BASE, expect, expect_near
-from sim_nodes.geometry import Array, Pose2, wrap
+from sim_nodes.geometry import Array, Pose2, lengths_along, wrap
 from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Planner, PlanRequest, Setup
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.noise import Noise
@@ -284,7 +284,7 @@ def _path(base: MobileDeclaration) -> Path:
     if base.drive.min_turning_radius:
         return _curve(1.5 * base.drive.min_turning_radius)
     corners = np.array([START[:2], (-1.0, 2.4), (1.0, 2.4), GOAL[:2]])
-    lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+    lengths = lengths_along(corners)
     along = np.linspace(0.0, lengths[-1], 200)
     return Path(np.column_stack([np.interp(along, lengths, corners[:, axis]) for axis in (0, 1)]))
 

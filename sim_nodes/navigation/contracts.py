@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sim_nodes.geometry import Array, Pose2
+from sim_nodes.geometry import Array, Indices, Pose2
 from sim_nodes.navigation.maps import Grid, NavigationMap
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -27,7 +26,6 @@ from sim_nodes.robots.navigation import Parameter
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
-Indices = NDArray[np.int64]
 STANDING = 1e-4  # [m]; shorter steps of a path are turns in place
 
 

@@ -13,23 +13,20 @@ import math
 import numpy as np
 
 from sim_nodes.geometry import Array, Pose2
-from sim_nodes.navigation.arcs import arc_points, free_lengths, solid_points
+from sim_nodes.navigation.arcs import arc_points, free_lengths
+from sim_nodes.navigation.braking import STOP_MARGIN, Braking, turn_rate
 from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Setup
+from sim_nodes.navigation.surroundings import MAP_SLACK, points_around
 from sim_nodes.robots.kinematics import Velocity
 
-LATENCY = 0.2  # [s] from an obstacle's appearance to braking: scan, decision, wheels
 FAN = np.array([0.0, 0.4, 0.9, 1.6, 2.5, 3.6, 5.0, 8.0])  # curvatures [1/m], to both sides
 NEARER = (0.6, 0.35)  # further points of the path that arcs lead to, relative to the look-ahead
 STEADINESS = 0.004  # [m / (1/m)]; cost of a change of curvature
 PROGRESS = 0.01  # [m] that an arc must lead towards the point ahead
 MOST_NOISE = 0.02  # [m] of a lidar that the robot keeps away beyond its clearance
-STOP_MARGIN = 0.01  # [m] before an obstacle's clearance
 OPEN = 0.02  # [m]; a shorter arc is blocked
 FACING = 0.2  # [rad] to the point ahead at which turning in place ends
 SAMPLES = 5  # points of an arc that are looked up on the map
-MAP_SLACK = 0.06  # [m] that the map may be wrong about, by errors of the localisation
-TURN_GAIN = 2.5  # [1/s]; rate of turning in place by remaining angle
-SLOWEST_TURN = 0.25  # [rad/s]
 DONE = 1e-3  # [m]
 
 
@@ -42,6 +39,7 @@ class ArcController(Controller):
         setup.refuse_parameters("controller `arcs`")
         declared = setup.declaration
         self._drive = declared.drive
+        self._braking = Braking(declared.drive)
         self._parameters = p = declared.navigation
         self._known = setup.known
         self._clearance = declared.clearance
@@ -50,7 +48,7 @@ class ArcController(Controller):
         self._top_speed = min(self._drive.max_speed, p.desired_linear_vel or math.inf)
         self._turn_rate = min(p.rotate_to_heading_angular_vel, self._drive.max_turn_rate)
         self._fan = np.concatenate([-FAN[:0:-1], FAN])
-        self._reach = p.lookahead_dist + self._clearance + self._room_to_stop(self._top_speed)
+        self._reach = p.lookahead_dist + self._clearance + self._braking.room(self._top_speed)
         self.begin()
 
     def begin(self) -> None:
@@ -68,7 +66,7 @@ class ArcController(Controller):
             return self._turn(bearing)
         towards = 2.0 * y / np.maximum(x * x + y * y, DONE)
         curvatures = np.concatenate([towards, self._fan])
-        free = self._free_lengths(curvatures, now, to_base)
+        free = self._free_lengths(curvatures, now)
         reached = np.minimum(free, min(distance, self._parameters.lookahead_dist))
         end_x, end_y = arc_points(curvatures, reached)
         missing = np.hypot(end_x - x[0], end_y - y[0])
@@ -99,18 +97,12 @@ class ArcController(Controller):
     def _turn(self, bearing: float) -> Velocity:
         """Turn in place towards a bearing."""
         self._curvature = 0.0
-        rate = max(min(TURN_GAIN * abs(bearing), self._turn_rate), min(SLOWEST_TURN, self._turn_rate))
-        return Velocity(0.0, math.copysign(rate, bearing))
+        return Velocity(0.0, math.copysign(turn_rate(bearing, self._turn_rate), bearing))
 
-    def _free_lengths(self, curvatures: Array, now: ControlInput, to_base: Pose2) -> Array:
+    def _free_lengths(self, curvatures: Array, now: ControlInput) -> Array:
         """Return the free lengths of arcs among points of the scan, remembered ones and walls of the map [m]."""
-        x, y = solid_points(now.scan, self._reach)
-        if len(now.remembered):
-            cos, sin = math.cos(to_base.yaw), math.sin(to_base.yaw)
-            px, py = now.remembered.T
-            x = np.concatenate([x, to_base.x + cos * px - sin * py])
-            y = np.concatenate([y, to_base.y + sin * px + cos * py])
-        most = self._parameters.lookahead_dist + self._room_to_stop(self._top_speed)
+        x, y = points_around(now, self._reach)
+        most = self._parameters.lookahead_dist + self._braking.room(self._top_speed)
         free = free_lengths(curvatures, x, y, self._limit, most)
         return np.minimum(free, self._free_on_map(curvatures, now.pose, most))
 
@@ -133,16 +125,8 @@ class ArcController(Controller):
     def _drive_along(self, curvature: float, free: float, remaining: float) -> Velocity:
         speed = min(
             self._top_speed,
-            self._stoppable_speed(max(free - STOP_MARGIN, 0.0)),
+            self._braking.speed(free - STOP_MARGIN),
             self._turn_rate / max(abs(curvature), 1e-6),
             self._parameters.min_approach_linear_velocity + remaining,
         )
         return Velocity(speed, speed * curvature)
-
-    def _room_to_stop(self, speed: float) -> float:
-        return speed * LATENCY + speed**2 / (2.0 * self._drive.max_acceleration)
-
-    def _stoppable_speed(self, room: float) -> float:
-        """Return the speed that needs a room to stop [m/s]."""
-        a = self._drive.max_acceleration
-        return -a * LATENCY + math.sqrt((a * LATENCY) ** 2 + 2.0 * a * room)

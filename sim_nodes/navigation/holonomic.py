@@ -10,54 +10,30 @@ import math
 
 import numpy as np
 
-from sim_nodes.geometry import Array, wrap
-from sim_nodes.navigation.braking import Braking
-from sim_nodes.navigation.contracts import ControlInput, Controller, Indices, Path, Setup
-from sim_nodes.navigation.cover import cover_of
+from sim_nodes.geometry import Array, Indices, lengths_along, wrap
+from sim_nodes.navigation.braking import STOP_MARGIN, TURN_GAIN
+from sim_nodes.navigation.contracts import ControlInput, Path, Setup
+from sim_nodes.navigation.following import LARGEST_VIEW, WINDOW, PoseController
 from sim_nodes.navigation.surroundings import Surroundings
 from sim_nodes.robots.kinematics import Velocity
 
-WINDOW = 12  # poses ahead among which the nearest one is searched
 LOOKAHEAD = 0.2  # [m]
 LEVER = 0.2  # [m] distance that counts as much as a heading off by one radian
-TURN_GAIN = 2.5  # [1/s]
-STOP_MARGIN = 0.01  # [m] before an obstacle's clearance
-LARGEST_VIEW = 300  # poses ahead that are checked
 REACHED = (0.004, 0.03)  # [m] and [rad] from the end of a turn, or of the way before one
 
 
-class HolonomicController(Controller):
+class HolonomicController(PoseController):
     """The default controller of omnidirectional drives."""
 
-    STATE = ("_index",)
-
     def __init__(self, setup: Setup) -> None:
-        setup.refuse_parameters("controller `holonomic`")
-        declared = setup.declaration
-        self._drive = declared.drive
-        self._parameters = p = declared.navigation
-        self._known = setup.known
-        self._cover = cover_of(declared)
-        self._braking = Braking(declared.drive)
-        self._top_speed = min(self._drive.max_speed, p.desired_linear_vel or math.inf)
-        self._turn_rate = min(p.rotate_to_heading_angular_vel, self._drive.max_turn_rate)
-        self._reach = self._cover.reach + self._braking.room(self._top_speed) + p.lookahead_dist
-        self.begin()
-
-    def begin(self) -> None:
-        """See `Controller.begin`."""
-        self._index = 0  # of the pose on the path
-
-    def set_plan(self, path: Path) -> None:
-        """See `Controller.set_plan`."""
-        self._index = 0
+        super().__init__(setup, "holonomic")
 
     def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:
         """See `Controller.follow`."""
         poses, pose = path.poses, now.pose
         end = self._advance(poses, path.ways, np.array(pose))
         piece = poses[self._index : end + 1]
-        lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(piece[:, :2], axis=0).T)))
+        lengths = lengths_along(piece[:, :2])
         view = piece[: LARGEST_VIEW + 1]
         count = Surroundings.seen(now, self._reach, self._known).count_free(self._cover, view[1:])
         is_free = count == len(view) - 1

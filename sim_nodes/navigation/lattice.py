@@ -14,14 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_nodes.geometry import Array, wrap
+from sim_nodes.geometry import Array, Indices, wrap
 from sim_nodes.navigation.cover import Cover
 from sim_nodes.navigation.maps import Grid
 from sim_nodes.navigation.mobility import Mobility
-from sim_nodes.navigation.planner import ESCAPE_RADIUS
+from sim_nodes.navigation.planner import ESCAPE_RADIUS, inflation
 from sim_nodes.robots.navigation import NavigationDeclaration
-
-Indices = NDArray[np.int64]
 
 CELL = 0.1  # [m]
 HEADINGS = 72
@@ -91,12 +89,6 @@ class Floor:
 def _away(poses: Array, end: Array) -> Array:
     away: Array = np.hypot(poses[:, 0] - end[0], poses[:, 1] - end[1])
     return away
-
-
-def inflation(gaps: Array, parameters: NavigationDeclaration) -> Array:
-    """Return the relative costs of floor by the gap to obstacles [m], as in Nav2's inflation layer."""
-    p = parameters
-    return 1.0 + p.inflation_cost * np.exp(-p.cost_scaling_factor * np.maximum(gaps, 0.0))
 
 
 class Search:

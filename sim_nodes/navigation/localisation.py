@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_nodes.geometry import Array, Pose2, wrap
+from sim_nodes.geometry import Array, Indices, Pose2, wrap
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.motion_models import move_anywhere, move_forwards
 from sim_nodes.navigation.place_search import best_places, refined
@@ -37,8 +37,6 @@ NO_RANGE = 1.0  # [m] of a robot without a lidar; it has no scans
 BIN = (0.5, 0.5, math.radians(10.0))  # [m, m, rad]
 NEAR = (1.0, 1.0, math.radians(45.0))  # [m, m, rad] from the densest place: one hypothesis
 SIDE = 1 << 16  # exceeds the number of bins along an axis
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_nodes.geometry import Array, Pose2
+from sim_nodes.geometry import Array, Indices, Pose2
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
@@ -24,8 +24,6 @@ WALL_BAND = 0.15  # [m] from a wall of the map within which hits belong to it
 MARGIN = 0.1  # [m] before a hit that a beam does not clear
 SAFETY = 0.035  # [m] by which obstacles are taken to be nearer than their points, because cells are a sample
 SHARE = 0.3  # of the latest hits in the mean place of a cell
-
-Indices = NDArray[np.int64]
 
 
 class ObstacleLayer(Stateful):

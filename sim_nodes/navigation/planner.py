@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from sim_nodes.geometry import Array, wrap
+from sim_nodes.geometry import Array, lengths_along, wrap
 from sim_nodes.navigation.contracts import Path, Planner, PlanRequest, Setup
 from sim_nodes.navigation.grid_search import CLOSED, Cell, Cells, GoalField, Window, cheapest_path
 from sim_nodes.navigation.smoothing import smooth
@@ -78,10 +78,16 @@ class GridPlanner(Planner):
 
 def turned_along(points: Array, start: float, end: float) -> Array:
     """Return headings that turn evenly from one to another along a path [rad], shape (n,)."""
-    lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+    lengths = lengths_along(points)
     headings: Array = start + wrap(end - start) * lengths / max(float(lengths[-1]), 1e-9)
     headings[-1] = end
     return headings
+
+
+def inflation(gaps: Array, parameters: NavigationDeclaration) -> Array:
+    """Return the relative costs of floor by the gap to obstacles [m], as in Nav2's inflation layer."""
+    p = parameters
+    return 1.0 + p.inflation_cost * np.exp(-p.cost_scaling_factor * np.maximum(gaps, 0.0))
 
 
 def traversal_cost(distance: Array, clearance: float, parameters: NavigationDeclaration) -> Array:
@@ -92,9 +98,8 @@ def traversal_cost(distance: Array, clearance: float, parameters: NavigationDecl
         clearance: Minimum distance of the base's origin [m].
         parameters: Cost near obstacles.
     """
-    p = parameters
-    cost = 1.0 + p.inflation_cost * np.exp(-p.cost_scaling_factor * np.maximum(distance - clearance, 0.0))
-    cost[distance > p.inflation_radius] = 1.0
+    cost = inflation(distance - clearance, parameters)
+    cost[distance > parameters.inflation_radius] = 1.0
     cost[distance < clearance] = CLOSED
     return cost
 

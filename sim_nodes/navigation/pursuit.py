@@ -11,52 +11,28 @@ import math
 
 import numpy as np
 
-from sim_nodes.geometry import Array, Pose2, wrap
-from sim_nodes.navigation.braking import CALM, LATENCY, Braking
-from sim_nodes.navigation.contracts import ControlInput, Controller, Indices, Path, Setup
-from sim_nodes.navigation.cover import cover_of
+from sim_nodes.geometry import Array, Indices, Pose2, lengths_along, wrap
+from sim_nodes.navigation.braking import CALM, LATENCY, SLOWEST_TURN, STOP_MARGIN, turn_rate
+from sim_nodes.navigation.contracts import ControlInput, Path, Setup
+from sim_nodes.navigation.following import LARGEST_VIEW, WINDOW, PoseController
 from sim_nodes.navigation.surroundings import Surroundings
 from sim_nodes.robots.kinematics import Velocity
 
-STOP_MARGIN = 0.01  # [m] before an obstacle's clearance
-WINDOW = 12  # poses ahead among which the nearest one is searched
 DECAY = 0.2  # [m] in which errors decay, at rest
 DECAY_TIME = 0.4  # [s] of driving that is added to it
 REACHED = 0.01  # [m] before the end of a piece at which it has ended
 BLUR = 0.06  # [m] to both sides over which curvatures of the path are averaged
 TURNED = 0.04  # [rad] from the end of a turn at which it has ended
-SLOWEST_TURN = 0.25  # [rad/s]
-TURN_GAIN = 2.5  # [1/s]; rate of turning in place by remaining angle
-LARGEST_VIEW = 300  # poses ahead that are checked
 CREEP = 0.05  # [m/s] at the end of a piece
 
 
-class PursuitController(Controller):
+class PursuitController(PoseController):
     """The default controller along paths with headings, for drives that do not move sideways."""
 
-    STATE = ("_index",)
-
     def __init__(self, setup: Setup) -> None:
-        setup.refuse_parameters("controller `pursuit`")
-        declared = setup.declaration
-        self._drive = drive = declared.drive
-        self._parameters = p = declared.navigation
-        self._known = setup.known
-        self._cover = cover_of(declared)
-        self._braking = Braking(drive)
-        self._top_speed = min(drive.max_speed, p.desired_linear_vel or math.inf)
-        self._turn_rate = min(p.rotate_to_heading_angular_vel, drive.max_turn_rate)
-        self._most = 1.0 / drive.min_turning_radius if drive.min_turning_radius else math.inf  # curvature [1/m]
-        self._reach = self._cover.reach + self._braking.room(self._top_speed) + p.lookahead_dist
-        self.begin()
-
-    def begin(self) -> None:
-        """See `Controller.begin`."""
-        self._index = 0  # of the pose on the path
-
-    def set_plan(self, path: Path) -> None:
-        """See `Controller.set_plan`."""
-        self._index = 0
+        super().__init__(setup, "pursuit")
+        radius = self._drive.min_turning_radius
+        self._most = 1.0 / radius if radius else math.inf  # curvature [1/m]
 
     def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:
         """See `Controller.follow`."""
@@ -95,7 +71,7 @@ class PursuitController(Controller):
     def _drive_along(self, path: Path, way: int, end: int, now: ControlInput, *, stops: bool) -> Velocity | None:
         poses = path.poses
         piece = poses[self._index : end + 1]
-        lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(piece[:, :2], axis=0).T)))
+        lengths = lengths_along(piece[:, :2])
         curvatures = _curvatures(piece, lengths, way)
         view = min(len(piece), LARGEST_VIEW)
         around = Surroundings.seen(now, self._reach, self._known)
@@ -149,7 +125,7 @@ class PursuitController(Controller):
         free = around.count_free(self._cover, ahead)
         if free == 0:
             return None
-        rate = max(min(TURN_GAIN * abs(error), self._turn_rate), min(SLOWEST_TURN, self._turn_rate))
+        rate = turn_rate(error, self._turn_rate)
         if free < count:
             rate = min(rate, SLOWEST_TURN)
         return Velocity(0.0, math.copysign(rate, error))

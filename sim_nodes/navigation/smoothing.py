@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_nodes.geometry import Array
+from sim_nodes.geometry import Array, Indices, lengths_along
 from sim_nodes.navigation.maps import Grid
 
 SPACING = 0.05  # [m] between points of a path
@@ -22,7 +22,6 @@ NODES = 24
 COARSE = 4
 CLOSER = 1e-6  # [m] that a straight piece may be closer to obstacles than the path, by rounding
 
-Indices = NDArray[np.int64]
 AreSafe = Callable[[Indices, Indices], NDArray[np.bool_]]
 """Returns whether straight pieces are safe, by the indices of their ends."""
 
@@ -52,8 +51,7 @@ def _straightened(grid: Grid, distance: Array, points: Array, comfort: float) ->
     places = points[nodes]
     away = places[:, None] - places
     lengths = np.where(safe, np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2), np.inf)
-    steps = np.diff(points, axis=0)
-    along = np.append(0.0, np.cumsum(np.hypot(steps[:, 0], steps[:, 1])))[nodes]
+    along = lengths_along(points)[nodes]
     before = np.arange(-1, len(nodes) - 1)
     best = np.zeros(len(nodes))
     for node in range(1, len(nodes)):
@@ -106,7 +104,7 @@ def _least_room(grid: Grid, distance: Array, starts: Array, ends: Array, spacing
 
 def _resampled(corners: Array) -> Array:
     """Return points on a polyline with a spacing of at most `SPACING`."""
-    lengths = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+    lengths = lengths_along(corners)
     count = max(2, math.ceil(lengths[-1] / SPACING) + 1)
     along = np.linspace(0.0, lengths[-1], count)
     return np.column_stack([np.interp(along, lengths, corners[:, axis]) for axis in (0, 1)])

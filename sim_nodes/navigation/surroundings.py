@@ -36,14 +36,7 @@ class Surroundings:
     @classmethod
     def seen(cls, now: ControlInput, reach: float, known: NavigationMap) -> Surroundings:
         """Return the surroundings up to a distance of the base [m]."""
-        x, y = solid_points(now.scan, reach)
-        if len(now.remembered):
-            to_base = now.pose.inverse()
-            cos, sin = math.cos(to_base.yaw), math.sin(to_base.yaw)
-            px, py = now.remembered.T
-            x = np.concatenate([x, to_base.x + cos * px - sin * py])
-            y = np.concatenate([y, to_base.y + sin * px + cos * py])
-        return cls(x, y, now.pose, known)
+        return cls(*points_around(now, reach), now.pose, known)
 
     def count_free(self, cover: Cover, poses: Array) -> int:
         """Return the number of poses before the first one where the robot touches something.
@@ -63,6 +56,18 @@ class Surroundings:
             gaps = cover.gaps_to(self.x, self.y, _in_base(around, self.pose))
             blocked |= (gaps[1:] < np.minimum(gaps[0], 0.0) - SLACK).any(axis=1)
         return int(blocked.argmax()) if blocked.any() else len(poses)
+
+
+def points_around(now: ControlInput, reach: float) -> tuple[Array, Array]:
+    """Return points of the scan up to a distance [m], and remembered ones, in the frame of the base [m]."""
+    x, y = solid_points(now.scan, reach)
+    if len(now.remembered):
+        to_base = now.pose.inverse()
+        cos, sin = math.cos(to_base.yaw), math.sin(to_base.yaw)
+        px, py = now.remembered.T
+        x = np.concatenate([x, to_base.x + cos * px - sin * py])
+        y = np.concatenate([y, to_base.y + sin * px + cos * py])
+    return x, y
 
 
 def _in_base(poses: Array, base: Pose2) -> Array:
