@@ -26,22 +26,37 @@ class Posture(Declared):
         Raises:
             ValueError: A pattern matches none of them.
         """
-        found: dict[str, float] = {}
-        for pattern, position in self.positions:
-            matched = [joint for joint in joints if fnmatchcase(joint, pattern)]
-            if not matched:
-                raise ValueError(
-                    f"`postures.{self.name}` names the unknown joint {pattern!r}; expected names or patterns of "
-                    f"{name_list(joints)}"
-                )
-            found |= dict.fromkeys(matched, position)
-        return found
+        return positions_by_joint(self.positions, joints, f"postures.{self.name}")
 
     def renamed(self, prefix: str) -> Posture:
         """Return the posture of joints with a prefix before their names."""
         return Posture(
             name=self.name, positions=tuple((f"{prefix}{each}", value) for each, value in self.positions)
         )
+
+
+def positions_by_joint(
+    positions: Iterable[tuple[str, float]], joints: Sequence[str], what: str
+) -> dict[str, float]:
+    """Return the positions of those of `joints` that names or patterns match; the last that matches counts.
+
+    Args:
+        positions: Positions by name or pattern [rad], [m].
+        joints: Names of joints.
+        what: Key of the file, for messages.
+
+    Raises:
+        ValueError: A pattern matches none of them.
+    """
+    found: dict[str, float] = {}
+    for pattern, position in positions:
+        matched = [joint for joint in joints if fnmatchcase(joint, pattern)]
+        if not matched:
+            raise ValueError(
+                f"`{what}` names the unknown joint {pattern!r}; expected names or patterns of {name_list(joints)}"
+            )
+        found |= dict.fromkeys(matched, position)
+    return found
 
 
 def _read(value: object) -> object:

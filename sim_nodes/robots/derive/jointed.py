@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from fnmatch import fnmatchcase
 from typing import Any
 from xml.etree.ElementTree import SubElement
 
@@ -21,6 +20,7 @@ from sim_nodes.robots.derive.grippers import Fingers, declare_gripper, find_fing
 from sim_nodes.robots.derive.model import ModelJoint, RobotModel
 from sim_nodes.robots.derive.motors import DIGITS, SPEED, declare_motor, effort_of, limits_of, speed_of
 from sim_nodes.robots.derive.rewriting import hold_joint, urdf_text
+from sim_nodes.robots.postures import positions_by_joint
 
 EDGE = 0.05  # share of the range of a joint; home is the middle if zero is nearer to a limit
 WORLD = "world"  # name of a root link that stands for the world, by the convention of ROS
@@ -147,20 +147,24 @@ def _last_link(model: RobotModel, fingers: Fingers | None) -> str:
 
 def _home(moved: Sequence[ModelJoint], given: Mapping[str, float]) -> dict[str, float]:
     """Return the initial positions by joint [rad], [m]."""
-    unused = set(given)
     found = {}
     for joint in moved:
         lower, upper = limits_of(joint)
         is_inside = lower + EDGE * (upper - lower) <= 0.0 <= upper - EDGE * (upper - lower)
         found[joint.name] = 0.0 if is_inside else round((lower + upper) / 2.0, DIGITS)
-        for pattern, value in given.items():
-            if fnmatchcase(joint.name, pattern):
-                found[joint.name] = value
-                unused.discard(pattern)
-    if unused:
-        names = name_list(joint.name for joint in moved)
-        raise xml.invalid(f"`home` names the unknown joint {min(unused)!r}; expected names or patterns of {names}")
-    return found
+    return found | given_home(given, tuple(found))
+
+
+def given_home(given: Mapping[str, float], joints: Sequence[str]) -> dict[str, float]:
+    """Return the initial positions by joint [rad], [m] that a declaration gives by names or patterns.
+
+    Raises:
+        RequestRefused: A pattern matches none of the joints.
+    """
+    try:
+        return positions_by_joint(given.items(), joints, "home")
+    except ValueError as error:
+        raise xml.invalid(str(error)) from error
 
 
 def kept_joints(model: RobotModel, arm: ArmDeclaration) -> frozenset[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
 from typing import Any, TypeVar
 
 from defusedxml import ElementTree
@@ -17,6 +16,7 @@ from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.urdf import write_joint
 from sim_nodes.physics import Urdf
 from sim_nodes.robots.declaration import ArmDeclaration, CameraDeclaration, RobotDeclaration
+from sim_nodes.robots.derive.jointed import given_home
 from sim_nodes.robots.derive.rewriting import urdf_text
 from sim_nodes.robots.postures import Posture
 from sim_nodes.robots.sensor_declarations import LinkPart, Mount, SensorDeclaration
@@ -143,14 +143,8 @@ def _renamed_arm(arm: ArmDeclaration, prefix: str) -> ArmDeclaration:
 
 def _moved_home(arm: ArmDeclaration, home: Mapping[str, float]) -> ArmDeclaration:
     """Return the declaration of an arm with other initial positions."""
-    for pattern in home:
-        if not any(fnmatchcase(joint.name, pattern) for joint in arm.joints):
-            names = name_list(joint.name for joint in arm.joints)
-            raise xml.invalid(f"`home` names the unknown joint {pattern!r}; expected names or patterns of {names}")
-    joints = []
-    for joint in arm.joints:
-        given = [value for pattern, value in home.items() if fnmatchcase(joint.name, pattern)]
-        joints.append(joint.model_copy(update={"home": given[-1]}) if given else joint)
+    given = given_home(home, [joint.name for joint in arm.joints])
+    joints = (joint.model_copy(update={"home": given.get(joint.name, joint.home)}) for joint in arm.joints)
     return arm.model_copy(update={"joints": tuple(joints)})
 
 
