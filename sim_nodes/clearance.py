@@ -181,8 +181,13 @@ PlacedOutline = PlacedDisc | PlacedPolygon
 def placed_outline(base: MobileDeclaration, pose: Pose2) -> PlacedOutline:
     """Return the outline of a robot at a pose: its footprint, or its circle without one."""
     if base.footprint is None:
-        return PlacedDisc(pose.x, pose.y, base.radius)
-    return PlacedPolygon(pose.x, pose.y, base.footprint.radius, placed_corners(base.footprint, pose))
+        return PlacedDisc(pose.x, pose.y, _reach_of(base))
+    return PlacedPolygon(pose.x, pose.y, _reach_of(base), placed_corners(base.footprint, pose))
+
+
+def _reach_of(base: MobileDeclaration) -> float:
+    """Return the distance of the farthest point of a robot's outline from its origin [m]."""
+    return base.radius if base.footprint is None else base.footprint.radius
 
 
 class Clearances:
@@ -208,9 +213,6 @@ class Clearances:
         self._known = known
         self._entities = entities
         self._bases = bases
-        self._reaches = {
-            name: base.radius if base.footprint is None else base.footprint.radius for name, base in bases.items()
-        }
         self._walls = WallDistance(walls)
         self._walls_by_name = {
             name: WallDistance([wall for wall in walls if wall.name == name])
@@ -273,7 +275,7 @@ class Clearances:
 
     def _nearer_robot(self, best: Clearance, other: str, outline: PlacedOutline) -> Clearance:
         x, y, _ = self._engine.body_state(other).position
-        reach = best.distance + self._reaches[other] + outline.reach
+        reach = best.distance + _reach_of(self._bases[other]) + outline.reach
         if abs(outline.x - x) >= reach or abs(outline.y - y) >= reach:
             return best
         return min(best, Clearance(outline.to_shadow(self._shadow_of(other)), other), key=_distance)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence, Set
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
 
 Pair = tuple[str, str]
+P = TypeVar("P", Door, Lift)
 
 
 class Buildings(Stateful):
@@ -48,11 +50,7 @@ class Buildings(Stateful):
         Raises:
             RequestRefused: It is unknown.
         """
-        part = self._parts.get(name)
-        if not isinstance(part, Door):
-            doors = [other.name for other in self._parts.values() if isinstance(other, Door)]
-            raise unknown(f"door {name!r}", "doors", doors)
-        return part
+        return self._part(name, Door)
 
     def lift(self, name: str) -> Lift:
         """Return a lift by name.
@@ -60,10 +58,13 @@ class Buildings(Stateful):
         Raises:
             RequestRefused: It is unknown.
         """
+        return self._part(name, Lift)
+
+    def _part(self, name: str, kind: type[P]) -> P:
         part = self._parts.get(name)
-        if not isinstance(part, Lift):
-            lifts = [other.name for other in self._parts.values() if isinstance(other, Lift)]
-            raise unknown(f"lift {name!r}", "lifts", lifts)
+        if not isinstance(part, kind):
+            known = [other.name for other in self._parts.values() if isinstance(other, kind)]
+            raise unknown(f"{kind.kind} {name!r}", f"{kind.kind}s", known)
         return part
 
     def position(self, name: str) -> float | None:

@@ -32,7 +32,7 @@ class Footprint:
         """The corners, shape (n, 2) [m]."""
         return np.array(self.corners)
 
-    @property
+    @cached_property
     def radius(self) -> float:
         """Radius of the smallest circle around the base's origin that contains the polygon [m]."""
         return float(np.max(np.hypot(*self.points.T)))

@@ -75,10 +75,8 @@ def _turning(model: RobotModel, joints: tuple[ModelJoint, ModelJoint]) -> Finger
     positions = np.linspace(leader.lower, leader.upper, ROWS)
     openings = []
     for position in positions.tolist():
-        given = {
-            each.name: each.mimic[1] * position + each.mimic[2] for each in followers if each.mimic is not None
-        }
-        moved = model.at(given | {leader.name: position, second.name: position})
+        given = {each.name: _followed(each, position) for each in (second, *followers)}
+        moved = model.at({leader.name: position, **given})
         along = apart / np.linalg.norm(apart)
         gap = -farthest(moved.solids[second_link], -along) - farthest(moved.solids[first_link], along)
         openings.append(gap)
@@ -86,9 +84,8 @@ def _turning(model: RobotModel, joints: tuple[ModelJoint, ModelJoint]) -> Finger
 
 
 def _followed(joint: ModelJoint, position: float) -> float:
-    """Return the position of a joint that is, or follows, one at a position [rad]."""
-    if joint.mimic is None:
-        return position
+    """Return the position of a joint that follows one at a position [rad]."""
+    assert joint.mimic is not None, "it follows"
     _, factor, offset = joint.mimic
     return factor * position + offset
 

@@ -118,7 +118,7 @@ def _measure(parts: Sequence[Part], axis: Vector) -> tuple[Vector, float, float]
 
 def _span(parts: Sequence[Part], direction: Array) -> tuple[float, float]:
     """Return how far shapes reach along a unit vector, from and to [m]."""
-    return -max(_reach(part, -direction) for part in parts), max(_reach(part, direction) for part in parts)
+    return -farthest(parts, -direction), farthest(parts, direction)
 
 
 def farthest(parts: Sequence[Part], direction: Array) -> float:
