@@ -13,7 +13,7 @@ FAR: Final = 1e6  # [m] edge of an area that is not bounded
 class Measure(StrEnum):
     """Names of measures."""
 
-    CLEARANCE = "clearance"  # distance of a robot's circle to the nearest entity, or to `other`, from above
+    CLEARANCE = "clearance"  # distance of a robot's outline to the nearest entity, or to `other`, from above
     SPEED = "speed"  # true speed in the plane; 0 outside of `area`
     LOCALIZATION_ERROR = "localization_error"  # between the estimated and the true position; 0 without an estimate
     PATH_LENGTH = "path_length"  # of the true path since the watch began
