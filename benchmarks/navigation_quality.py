@@ -1,8 +1,11 @@
 """Quality of navigation in situations that are hard for it, over seeds and engines.
 
-    python benchmarks/navigation_quality.py [SITUATION ...] [--seeds N] [--first N] [--engines ENGINE ...] [--runs]
+    python benchmarks/navigation_quality.py [SITUATION ...] [--results FILE] [--seeds N] [--first N]
+        [--engines ENGINE ...] [--table]
 
-Each run is in this process, without Zenoh. The table has, over all seeds of a situation:
+Each run is in this process, without Zenoh. Runs are appended to the results, a file of JSON lines, and not
+repeated. So an interrupted benchmark continues when it is called again. After a change of the code, name a new
+file. `--table` prints the table of the results without runs. It has, over all seeds of a situation:
 
 - ends: runs that end as expected;
 - contact: runs in which the robot touches something;
@@ -20,9 +23,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from importlib.util import find_spec
+from itertools import product
+from pathlib import Path
 
 import numpy as np
 from navigation_worlds import ROBOT, obstacle_field, room_with, room_with_platform
+from results import read_results, write_result
 
 from seoro.bridges.wire import Contact, Occurrence, Outcome
 from sim_nodes.__main__ import ENGINES
@@ -155,8 +161,25 @@ SITUATIONS = {
 
 @dataclass(frozen=True)
 class Run:
-    """Result of a run."""
+    """Result of a run.
 
+    Args:
+        situation: Its name.
+        engine: The engine.
+        seed: Its seed.
+        ends: Whether it ends as expected.
+        contacts: Number of contacts of the robot.
+        nearest: Least distance of its outline to anything [m].
+        path: Length of its path, relative to the shortest one.
+        error: True distance to the goal at the end [m].
+        time: Simulated time [s].
+        recoveries: Number of recoveries.
+        message: Reason of the end.
+    """
+
+    situation: str
+    engine: str
+    seed: int
     ends: bool
     contacts: int
     nearest: float
@@ -175,8 +198,9 @@ def spawn_box(simulation: Simulation, place: Pose2, name: str) -> None:
     simulation.entities.spawn(SpawnRequest(name, bodies, state, rename=False), simulation.time)
 
 
-def drive(situation: Situation, engine: str, seed: int) -> Run:
-    """Drive once."""
+def drive(name: str, engine: str, seed: int) -> Run:
+    """Drive once in a situation, by its name."""
+    situation = SITUATIONS[name]
     world = situation.world(seed)
     simulation = Simulation(ENGINES[engine](), world, seed)
     target = situation.goal or next(each.place.planar for each in world.poses if each.name == "goal")
@@ -208,6 +232,9 @@ def drive(situation: Situation, engine: str, seed: int) -> Run:
     expected = Outcome.SUCCEEDED if situation.succeeds else Outcome.ABORTED
     shortest = math.inf if situation.detour else shortest_path(simulation, start, target, boxes)
     return Run(
+        name,
+        engine,
+        seed,
         outcome is expected,
         contacts,
         measured.closest_approach or 0.0,
@@ -241,39 +268,55 @@ def shortest_path(simulation: Simulation, start: Pose2, goal: Pose2, boxes: Sequ
 HEAD = ("situation", "engine", "ends", "contact", "nearest", "path", "error", "time", "recoveries")
 
 
-def rows(names: Sequence[str], engines: Sequence[str], seeds: range, *, each: bool) -> Iterator[str]:
-    """Yield the rows of the table."""
-    yield "| " + " | ".join(HEAD) + " |\n|" + "---|" * len(HEAD)
-    for name in names:
-        for engine in engines:
-            situation = SITUATIONS[name]
-            runs = [drive(situation, engine, seed) for seed in seeds]
-            if each:
-                yield from (f"  {run}" for run in runs)
-            figures = (
-                f"{sum(run.ends for run in runs)} of {len(runs)}",
-                f"{sum(run.contacts > 0 for run in runs)}",
-                f"{min(run.nearest for run in runs):.3f} m",
-                "" if situation.detour or not situation.succeeds else f"{max(run.path for run in runs):.2f}",
-                f"{100 * max(run.error for run in runs):.1f} cm" if situation.succeeds else "",
-                f"{max(run.time for run in runs):.1f} s",
-                f"{max(run.recoveries for run in runs)}",
-            )
-            yield f"| {name} | {engine} | " + " | ".join(figures) + " |"
+def carry_out(names: Sequence[str], engines: Sequence[str], seeds: range, results: Path) -> None:
+    """Carry out the missing runs, seed by seed, and print runs with an unexpected end or contact."""
+    done = {(run.situation, run.engine, run.seed) for run in read_results(results, Run)}
+    with results.open("a", encoding="utf-8") as out:
+        for seed, name, engine in product(seeds, names, engines):
+            if (name, engine, seed) not in done:
+                run = drive(name, engine, seed)
+                write_result(out, run)
+                if not run.ends or (run.contacts and not SITUATIONS[name].may_touch):
+                    print(run, flush=True)
+
+
+def table(runs: Sequence[Run]) -> Iterator[str]:
+    """Yield the lines of the table, in the order of the situations."""
+    yield "| " + " | ".join(HEAD) + " |"
+    yield "|" + "---|" * len(HEAD)
+    engines = sorted({run.engine for run in runs})
+    for (name, situation), engine in product(SITUATIONS.items(), engines):
+        found = [run for run in runs if (run.situation, run.engine) == (name, engine)]
+        if not found:
+            continue
+        figures = (
+            f"{sum(run.ends for run in found)} of {len(found)}",
+            f"{sum(run.contacts > 0 for run in found)}",
+            f"{100 * min(run.nearest for run in found):.1f} cm",
+            "" if situation.detour or not situation.succeeds else f"{max(run.path for run in found):.2f}",
+            f"{100 * max(run.error for run in found):.1f} cm" if situation.succeeds else "",
+            f"{max(run.time for run in found):.1f} s",
+            f"{max(run.recoveries for run in found)}",
+        )
+        yield f"| {name} | {engine} | " + " | ".join(figures) + " |"
 
 
 def main() -> None:
     """Drive and print."""
     parser = argparse.ArgumentParser(description="Measure the quality of navigation.")
     parser.add_argument("situations", metavar="SITUATION", nargs="*", default=list(SITUATIONS))
+    parser.add_argument("--results", type=Path, default=Path("navigation_quality.jsonl"), metavar="FILE")
     parser.add_argument("--seeds", type=int, default=30, metavar="N")
     parser.add_argument("--first", type=int, default=1000, metavar="N")
     parser.add_argument("--engines", nargs="+", default=[name for name in ENGINES if find_spec(name)])
-    parser.add_argument("--runs", action="store_true", help="print each run, too")
+    parser.add_argument("--table", action="store_true", help="print the table of the results without runs")
     options = parser.parse_args()
-    seeds = range(options.first, options.first + options.seeds)
-    for row in rows(options.situations, options.engines, seeds, each=options.runs):
-        print(row, flush=True)
+    if unknown := set(options.situations) - set(SITUATIONS):
+        parser.error(f"unknown situation {min(unknown)!r}; expected one of {', '.join(SITUATIONS)}")
+    if not options.table:
+        seeds = range(options.first, options.first + options.seeds)
+        carry_out(options.situations, options.engines, seeds, options.results)
+    print("\n".join(table(read_results(options.results, Run))))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import hashlib
-import json
 import os
 import signal
 import socket
@@ -21,10 +20,11 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from engines import PROJECT, directives_of
+from results import read_results, write_result
 
 import seoro
 from seoro.bridges.launch import SIMULATORS
@@ -109,9 +109,7 @@ def _world(file: Path, world: str) -> str:
 
 def read(results: Path) -> list[Result]:
     """Return the stored results of the present files."""
-    if not results.exists():
-        return []
-    found = [Result(**json.loads(line)) for line in results.read_text().splitlines()]
+    found = read_results(results, Result)
     return [each for each in found if digest_of(PROJECT / each.scenario) == each.digest]
 
 
@@ -126,8 +124,7 @@ def carry_out(files: Sequence[Path], engine: str, seed: int, results: Path) -> N
     with node(engine) as endpoint, results.open("a") as out:
         for file in missing:
             result = asyncio.run(run(file, engine, seed, endpoint))
-            out.write(json.dumps(asdict(result)) + "\n")
-            out.flush()
+            write_result(out, result)
             if not result.good:
                 print(f"{result.scenario} {engine} {seed}: {result.status}: {result.reason}", flush=True)
 
