@@ -25,6 +25,7 @@ from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.navigation.plugins import default_plugins, find_controller, find_planner, make_plugin
 from sim_nodes.navigation.ramp import Ramp
 from sim_nodes.navigation.recoveries import Recoveries
+from sim_nodes.navigation.retries import Retries
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -77,8 +78,7 @@ class Navigator(Stateful):
         "_controller",
         "_ramp",
         "_index",
-        "_attempts",
-        "_recovered_at",
+        "_retries",
         "_elapsed",
         "_recovered_before",
         "_first_distance",
@@ -114,6 +114,7 @@ class Navigator(Stateful):
         self._planner = make_plugin(find_planner(planner.plugin), planner.plugin, setup(planner))
         self._controller = make_plugin(find_controller(controller.plugin), controller.plugin, setup(controller))
         self._recoveries = Recoveries(known, declaration, self._cover)
+        self._retries = Retries(2.0 * p.required_movement_radius)
         self._ramp = Ramp(declaration.drive)
         radius = declaration.drive.min_turning_radius
         self._aligns = self._cover.is_round and not radius
@@ -133,8 +134,7 @@ class Navigator(Stateful):
         """Accept a goal, at a pose of the robot in `map`."""
         self.goal = goal
         self._index = 0
-        self._attempts = 0  # recoveries in a row
-        self._recovered_at = pose
+        self._retries.begin(pose)
         self._elapsed = 0  # decisions
         self._recovered_before = self.recoveries
         self._first_distance: float | None = None  # distance at the first plan [m]
@@ -292,8 +292,7 @@ class Navigator(Stateful):
         self._progress_cycles += 1
         if pose.distance(self._progress_pose.x, self._progress_pose.y) > p.required_movement_radius:
             self._mark_progress(pose)
-            if pose.distance(self._recovered_at.x, self._recovered_at.y) > 2 * p.required_movement_radius:
-                self._attempts = 0
+            self._retries.move_on(pose)
         return self._progress_cycles * self._interval < p.movement_time_allowance
 
     def _hold(self, now: ControlInput, reason: str) -> GoalResult | None:
@@ -313,14 +312,13 @@ class Navigator(Stateful):
         target = self.goal.poses[self._index]
         kinds = self._recoveries.kinds
         most = p.number_of_retries if kinds else 0
-        if self._attempts >= most:
-            after = f", also after {most} recoveries" if most else ""
+        if self._retries.without_progress >= most:
+            after = f", also after {self.recoveries - self._recovered_before} recoveries" if most else ""
             message = f"the robot {reason} on its way to ({target.x:.2f}, {target.y:.2f}){after}"
             return self._end(Outcome.ABORTED, message)
-        self._recovery = kind or kinds[self._attempts % len(kinds)]
-        self._attempts += 1
+        self._recovery = kind or kinds[self._retries.in_a_row % len(kinds)]
+        self._retries.add(now.pose)
         self.recoveries += 1
-        self._recovered_at = now.pose
         self._ramp.stop()
         self._enter(Phase.RECOVER)
         return self._recover(now)
@@ -329,7 +327,7 @@ class Navigator(Stateful):
         """Run the present recovery; from the second one on, clear the obstacles afterwards."""
         assert self._recovery is not None
         if self._cycles * self._interval >= self._recoveries.duration(self._recovery):
-            if self._attempts > 1:
+            if self._retries.in_a_row > 1:
                 self._obstacles.clear()
             self._begin_leg(now.pose)
             self._ramp.stop()
@@ -365,6 +363,7 @@ class Navigator(Stateful):
 
     def _next_leg(self, pose: Pose2) -> None:
         self._index += 1
+        self._retries.begin_leg()
         self._begin_leg(pose)
 
     def _enter(self, phase: Phase) -> None:

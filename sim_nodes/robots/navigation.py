@@ -47,7 +47,7 @@ class NavigationDeclaration(Declared):
     min_approach_linear_velocity: PositiveFloat = 0.03  # at the goal [m/s]
     required_movement_radius: PositiveFloat = 0.3  # [m] of progress within ...
     movement_time_allowance: PositiveFloat = 10.0  # ... this time [s]
-    number_of_retries: int = Field(6, ge=0, le=100)  # recoveries in a row without progress
+    number_of_retries: int = Field(6, ge=0, le=100)  # recoveries without progress, before abort
     recoveries: tuple[Recovery, ...] = Field(("backup", "spin", "wait"), max_length=16)  # in turn
     backup_dist: PositiveFloat = 0.15  # [m]
     backup_speed: PositiveFloat = 0.1  # [m/s]

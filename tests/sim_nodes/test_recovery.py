@@ -14,8 +14,9 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.contracts import ControlInput
 from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
-from sim_nodes.navigation.navigator import Navigator
+from sim_nodes.navigation.navigator import Navigator, Phase
 from sim_nodes.navigation.obstacles import ObstacleLayer
+from sim_nodes.navigation.retries import Retries
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
 from sim_nodes.robots.kinematics import AT_REST, Velocity
@@ -107,3 +108,33 @@ def test_without_recoveries_a_blocked_goal_is_aborted_at_once() -> None:
     velocities, outcome = moved(navigator)
     assert outcome is Outcome.ABORTED
     assert navigator.recoveries == 0 and len(velocities) * INTERVAL < 1.0
+
+
+def test_a_robot_that_goes_to_and_fro_between_blocked_passages_aborts(navigator: Navigator) -> None:
+    """It moves on after each recovery, and then recovers where it did before."""
+    passages = (HERE.pose, Pose2(-1.0, 1.0, 0.0))
+    ended, tick, now = None, 0, HERE
+    while ended is None and navigator.recoveries < 20:
+        if navigator._phase is Phase.FOLLOW:  # a recovery has just ended, or none has begun
+            now = replace(HERE, pose=passages[navigator.recoveries % 2])
+        ended = navigator.decide(replace(now, tick=tick))
+        tick += navigator.period
+    assert ended is not None
+    assert (ended.outcome, navigator.recoveries) == (Outcome.ABORTED, 2 + 6)
+    assert ended.message == "the robot found no passage on its way to (1.00, 0.00), also after 8 recoveries"
+
+
+def test_recoveries_at_new_places_are_progress() -> None:
+    retries = Retries(0.6)
+    retries.begin(Pose2(0.0, 0.0, 0.0))
+    for number in range(20):
+        place = Pose2(float(number), 0.0, 0.0)
+        retries.move_on(place)
+        retries.add(place)
+    assert retries.without_progress == 1
+    retries.add(Pose2(3.0, 0.5, 0.0))
+    retries.add(Pose2(7.0, 0.5, 0.0))
+    assert retries.without_progress == 3
+    retries.begin_leg()
+    retries.move_on(Pose2(0.0, 0.0, 0.0))
+    assert retries.without_progress == 0
