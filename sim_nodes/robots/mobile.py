@@ -1,7 +1,7 @@
 """A wheeled base: sensors, localisation, navigation and wheels.
 
-It is updated in ticks of simulated time: odometry in every tick; scan, localisation and obstacle layer at the rate
-of its lidar; decisions of the navigation at its own. An idle base is updated less often.
+It is updated in ticks of simulated time: odometry in every tick; scans at the rate of its lidar. Localisation,
+obstacle layer and navigation are updated for all bases together (`fleet.py`). An idle base is updated less often.
 """
 
 from __future__ import annotations
@@ -85,6 +85,9 @@ class MobileBase(Stateful):
         wheels: Its wheels.
         sensors: Pipelines of its sensors by name.
         battery: Its battery, if declared.
+        localisation: Its localisation.
+        obstacles: Its obstacle layer.
+        navigator: Its navigation.
     """
 
     STATE = (
@@ -92,8 +95,8 @@ class MobileBase(Stateful):
         "battery",
         "sensors",
         "localisation",
-        "_obstacles",
-        "_navigator",
+        "obstacles",
+        "navigator",
         "_steering",
         "_follower",
         "_scan",
@@ -114,9 +117,9 @@ class MobileBase(Stateful):
         lidar, passable = declaration.lidar, surface.passable(declaration)
         self._without_ground = None if lidar is None else surface.without_ground(name, lidar, engine)
         self.localisation = Localisation(surface.known, declaration, Noise(seed, f"{name}/localisation"))
-        self._obstacles = ObstacleLayer(passable)
+        self.obstacles = ObstacleLayer(passable)
         try:
-            self._navigator = Navigator(passable, self._obstacles, declaration, Noise(seed, f"{name}/navigation"))
+            self.navigator = Navigator(passable, self.obstacles, declaration, Noise(seed, f"{name}/navigation"))
         except RequestRefused as refused:
             raise RequestRefused(refused.code, f"robot {name}: {refused.message}") from refused
         self._steering = Steering(declaration.drive)
@@ -139,7 +142,7 @@ class MobileBase(Stateful):
         """Id of the active goal."""
         if self._follower.path is not None:
             return self._follower.path.goal
-        return self._navigator.goal.id if self._navigator.goal is not None else self._steering.goal
+        return self.navigator.goal.id if self.navigator.goal is not None else self._steering.goal
 
     @property
     def goals(self) -> tuple[str, ...]:
@@ -189,11 +192,11 @@ class MobileBase(Stateful):
     @property
     def recoveries(self) -> int:
         """Number of recoveries over all goals."""
-        return self._navigator.recoveries
+        return self.navigator.recoveries
 
     def feedback_due(self) -> Feedback | None:
         """Return the feedback of the active goal, if it is due."""
-        return self.feedback() if self._navigator.feedback_due() else None
+        return self.feedback() if self.navigator.feedback_due() else None
 
     def feedback(self) -> Feedback:
         """Return the feedback of the active goal.
@@ -202,12 +205,12 @@ class MobileBase(Stateful):
             RequestRefused: No goal is active.
         """
         pose = self.localised_pose()
-        if pose is None or self._navigator.goal is None:
+        if pose is None or self.navigator.goal is None:
             raise incorrect_state(f"{self.name} has no active goal")
-        return self._navigator.feedback(pose)
+        return self.navigator.feedback(pose)
 
-    def tick(self, tick: int) -> Iterator[GoalResult]:
-        """Update with a tick; yields the result of a goal that ended."""
+    def sense(self, tick: int) -> None:
+        """Update battery, wheels and sensors with a tick."""
         if self.battery is not None:
             self.battery.update(tick, drives=self.wheels.are_driven)
         self.wheels.update(tick)
@@ -217,16 +220,42 @@ class MobileBase(Stateful):
                     used.in_use = True
         for pipeline in self.sensors.values():
             pipeline.update(tick)
+
+    def receive_scan(self) -> Scan | None:
+        """Return the scan that has arrived in this tick, if localisation and obstacles need it."""
+        if self._lidar is None or not self.localisation.running or self._lidar.arrived is None:
+            return None
+        scan = self._lidar.arrived.data
+        self._scan = scan if self._without_ground is None else self._without_ground(scan)
+        return self._scan
+
+    @property
+    def is_navigating(self) -> bool:
+        """Whether it navigates to a goal, and has a scan."""
+        return self.navigator.goal is not None and self._scan is not None
+
+    def control_input(self, tick: int) -> ControlInput | None:
+        """Return the inputs of a decision of the navigation; None if none is due. It must be navigating."""
+        assert self._scan is not None
+        pose = self.localised_pose() if tick % self.navigator.period == 0 else None
+        if pose is None:
+            return None
+        hidden = self.obstacles.hidden_points(pose, self._scan)
+        touched = self._bumper is not None and bool(self._bumper.latest and self._bumper.latest.data.bumps)
+        return ControlInput(pose, self.odometry.velocity, self._scan, hidden, touched, tick)
+
+    def follow_navigator(self) -> None:
+        """Command the velocity of the navigation for a tick."""
+        self._command(self.navigator.velocity())
+
+    def tick(self, tick: int) -> Iterator[GoalResult]:
+        """Command a velocity or a path for a tick; yields the result of a goal that ended."""
         ended: GoalResult | None = None
         if self._follower.path is not None:
             ended = self._follow(tick)
         elif self._steering.command is not None:
             velocity, ended = self._steering.control(tick)
             self._command(velocity)
-        if self._lidar is not None and self.localisation.running and self._lidar.arrived is not None:
-            self._process_scan(self._lidar.arrived.data, tick)
-        if self._navigator.goal is not None and self._scan is not None:
-            ended = self._navigate(self._scan, tick)
         if ended is not None:
             yield ended
 
@@ -240,31 +269,10 @@ class MobileBase(Stateful):
             self._steering.command = VelocityCommand(AT_REST, tick, None)  # stops at the next tick
         return ended
 
-    def _navigate(self, scan: Scan, tick: int) -> GoalResult | None:
-        """Drive towards the goal of the navigation; returns its result if it ends."""
-        ended: GoalResult | None = None
-        pose = self.localised_pose() if tick % self._navigator.period == 0 else None
-        if pose is not None:
-            hidden = self._obstacles.hidden_points(pose, scan)
-            touched = self._bumper is not None and bool(self._bumper.latest and self._bumper.latest.data.bumps)
-            ended = self._navigator.decide(ControlInput(pose, self.odometry.velocity, scan, hidden, touched, tick))
-        self._command(self._navigator.velocity())
-        return ended
-
-    def _process_scan(self, scan: Scan, tick: int) -> None:
-        """Update localisation and obstacles with a scan."""
-        if self._without_ground is not None:
-            scan = self._without_ground(scan)
-        self._scan = scan
-        self.localisation.update(self.odometry.pose, scan, tick)
-        pose = self.localised_pose()
-        if pose is not None:
-            self._obstacles.update(pose, scan)
-
     def set_initial_pose(self, pose: Pose2, tick: int) -> None:
         """Set the pose of the localisation in `map`."""
         self.localisation.set_initial_pose(pose, self.odometry.pose, tick)
-        self._obstacles.clear()
+        self.obstacles.clear()
         self._scan = self._first_scan
 
     def search_pose(self, tick: int) -> None:
@@ -275,12 +283,12 @@ class MobileBase(Stateful):
         """
         if self._lidar is None:
             raise feature_unsupported(f"{self.name} has no lidar to find its pose by; set its initial pose")
-        if self._navigator.goal is not None:
+        if self.navigator.goal is not None:
             raise incorrect_state(
                 f"{self.name} is busy with goal {self.goal!r}; cancel it before a global localisation"
             )
         self.localisation.search(self.odometry.pose, tick)
-        self._obstacles.clear()
+        self.obstacles.clear()
         self._scan = self._first_scan
 
     def navigate(self, goal: Goal) -> None:
@@ -293,14 +301,14 @@ class MobileBase(Stateful):
         if pose is None:
             raise incorrect_state(f"{self.name} is not localised; set its initial pose first")
         self._check_free()
-        present = self._navigator.goal
+        present = self.navigator.goal
         if present is not None and replace(present, id=goal.id) == goal:
-            self._navigator.goal = goal
+            self.navigator.goal = goal
             return
-        self._navigator.check(goal.poses, pose)
+        self.navigator.check(goal.poses, pose)
         self._steering.clear()
         self._follower.path = None
-        self._navigator.start(goal, pose)
+        self.navigator.start(goal, pose)
 
     def _check_free(self) -> None:
         if self.goal not in (None, NO_CLIENT):
@@ -314,7 +322,7 @@ class MobileBase(Stateful):
         """
         self._check_free()
         self._steering.check(self.name, command.velocity)
-        self._navigator.cancel()
+        self.navigator.cancel()
         self._follower.path = None
         self._steering.command = command
 
@@ -328,7 +336,7 @@ class MobileBase(Stateful):
         """
         self._check_free()
         self._steering.check(self.name, Velocity(speed, 0.0))
-        self._navigator.cancel()
+        self.navigator.cancel()
         self._follower.start(points, speed, tick, goal, repeat=repeat)
 
     def detach_goals(self, goals: Container[str]) -> None:
@@ -336,9 +344,9 @@ class MobileBase(Stateful):
         path = self._follower.path
         if path is not None and path.goal in goals:
             self._follower.path = replace(path, goal=NO_CLIENT)
-        goal = self._navigator.goal
+        goal = self.navigator.goal
         if goal is not None and goal.id in goals:
-            self._navigator.goal = replace(goal, id=NO_CLIENT)
+            self.navigator.goal = replace(goal, id=NO_CLIENT)
         command = self._steering.command
         if command is not None and command.goal is not None and command.goal in goals:
             self._steering.command = replace(command, goal=NO_CLIENT)
@@ -354,7 +362,7 @@ class MobileBase(Stateful):
         self._command(AT_REST)
         self._steering.clear()
         self._follower.path = None
-        self._navigator.cancel()
+        self.navigator.cancel()
         if goal is not None:
             yield GoalResult(goal, Outcome.CANCELED)
 

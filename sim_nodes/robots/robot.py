@@ -181,7 +181,7 @@ class Robot(Stateful):
         return tuple(goal for part in self._parts for goal in part.goals)
 
     def tick(self, tick: int) -> Iterator[GoalResult]:
-        """Update with a tick; yields the results of goals that ended."""
+        """Update with a tick, after the fleet; yields the results of goals that ended."""
         for part in self._moving:
             yield from part.tick(tick)
         for pipeline in self._mounted.values():

@@ -138,13 +138,13 @@ def test_snapshots_contain_all_state(engine: str) -> None:
 
 def test_undeclared_state_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Odometry, "STATE", ("_angles",))
-    monkeypatch.setattr(MobileBase, "STATE", ("sensors", "localisation", "_navigator", "_scan"))
+    monkeypatch.setattr(MobileBase, "STATE", ("sensors", "localisation", "navigator", "_scan"))
     original = busy("mujoco")
     fork = Client("empty", 99, "mujoco")
     restore(fork, save(original))
     found = "\n".join(differences(original.simulator.simulation, fork.simulator.simulation))
     assert "['_now']['travelled']" in found
-    assert "['_obstacles']" in found
+    assert "['obstacles']" in found
 
 
 def test_another_seed_changes_a_restored_run() -> None:
