@@ -163,10 +163,15 @@ def check_installed(name: str) -> None:
     Raises:
         UsageError: The simulator is unknown, or its engine is not installed.
     """
-    if name not in (known := known_simulators()):
-        raise UsageError(f"unknown simulator '{name}'", help=f"simulators: {', '.join(known)}")
+    if not is_known(name):
+        raise UsageError(f"unknown simulator '{name}'", help=f"simulators: {', '.join(known_simulators())}")
     if not is_installed(name):
         raise UsageError(f"the simulator '{name}' is not installed", help=_how_to_install(name))
+
+
+def is_known(name: str) -> bool:
+    """Whether a simulator is seoro's own, or in an installed package; only the latter takes a search."""
+    return name in SIMULATORS or name in known_simulators()
 
 
 def known_simulators() -> tuple[str, ...]:

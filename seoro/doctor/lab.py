@@ -9,7 +9,7 @@ from typing import Final
 
 from seoro.bridges.executor.asking import Executor
 from seoro.bridges.executor.probing import PROBE, PROBE_TIMEOUT, EndpointReport, Hop, ProbeRequest
-from seoro.bridges.launch import is_installed, known_simulators
+from seoro.bridges.launch import is_installed, is_known, known_simulators
 from seoro.bridges.wire.results import Result
 from seoro.doctor.endpoint import check_endpoint
 from seoro.doctor.findings import Finding, Health, failed, ok, warning
@@ -112,7 +112,7 @@ def _started(lab: Lab | None) -> Iterator[Finding]:
     if lab is None or lab.simulator is None or lab.simulator[1].simulator is None:
         return
     what, name = lab.simulator[0], lab.simulator[1].simulator
-    if name not in known_simulators():
+    if not is_known(name):
         yield failed(what, f"unknown simulator '{name}'", f"simulators: {', '.join(known_simulators())}")
     elif not is_installed(name):
         yield failed(what, f"simulator '{name}' is not installed here", f"pip install 'seoro[{name}]'")

@@ -251,13 +251,13 @@ def _seed(before: Directives, text: str, span: Span) -> Directives:
 
 
 def _simulators(before: Directives, text: str, span: Span) -> Directives:
-    from seoro.bridges.launch import known_simulators  # noqa: PLC0415 - Zenoh, for files that name simulators only
+    from seoro.bridges import launch  # noqa: PLC0415 - Zenoh, for files that name simulators only
 
     names = tuple(part.strip() for part in text.split(","))
-    known = known_simulators()
-    unknown = next((name for name in names if name not in known), None)
+    unknown = next((name for name in names if not launch.is_known(name)), None)
     if unknown is not None:
-        raise UsageError(f"unknown simulator `{unknown}`", span, f"simulators: {', '.join(known)}")
+        known = ", ".join(launch.known_simulators())
+        raise UsageError(f"unknown simulator `{unknown}`", span, f"simulators: {known}")
     return replace(before, simulators=names)
 
 

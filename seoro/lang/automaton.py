@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 from seoro.lang import ast, parse_table
-from seoro.lang.build import Builder
+from seoro.lang.build import Builder, callback_of
 from seoro.lang.diagnostics import syntax
 from seoro.lang.lexer import LAYOUT, Refused, Token
 from seoro.lang.source import SourceFile, Span
@@ -66,24 +67,41 @@ class _Rule(NamedTuple):
     chain: int | None  # the symbol that continues a chain of such operators, or None
 
 
+class _Program(NamedTuple):
+    """The parse table, as all parses of the process use it."""
+
+    rows: list[dict[str, int]]  # of each state
+    rules: list[_Rule]
+    units: list[str | None]  # origins of unit rules, which are most of the work
+
+
+@cache
+def _program() -> _Program:
+    loaded = parse_table.load()
+    return _Program(
+        [loaded["rows"][number] for number in loaded["actions"]],
+        [_rule(*described) for described in loaded["rules"]],
+        [
+            origin if length == 1 and kind == "only" and pick == [0] else None
+            for origin, length, pick, kind, _ in loaded["rules"]
+        ],
+    )
+
+
 class Automaton:
     """The stacks of one parse.
 
     Args:
-        loaded: The table.
         file: The parsed file.
         builder: Builder of the tree.
     """
 
-    def __init__(self, loaded: parse_table.Table, file: SourceFile, builder: Builder) -> None:
+    def __init__(self, file: SourceFile, builder: Builder) -> None:
         self.file = file
-        self._rows = [loaded["rows"][number] for number in loaded["actions"]]
+        self._builder = builder
+        loaded = parse_table.load()
+        self._rows, self._rules, self._units = _program()
         self._gotos = loaded["gotos"]
-        self._rules = [_rule(builder, *described) for described in loaded["rules"]]
-        self._units = [
-            origin if length == 1 and kind == "only" and pick == [0] else None
-            for origin, length, pick, kind, _ in loaded["rules"]
-        ]  # unit rules: most of the work
         self._starts = loaded["starts"]
         self._chains = _CHAINS_OF_UNITS
         self._states: list[int] = []
@@ -133,7 +151,7 @@ class Automaton:
             value = children[0]
         else:
             span = Span(self.file, start, end)
-            value = callback(span, *children)
+            value = callback(self._builder, span, *children)
             if frames:
                 if chain is not None and type(children[chain]) is type(value):
                     row = below[chain][2]
@@ -190,7 +208,7 @@ class Automaton:
         del self._states[depth:], self._values[depth:], self._spans[depth:]
 
 
-def _rule(builder: Builder, origin: str, length: int, pick: list[int | None], kind: str, callback: str) -> _Rule:
+def _rule(origin: str, length: int, pick: list[int | None], kind: str, callback: str) -> _Rule:
     """Create the reduction of a rule of the table."""
     is_list = kind == "list"
     is_spliced = any(which is not None and which >= parse_table.SPLICED for which in pick)
@@ -201,7 +219,7 @@ def _rule(builder: Builder, origin: str, length: int, pick: list[int | None], ki
         pick,
         is_list,
         is_spliced,
-        builder.callback(callback) if makes_node else None,
+        callback_of(callback) if makes_node else None,
         _FRAMES.get(callback, 0) if makes_node else 0,
         _CHAINS.get(callback) if makes_node else None,
     )

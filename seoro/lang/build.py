@@ -33,11 +33,6 @@ class Builder:
         self._file = file
         self._bag = bag
 
-    def callback(self, production: str) -> Callback:
-        """Return the function that builds the node of a production."""
-        own: Callback | None = getattr(self, production, None)
-        return own or _callback(production)
-
     # ------------------------------------------------------------ 7.2.2.1 top level
 
     def osc_file(self, span: Span, *statements: ast.Statement) -> ast.OscFile:
@@ -309,23 +304,27 @@ _BINARY: Final = {"relation": ast.Relation, "sum": ast.Arithmetic, "term": ast.A
 
 
 @cache
-def _callback(production: str) -> Callback:
+def callback_of(production: str) -> Callback:
+    """Return the function that builds the node of a production, from a builder, the span and the children."""
+    own: Callback | None = getattr(Builder, production, None)
+    if own is not None:
+        return own
     if production in _ITEMS:
-        return lambda span, *children: children
+        return lambda _, span, *children: children
     if production in _WORDS:
-        return lambda span, token: str(token.value)
+        return lambda _, span, token: str(token.value)
     if production in _LOGIC:
         sign = _LOGIC[production]
-        return lambda span, left, right: ast.Logic(sign, left, right, span)
+        return lambda _, span, left, right: ast.Logic(sign, left, right, span)
     if production in _BINARY:
         operation = _BINARY[production]
-        return lambda span, left, operator, right: operation(operator, left, right, span)
+        return lambda _, span, left, operator, right: operation(operator, left, right, span)
     cls: Any = _CLASSES.get(production) or getattr(ast, production.title().replace("_", ""))
     if cls in _OF_TOKENS:
-        return lambda span, token: cls(token.value, span)
+        return lambda _, span, token: cls(token.value, span)
     count = len(cls.__match_args__) - 2 if cls in _WITH_ITEMS else None
 
-    def node(span: Span, *children: Any) -> Any:
+    def node(_: Builder, span: Span, *children: Any) -> Any:
         return cls(*children, span) if count is None else cls(*children[:count], children[count:], span)
 
     return node

@@ -17,12 +17,12 @@ from seoro.files.inputs import Kind, read_input, resolved
 from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang import ast
 from seoro.lang.builtin_libraries import STANDARD_MODULES
-from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import imports, syntax
 from seoro.lang.frozen import Value
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.libraries import Library, find_library
+from seoro.lang.library_trees import library_tree
 from seoro.lang.parser import parse_file
 from seoro.lang.source import SourceFile, Span
 
@@ -56,7 +56,7 @@ class Parsers(NamedTuple):
     """Parsers for files of users, and for libraries."""
 
     own: Parse = parse_file
-    library: Parse = parse_library
+    library: Parse = library_tree
 
 
 PARSERS: Final = Parsers()

@@ -8,6 +8,7 @@ one, so that one run reports the errors of all statements.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from seoro.lang import ast, parse_table
@@ -87,15 +88,20 @@ def _first_line(whole: Span) -> Span:
     return Span(whole.file, start, start + len(whole.text[start:].partition("\n")[0].rstrip()))
 
 
+@cache
+def _keywords() -> dict[str, str]:
+    """Return the terminals of the words that are keywords somewhere."""
+    return {text: name for text, name in parse_table.load()["literals"].items() if text[0].isalpha()}
+
+
 class _Parser(Automaton):
     """One parse: detection of keywords, and recovery from unexpected tokens."""
 
     def __init__(self, file: SourceFile, bag: Bag, stop: int | None = None) -> None:
-        loaded = parse_table.load()
-        super().__init__(loaded, file, Builder(file, bag))
+        super().__init__(file, Builder(file, bag))
         self.bag = bag
         self.stop = stop
-        self._keywords = {text: name for text, name in loaded["literals"].items() if text[0].isalpha()}
+        self._keywords = _keywords()
         self._tokens: list[Token] = []
         self._errors = 0
         self._reported: set[int] = set()  # lines with an error: later ones there are consequences

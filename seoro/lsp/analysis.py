@@ -11,13 +11,12 @@ from pathlib import Path
 from seoro.embed.scenarios import check_file
 from seoro.files.inputs import resolved
 from seoro.lang import ast
-from seoro.lang.cache import parse_library
 from seoro.lang.check.body_cache import BodyMessages
 from seoro.lang.check.checker import Checked
 from seoro.lang.diagnostic import Bag
 from seoro.lang.incremental_parser import IncrementalParser
 from seoro.lang.libraries import library_files
-from seoro.lang.loader import Module, Parse, Parsers, read_file
+from seoro.lang.loader import Module, Parsers, read_file
 from seoro.lang.source import SourceFile
 from seoro.lsp.documents import Texts, reader
 from seoro.lsp.index import Files, Index, Notes
@@ -32,25 +31,20 @@ class CheckCache:
 
     def __init__(self) -> None:
         self.bodies = BodyMessages()
-        self.parsers = Parsers(self._own, self._library)
+        self.parsers = Parsers(self._own)
         self._trees: dict[Path | None, ast.OscFile] = {}  # of files without errors
         self._parsers: dict[Path | None, IncrementalParser] = {}
 
     def _own(self, file: SourceFile, bag: Bag) -> ast.OscFile:
-        """Parse a file, and reuse the trees of unchanged statements."""
-        return self._kept(file, bag, self._parsers.setdefault(file.path, IncrementalParser()).parse)
+        """Return the cached tree of an unchanged file without errors, else parse it.
 
-    def _library(self, file: SourceFile, bag: Bag) -> ast.OscFile:
-        """Parse a file of a library, which seldom changes."""
-        return self._kept(file, bag, parse_library)
-
-    def _kept(self, file: SourceFile, bag: Bag, parse: Parse) -> ast.OscFile:
-        """Return the cached tree of an unchanged file without errors, else parse it."""
+        The trees of unchanged statements are reused.
+        """
         kept = self._trees.get(file.path)
         if kept is not None and (kept.span.file.name, kept.span.file.text) == (file.name, file.text):
             return kept
         before = len(bag)
-        tree = parse(file, bag)
+        tree = self._parsers.setdefault(file.path, IncrementalParser()).parse(file, bag)
         if len(bag) == before:
             self._trees[file.path] = tree
         return tree

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from seoro.files.cache import MAX_SIZE
-from seoro.lang import ast, cache, frontend
+from seoro.lang import ast, cache, frontend, library_trees
 from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.cache import parse_library
 from seoro.lang.diagnostic import Bag
@@ -185,7 +185,10 @@ def test_a_failed_write_leaves_no_file(folder: Path, monkeypatch: pytest.MonkeyP
     assert list(folder.iterdir()) == []
 
 
-def test_libraries_are_cached_but_not_scenarios(tmp_path: Path, folder: Path) -> None:
+def test_libraries_are_cached_but_not_scenarios(
+    tmp_path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(library_trees, "_trees", {})
     path = tmp_path / "test.osc"
     path.write_text("import osc.types\nscenario main:\n    do serial:\n        wait elapsed(1s)\n")
     first, second = frontend.load(path), frontend.load(path)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
-from types import UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin
+from types import FunctionType, UnionType
+from typing import Any, Final, TypeVar, Union, get_args, get_origin
+from weakref import WeakKeyDictionary
 
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
@@ -18,6 +19,7 @@ from seoro.runtime.values.values import Variable
 _VALUE = ParameterTrait.VALUE
 _OF_VARIABLES = (ParameterTrait.VARIABLE, ParameterTrait.NUMBER)
 Marked = TypeVar("Marked")
+_signatures: Final[WeakKeyDictionary[FunctionType, inspect.Signature]] = WeakKeyDictionary()
 BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
@@ -75,11 +77,20 @@ def marking(decorator: str, name: object, attribute: str, mark: object) -> Calla
 
 
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:
-    """Return the signature of a function with evaluated annotations.
+    """Return the signature of a function with evaluated annotations; each function is read once.
 
     Raises:
         SignatureMismatch: The signature is unreadable.
     """
+    if not isinstance(function, FunctionType):
+        return _read_signature(function)
+    known = _signatures.get(function)
+    if known is None:
+        known = _signatures[function] = _read_signature(function)
+    return known
+
+
+def _read_signature(function: Callable[..., Any]) -> inspect.Signature:
     try:
         return inspect.signature(function, eval_str=True)
     except (TypeError, ValueError) as error:
