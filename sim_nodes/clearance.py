@@ -213,6 +213,7 @@ class Clearances:
         self._known = known
         self._entities = entities
         self._bases = bases
+        self._reaches = {name: _reach_of(base) for name, base in bases.items()}
         self._walls = WallDistance(walls)
         self._walls_by_name = {
             name: WallDistance([wall for wall in walls if wall.name == name])
@@ -232,6 +233,8 @@ class Clearances:
             pose: Its pose in `map`.
             within: Distance from which entities are left out [m]; the result has none if all are left out.
         """
+        if not self._may_be_nearer(robot, pose, within):
+            return Clearance()
         outline = placed_outline(self._bases[robot], pose)
         best = Clearance(within)
         if self._least_to_walls(pose) - outline.reach < within:
@@ -242,6 +245,24 @@ class Clearances:
             if other != robot:
                 best = self._nearer_robot(best, other, outline)
         return _at_least_zero(best) if best.entity else Clearance()
+
+    def _may_be_nearer(self, robot: str, pose: Pose2, within: float) -> bool:
+        """Whether a lower bound of the distance to any entity is below `within` [m]."""
+        state, own = self._engine.body_state, self._reaches[robot]
+        if self._least_to_walls(pose) - own < within:
+            return True
+        x, y, _ = pose
+        for other, reach in self._reaches.items():
+            if other != robot:
+                apart = within + reach + own
+                other_x, other_y, _ = state(other).position
+                if abs(x - other_x) < apart and abs(y - other_y) < apart:
+                    return True
+        for name, model in self._entities.bodies.items():
+            other_x, other_y, _ = state(name).position
+            if math.hypot(x - other_x, y - other_y) - model.reach - own < within:
+                return True
+        return False
 
     def _least_to_walls(self, pose: Pose2) -> float:
         """Return a lower bound of the distance to walls, without computing it [m]."""

@@ -39,7 +39,8 @@ class Departures(Stateful):
             time: Simulation time [s].
         """
         if is_within(position, self._extent):
-            self._outside -= {robot}
+            if self._outside:
+                self._outside -= {robot}
             return None
         if robot in self._outside:
             return None

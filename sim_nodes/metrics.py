@@ -60,9 +60,10 @@ class Smoothness(Stateful):
 
     def add(self, speed: float) -> None:
         """Add the speed of a tick that follows the one before [m/s]."""
-        if len(self._last) == 2:
-            self._squares += (speed - 2.0 * self._last[1] + self._last[0]) ** 2
-        self._last = (*self._last[-1:], speed)
+        last = self._last
+        if len(last) == 2:
+            self._squares += (speed - 2.0 * last[1] + last[0]) ** 2
+        self._last = (*last[-1:], speed)
         self._ticks += 1
         self._peak = max(self._peak, speed)
 
@@ -119,8 +120,9 @@ class Stays(Stateful):
 
     def add(self, x: float, y: float, ticks: int) -> None:
         """Add ticks at a point."""
-        for name in self._rooms.at(x, y):
-            self._ticks[name] += ticks
+        if self._ticks:
+            for name in self._rooms.at(x, y):
+                self._ticks[name] += ticks
 
     def times(self) -> dict[str, float]:
         """Return the time in each room [s]."""
@@ -197,8 +199,10 @@ class RobotMetrics(Stateful):
             tick: Present tick; idle robots are updated less often.
             power: Mechanical power of its motors [W]; None if the engine does not know it.
         """
-        way = pose.distance(self._pose.x, self._pose.y)
-        turn = abs(wrap(pose.yaw - self._pose.yaw))
+        x, y, yaw = pose
+        last_x, last_y, last_yaw = self._pose
+        way = math.hypot(x - last_x, y - last_y)
+        turn = abs(wrap(yaw - last_yaw))
         ticks = 1 if self._tick is None else tick - self._tick
         self._tick = tick
         interval = ticks * TICK
@@ -206,7 +210,7 @@ class RobotMetrics(Stateful):
         self._pose = pose
         if power is not None:
             self._work = (self._work or 0.0) + power * TICK  # robots at rest do no work between updates
-        self._stays.add(pose.x, pose.y, ticks)
+        self._stays.add(x, y, ticks)
         if not moving or ticks != 1:
             self._smoothness.interrupt()
         if moving:
@@ -214,13 +218,13 @@ class RobotMetrics(Stateful):
             self._driving_ticks += ticks
             self._speed.add(speed)
             self._smoothness.add(speed)
-            last = self._measured_at
-            if pose.distance(last.x, last.y) + self._lever * abs(wrap(pose.yaw - last.yaw)) >= STEP:
+            last_x, last_y, last_yaw = self._measured_at
+            if math.hypot(x - last_x, y - last_y) + self._lever * abs(wrap(yaw - last_yaw)) >= STEP:
                 self._measured_at = pose
                 found = self._clearance(pose, self._closest.distance)
                 self._closest = min(self._closest, found, key=lambda clearance: clearance.distance)
         if believed is not None and deviation is not None:
-            error = believed.distance(pose.x, pose.y)
+            error = math.hypot(believed.x - x, believed.y - y)
             self._error.add(error)
             self._deviation.add(deviation)
             if moving:

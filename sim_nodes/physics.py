@@ -178,7 +178,7 @@ class BodyState:
         """The pose as a frame in `map`."""
         return self.position, self.orientation
 
-    @cached_property
+    @property
     def planar(self) -> Pose2:
         """The pose projected onto the floor."""
         return Pose2(self.position[0], self.position[1], yaw_of(self.orientation))

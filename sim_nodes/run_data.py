@@ -107,6 +107,11 @@ class RunData(Stateful):
             for name in robots
         }
         self._entity_metrics: dict[str, EntityMetrics] = {}
+        self._tools = {
+            name: arm.tool_link
+            for name, robot in robots.items()
+            if (arm := robot.declaration.arm) is not None and arm.tool_link is not None
+        }
         self.trajectories = Trajectories(engine, robots, entities, touches, tick)
 
     def _nearest_of(self, robot: str) -> Callable[[Pose2, float], Clearance]:
@@ -120,18 +125,17 @@ class RunData(Stateful):
 
     def record_pose(self, robot: Robot, time: float, tick: int) -> None:
         """Record the pose of a robot at a time [s]."""
-        pose = self._frames.true_pose(robot.name)
-        self.records[robot.name].add_pose(pose, time)
+        name = robot.name
+        state = self._engine.body_state(name)
+        pose, (vx, vy, _) = state.planar, state.linear
+        self.records[name].add_pose(pose, time)
         self.trajectories.record_robot(robot, tick)
-        base, (vx, vy, _) = robot.mobile if robot.drives else None, self._engine.body_state(robot.name).linear
-        self._measuring[robot.name].update(
-            pose,
-            math.hypot(vx, vy),
-            None if base is None else base.localised_pose(),
-            None if base is None else base.deviation(),
-            tick,
-            None if self._power is None else self._power(robot.name),
-        )
+        believed = deviation = None
+        if robot.drives:
+            base = robot.mobile
+            believed, deviation = base.localised_pose(), base.deviation()
+        power = None if self._power is None else self._power(name)
+        self._measuring[name].update(pose, math.hypot(vx, vy), believed, deviation, tick, power)
 
     def record_positions(self, tick: int, *, at_rest: bool) -> None:
         """Record the positions of tools and movable bodies.
@@ -140,10 +144,9 @@ class RunData(Stateful):
             tick: Present tick.
             at_rest: Whether robots, people, doors and lifts are at rest; such ticks depend on grants and watches.
         """
-        for robot in self._robots.values():
-            arm = robot.declaration.arm
-            if arm is not None and arm.tool_link is not None and tick % TOOL_TICKS == 0:
-                _add(self.records[robot.name].tool, self._engine.link_pose(robot.name, arm.tool_link)[0])
+        if tick % TOOL_TICKS == 0:
+            for name, link in self._tools.items():
+                _add(self.records[name].tool, self._engine.link_pose(name, link)[0])
         if at_rest:
             return
         self.trajectories.record_bodies(tick)

@@ -115,8 +115,11 @@ class Strikes(Stateful):
 
     def sample_motion(self, robots: Iterable[str], tick: int) -> None:
         """Sample the motion of robots and movable bodies."""
-        kept = {name: sample for name, sample in self._samples.items() if name in self._robots}
-        self._samples = kept | {name: self._now(name, tick) for name in (*robots, *self._entities.movable())}
+        bodies, samples = self._entities.movable(), self._samples
+        for name in [name for name in samples if name not in self._robots and name not in bodies]:
+            del samples[name]
+        for name in (*robots, *bodies):
+            samples[name] = self._now(name, tick)
 
     def on_placed(self, name: str, step: int) -> None:
         """Record that an entity was placed, at rest, after a step."""

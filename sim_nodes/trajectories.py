@@ -132,6 +132,8 @@ class Trajectories(Stateful):
 
     def record_robot(self, robot: Robot, tick: int) -> None:
         """Record a robot if the tick is sampled."""
+        if tick % SAMPLE_TICKS:
+            return
         if self.poses.is_due(tick):
             self._add_robot(robot, tick)
         if self.joints.is_due(tick):

@@ -125,6 +125,8 @@ class MujocoEngine:
         }
         self._powers = {name: self._power_of(name) for name in self._bases}
         self._bases |= {name: model.body(name).id for name in self._added}
+        joints = {name: _free_joint(model, body) for name, body in self._bases.items()}
+        self._free_joints = {name: addresses for name, addresses in joints.items() if addresses is not None}
         self._driven = DrivenBodies(model, self._bases, self._added)
         names = {base: name for name, base in self._bases.items()}
         if not self._scene.ground.is_flat:
@@ -281,16 +283,17 @@ class MujocoEngine:
 
     def body_state(self, name: str) -> BodyState:
         """See `Engine.body_state`."""
-        if name not in self._states:
-            self._states[name] = self._read_state(name)
-        return self._states[name]
+        state = self._states.get(name)
+        if state is None:
+            state = self._states[name] = self._read_state(name)
+        return state
 
     def _read_state(self, name: str) -> BodyState:
-        body, data = self._bases[name], self._data
-        if not self._model.body_dofnum[body]:
+        addresses = self._free_joints.get(name)
+        if addresses is None:
+            body, data = self._bases[name], self._data
             return BodyState(vector(data.xpos[body]), tuple(data.xquat[body].tolist()))
-        joint = self._model.body_jntadr[body]
-        position, speed = int(self._model.jnt_qposadr[joint]), int(self._model.jnt_dofadr[joint])
+        position, speed = addresses
         x, y, z, w, i, j, k = self._values.positions[position : position + 7]
         vx, vy, vz, p, q, r = self._values.speeds[speed : speed + 6]
         # The angular velocity of a free joint is in the body's frame; data.xmat is that before the last step.
@@ -421,6 +424,14 @@ class MujocoEngine:
         if self._renderer is None:
             self._renderer = Renderer()
         return self._renderer
+
+
+def _free_joint(model: Any, body: int) -> tuple[int, int] | None:
+    """Return the addresses of position and speed of a body's free joint; None if it has none."""
+    if not model.body_dofnum[body]:
+        return None
+    joint = model.body_jntadr[body]
+    return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
 
 
 def _static_owner(geom: str) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from sim_nodes.cameras import Cameras
 from sim_nodes.entities import Entities
@@ -25,8 +25,7 @@ from sim_nodes.stateful import Stateful
 from sim_nodes.terrain.surface import Surface
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(NamedTuple):
     """Motion of an entity in a tick: state of its base, and positions and velocities of its joints [rad, m]."""
 
     tick: int
@@ -168,7 +167,7 @@ class Robot(Stateful):
         yaw = now.base.planar.yaw
         cos, sin = math.cos(yaw), math.sin(yaw)
         ahead = (linear * cos - lateral * sin, linear * sin + lateral * cos, 0.0)
-        return replace(now, base=replace(now.base, linear=ahead, angular=(0.0, 0.0, angular)))
+        return now._replace(base=replace(now.base, linear=ahead, angular=(0.0, 0.0, angular)))
 
     @property
     def truth_frame(self) -> str:
