@@ -46,15 +46,15 @@ lifts:
 """
 
 
-def run(folder: Path, more: str) -> int:
+def run(folder: Path, node: str, more: str) -> int:
     (folder / "building.yaml").write_text(WORLD)
     (folder / "buildings.osc").write_text(SCENARIO.replace("MORE", more))
-    options = ["--sim", "mujoco", "--world", str(folder / "building.yaml"), "--rate", "max", "-o", str(folder)]
+    options = ["--connect", node, "--world", str(folder / "building.yaml"), "--rate", "max", "-o", str(folder)]
     return main(["exec", str(folder / "buildings.osc"), *options])
 
 
-def test_a_scenario_moves_doors_and_lifts(tmp_path: Path) -> None:
-    assert run(tmp_path, "wait elapsed(0.1s)") == 0
+def test_a_scenario_moves_doors_and_lifts(tmp_path: Path, mujoco_node: str) -> None:
+    assert run(tmp_path, mujoco_node, "wait elapsed(0.1s)") == 0
     records = read_trace(tmp_path / "trace.jsonl")
     names = {each["id"]: each["name"] for each in records if each["kind"] == "behavior.start"}
     ended = {(names[each["id"]], each["status"]) for each in records if each["kind"] == "behavior.end"}
@@ -65,6 +65,8 @@ def test_a_scenario_moves_doors_and_lifts(tmp_path: Path) -> None:
     } <= ended
 
 
-def test_an_opening_beyond_the_end_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(tmp_path, "front.open(1.5)") == 1
+def test_an_opening_beyond_the_end_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str
+) -> None:
+    assert run(tmp_path, mujoco_node, "front.open(1.5)") == 1
     assert "invalid opening 1.5 of a door; expected 0 (closed) to 1 (open)" in capsys.readouterr().err

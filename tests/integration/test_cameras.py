@@ -12,11 +12,11 @@ SNAPSHOTS = SCENARIOS / "cameras" / "snapshots.osc"
 HEADER = "import osc.cameras\nimport osc.helpers\n\n"
 
 
-def run(file: Path, folder: Path, engine: str = "mujoco", *more: str) -> tuple[int, list[dict[str, object]]]:
+def run(file: Path, folder: Path, *simulator: str) -> tuple[int, list[dict[str, object]]]:
     from seoro.cli.main import main
 
-    arguments = ["exec", str(file), "--sim", engine, "--world", "empty", "--rate", "max", "--seed", "0"]
-    status = main([*arguments, "-o", str(folder), *more])
+    arguments = ["exec", str(file), *simulator, "--world", "empty", "--rate", "max", "--seed", "0"]
+    status = main([*arguments, "-o", str(folder)])
     return status, read_trace(folder / "trace.jsonl")
 
 
@@ -25,7 +25,7 @@ def test_snapshots_are_in_the_output_folder(
     engine: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     needs_pictures(engine)
-    status, _ = run(SNAPSHOTS, tmp_path, engine)
+    status, _ = run(SNAPSHOTS, tmp_path, "--sim", engine)
     assert status == 0
     out = capsys.readouterr().out
     pictures = {name: (tmp_path / f"{name}.png").read_bytes() for name in ("before", "after", "turtlebot4_front")}
@@ -35,7 +35,7 @@ def test_snapshots_are_in_the_output_folder(
     assert pictures["before"] != pictures["after"]
 
 
-def test_impossible_camera_actions_fail_with_a_reason(tmp_path: Path) -> None:
+def test_impossible_camera_actions_fail_with_a_reason(tmp_path: Path, mujoco_node: str) -> None:
     needs_pictures("mujoco")
     file = tmp_path / "wrong.osc"
     file.write_text(
@@ -54,7 +54,7 @@ def test_impossible_camera_actions_fail_with_a_reason(tmp_path: Path) -> None:
         + "        eye.take_snapshot('twice')\n"
         + "        eye.take_snapshot('twice')\n"
     )
-    status, records = run(file, tmp_path)
+    status, records = run(file, tmp_path, "--connect", mujoco_node)
     assert status == 0
     reasons = [str(r["reason"]) for r in records if r["kind"] == "attempt.end"]
     wanted = (

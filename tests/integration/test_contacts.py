@@ -30,12 +30,12 @@ PUSH = "robot.drive(linear: 0.3mps, duration: 2s)"
 engines = pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 
 
-def run(folder: Path, body: str, engine: str = "mujoco") -> tuple[int, list[dict[str, Any]]]:
-    """Return the exit status and trace of a run."""
+def run(folder: Path, body: str, *simulator: str) -> tuple[int, list[dict[str, Any]]]:
+    """Return the exit status and trace of a run in a simulator, which two arguments of `exec` name."""
     world, file, trace = folder / "parcels.yaml", folder / "main.osc", folder / "trace.jsonl"
     world.write_text(WORLD)
     file.write_text(HEAD + body + "\n")
-    command = ["exec", str(file), "--sim", engine, "--world", str(world), "--rate", "max", "--seed", "0"]
+    command = ["exec", str(file), *simulator, "--world", str(world), "--rate", "max", "--seed", "0"]
     status = main([*command, "--trace", str(trace)])
     return status, [json.loads(line) for line in trace.read_text().splitlines()]
 
@@ -44,7 +44,7 @@ def run(folder: Path, body: str, engine: str = "mujoco") -> tuple[int, list[dict
 def test_an_action_that_moves_the_robot_into_an_obstacle_fails(
     tmp_path: Path, engine: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status, records = run(tmp_path, PUSH, engine)
+    status, records = run(tmp_path, PUSH, "--sim", engine)
     [contact] = [r["arguments"] for r in records if r["kind"] == "event" and r["name"] == "contact"]
     end = records[-1]
     assert (status, contact["strikers"]) == (1, ["turtlebot4"])
@@ -54,7 +54,7 @@ def test_an_action_that_moves_the_robot_into_an_obstacle_fails(
     assert "turtlebot4 moves into parcel" in capsys.readouterr().out
 
 
-def test_contacts_are_allowed_and_forbidden_by_actions(tmp_path: Path) -> None:
+def test_contacts_are_allowed_and_forbidden_by_actions(tmp_path: Path, mujoco_node: str) -> None:
     """The steps are in one run; each fails as its comment states."""
     allowed = [
         f"{PUSH} with:\n            allow_contact(['parcel'])",
@@ -71,7 +71,8 @@ def test_contacts_are_allowed_and_forbidden_by_actions(tmp_path: Path) -> None:
         "            wait elapsed(0.4s)\n        with:\n            inverter()\n            forbid_contact()",
     ]
     steps = [*allowed, *blocks, *failing]
-    status, records = run(tmp_path, "serial:\n        " + "\n        ".join(steps))
+    body = "serial:\n        " + "\n        ".join(steps)
+    status, records = run(tmp_path, body, "--connect", mujoco_node)
     assert (status, records[-1]["reason"]) == (0, "")
     names = {r["id"]: r["name"] for r in records if r["kind"] == "behavior.start"}
     ends = [(names[r["id"]], r["status"]) for r in records if r["kind"] == "behavior.end"]
@@ -82,22 +83,23 @@ def test_contacts_are_allowed_and_forbidden_by_actions(tmp_path: Path) -> None:
     ]
 
 
-def test_a_struck_standing_robot_does_not_fail(tmp_path: Path) -> None:
+def test_a_struck_standing_robot_does_not_fail(tmp_path: Path, mujoco_node: str) -> None:
     strike = (
         "set_entity_state('parcel', pose_3d(position_3d(x: 0.5m, z: 0.251m)), "
         "velocity_6d(translational_velocity_3d(x: -2mps)))"
     )
     stand = "robot.drive(linear: 0mps, duration: 1s)"
-    status, records = run(tmp_path, f"parallel:\n        {stand}\n        {strike}")
+    status, records = run(tmp_path, f"parallel:\n        {stand}\n        {strike}", "--connect", mujoco_node)
     contacts = [r["arguments"] for r in records if r["kind"] == "event" and r["name"] == "contact"]
     assert (status, contacts[0]["strikers"]) == (0, ["parcel"])
     also = f"parallel:\n        {stand}\n        {strike}\n    with:\n        forbid_contact(also_struck: true)"
-    status, records = run(tmp_path, also)
+    status, records = run(tmp_path, also, "--connect", mujoco_node)
     assert status == 1
     assert "turtlebot4 was struck by 'parcel'" in records[-1]["reason"]
 
 
-def test_watching_an_unknown_robot_fails(tmp_path: Path) -> None:
-    status, records = run(tmp_path, f"{PUSH} with:\n        forbid_contact(['tb5'])")
+def test_watching_an_unknown_robot_fails(tmp_path: Path, mujoco_node: str) -> None:
+    body = f"{PUSH} with:\n        forbid_contact(['tb5'])"
+    status, records = run(tmp_path, body, "--connect", mujoco_node)
     assert status == 1
     assert "unknown robot 'tb5' (robots of this run: turtlebot4)" in records[-1]["reason"]

@@ -26,14 +26,14 @@ scenario main:
 """
 
 
-def run(folder: Path, more: str = "wait elapsed(0s)") -> int:
+def run(folder: Path, node: str, more: str = "wait elapsed(0s)") -> int:
     file = folder / "drive.osc"
     file.write_text(SCENARIO.replace("MORE", more))
-    return main(["exec", str(file), "--sim", "mujoco", "--world", "empty", "--rate", "max", "-o", str(folder)])
+    return main(["exec", str(file), "--connect", node, "--world", "empty", "--rate", "max", "-o", str(folder)])
 
 
-def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(tmp_path) == 0
+def test_a_scenario_drives_a_robot(tmp_path: Path, mujoco_node: str) -> None:
+    assert run(tmp_path, mujoco_node) == 0
     names = {r["id"]: r["name"] for r in read_trace(tmp_path / "trace.jsonl") if r["kind"] == "behavior.start"}
     ended = [
         (names[r["id"]], r["t"], r["status"])
@@ -70,7 +70,7 @@ def test_a_scenario_drives_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture
     ],
 )
 def test_impossible_actions_fail_with_a_reason(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], action: str, words: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str, action: str, words: str
 ) -> None:
-    assert run(tmp_path, action) == 1
+    assert run(tmp_path, mujoco_node, action) == 1
     assert words in capsys.readouterr().err

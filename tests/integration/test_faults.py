@@ -11,6 +11,8 @@ from seoro.cli.main import main
 from tests.integration.conftest import read_trace
 from tests.sim_nodes.engines import needs_pictures
 
+pytestmark = pytest.mark.engine("mujoco")
+
 PARAMETERS = """
 import osc.helpers
 import osc.ros
@@ -108,11 +110,11 @@ scenario main:
 """
 
 
-def run(text: str, folder: Path) -> list[dict[str, Any]]:
-    pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
+def run(text: str, folder: Path, node: str) -> list[dict[str, Any]]:
     scenario = folder / "main.osc"
     scenario.write_text(text)
-    main(["exec", str(scenario), "--sim", "mujoco", "--rate", "max", "--seed", "1", "-o", str(folder)])
+    options = ["--connect", node, "--world", "maze", "--rate", "max", "--seed", "1", "-o", str(folder)]
+    main(["exec", str(scenario), *options])
     return read_trace(folder / "trace.jsonl")
 
 
@@ -125,8 +127,8 @@ def logs(records: list[dict[str, Any]]) -> list[str]:
     return [r["message"] for r in records if r["kind"] == "log"]
 
 
-def test_parameters_of_the_scan_modifier_are_faults_of_the_lidar(tmp_path: Path) -> None:
-    records = run(PARAMETERS, tmp_path)
+def test_parameters_of_the_scan_modifier_are_faults_of_the_lidar(tmp_path: Path, mujoco_node: str) -> None:
+    records = run(PARAMETERS, tmp_path, mujoco_node)
     assert records[-1]["status"] == "passed", records[-1]
     noise, drop = logs(records)
     assert noise.startswith("gaussian_noise of turtlebot4/lidar takes effect: the errors of 3")
@@ -142,8 +144,8 @@ def test_parameters_of_the_scan_modifier_are_faults_of_the_lidar(tmp_path: Path)
     ]
 
 
-def test_measurements_of_faults_are_in_the_trace(tmp_path: Path) -> None:
-    records = run(FAULTS, tmp_path)
+def test_measurements_of_faults_are_in_the_trace(tmp_path: Path, mujoco_node: str) -> None:
+    records = run(FAULTS, tmp_path, mujoco_node)
     assert records[-1]["status"] == "passed", records[-1]
     reported = [message.partition(" takes effect: ")[0] for message in logs(records)]
     assert reported == [
@@ -166,9 +168,9 @@ def test_measurements_of_faults_are_in_the_trace(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_camera_faults_are_measured_and_missing_images_are_reported(tmp_path: Path) -> None:
+def test_camera_faults_are_measured_and_missing_images_are_reported(tmp_path: Path, mujoco_node: str) -> None:
     needs_pictures("mujoco")
-    records = run(CAMERAS, tmp_path)
+    records = run(CAMERAS, tmp_path, mujoco_node)
     assert records[-1]["status"] == "passed", records[-1]
     reported = [message.partition(" takes effect: ")[0] for message in logs(records)]
     kinds = ["gaussian_noise", "bias", "dead_pixels", "dead_area", "message_loss", "freeze", "delay", "power_loss"]

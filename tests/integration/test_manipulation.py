@@ -63,35 +63,25 @@ scenario main:
 """
 
 
-def test_a_scenario_takes_postures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_scenario_takes_postures(tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str) -> None:
     world = write_world(tmp_path, four_legs(), LEGS)
     (tmp_path / "main.osc").write_text(TAKING)
-    assert main(["exec", str(tmp_path / "main.osc"), "--sim", "mujoco", "--world", world, "--rate", "max"]) == 1
+    options = ["--connect", mujoco_node, "--world", world, "--rate", "max"]
+    assert main(["exec", str(tmp_path / "main.osc"), *options]) == 1
     shown = capsys.readouterr()
     assert "+ mine.wait_for_joint  succeeded" in shown.out + shown.err
     assert "unknown posture 'sit' of mine; postures: lean" in shown.err
 
 
-def run(folder: Path, more: str, *simulator: str) -> int:
+def run(folder: Path, more: str, node: str) -> int:
     file = folder / "arm.osc"
     file.write_text(SCENARIO.replace("MORE", more.strip()))
-    return main(
-        [
-            "exec",
-            str(file),
-            *(simulator or ("--sim", "mujoco")),
-            "--world",
-            "arm_cell",
-            "--rate",
-            "max",
-            "-o",
-            str(folder),
-        ]
-    )
+    options = ["--connect", node, "--world", "arm_cell", "--rate", "max", "-o", str(folder)]
+    return main(["exec", str(file), *options])
 
 
-def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(tmp_path, MORE) == 1  # the cube is released while it should be held
+def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str) -> None:
+    assert run(tmp_path, MORE, mujoco_node) == 1  # the cube is released while it should be held
     assert "ur10e has lost 'cube'" in capsys.readouterr().err
     names = {r["id"]: r["name"] for r in read_trace(tmp_path / "trace.jsonl") if r["kind"] == "behavior.start"}
     ended = [
@@ -120,5 +110,5 @@ def test_a_scenario_moves_an_arm(tmp_path: Path, capsys: pytest.CaptureFixture[s
 def test_impossible_actions_fail_with_a_reason(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str, action: str, words: str
 ) -> None:
-    assert run(tmp_path, action, "--connect", mujoco_node) == 1
+    assert run(tmp_path, action, mujoco_node) == 1
     assert words in capsys.readouterr().err

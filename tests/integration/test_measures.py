@@ -57,7 +57,7 @@ def test_a_monitor_fails_a_run_in_the_tick_of_the_violation(tmp_path: Path, engi
     assert end["source"].startswith(f"{tmp_path}/main.osc:16") or "main.osc:" in end["source"]
 
 
-def test_each_monitor_and_condition_acts(tmp_path: Path) -> None:
+def test_each_monitor_and_condition_acts(tmp_path: Path, mujoco_node: str) -> None:
     """The steps are in one run; each monitor that fails is inverted."""
     failing = [
         "limit_speed(0.2mps)",
@@ -96,7 +96,8 @@ def test_each_monitor_and_condition_acts(tmp_path: Path) -> None:
     init = "robot.init_nav2(pose_3d(position_3d(x: 0.5m)))"
     steps = [several, back, together, back, init]
     steps += [each for move in moves for each in (move, back)]
-    status, records = run(tmp_path, "serial:\n        " + "\n        ".join(steps))
+    body = "serial:\n        " + "\n        ".join(steps)
+    status, records = run(tmp_path, body, node=mujoco_node)
     assert (status, records[-1]["reason"]) == (0, "")
     names = {r["id"]: r["name"] for r in records if r["kind"] == "behavior.start"}
     ends = [(names[r["id"]], r["status"]) for r in records if r["kind"] == "behavior.end"]

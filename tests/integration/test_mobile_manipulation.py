@@ -27,21 +27,10 @@ scenario main:
 """
 
 
-def test_a_scenario_drives_a_base_and_moves_its_arm(tmp_path: Path) -> None:
+def test_a_scenario_drives_a_base_and_moves_its_arm(tmp_path: Path, mujoco_node: str) -> None:
     world, scenario, trace = own_arm(tmp_path), tmp_path / "s.osc", tmp_path / "t.jsonl"
     scenario.write_text(SCENARIO)
-    arguments = [
-        "exec",
-        str(scenario),
-        "--sim",
-        "mujoco",
-        "--world",
-        world,
-        "--rate",
-        "max",
-        "--trace",
-        str(trace),
-    ]
-    assert main(arguments) == 0
+    options = ["--connect", mujoco_node, "--world", world, "--rate", "max", "--trace", str(trace)]
+    assert main(["exec", str(scenario), *options]) == 0
     ended = [each for each in read_trace(trace) if each["kind"] == "behavior.end"]
     assert all(each["status"] == "succeeded" for each in ended)

@@ -13,10 +13,11 @@ pytestmark = pytest.mark.engine("mujoco")
 
 
 def run(
-    scenario: str, folder: Path, seed: int, *arguments: str, simulator: str = "mujoco"
+    scenario: str, folder: Path, seed: int, *arguments: str, simulator: str = "mujoco", node: str = ""
 ) -> list[dict[str, Any]]:
+    used = ["--connect", node] if node else ["--sim", simulator]
     status = main([
-        "exec", scenario, "--sim", simulator, "--rate", "max", "--seed", str(seed), "-o", str(folder), *arguments
+        "exec", scenario, *used, "--rate", "max", "--seed", str(seed), "-o", str(folder), *arguments
     ])  # fmt: skip
     records = read_trace(folder / "trace.jsonl")
     assert status == 0, records[-1]
@@ -71,11 +72,14 @@ def test_every_seed_passes_without_contacts(tmp_path: Path, seed: int) -> None:
     assert [r for r in records if r["kind"] == "event" and r["name"] == "contact"] == []
 
 
-def test_a_goal_inside_a_wall_fails_with_its_position(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_goal_inside_a_wall_fails_with_its_position(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str
+) -> None:
     text = Path(OBSTACLE).read_text().replace("x: 3.0m, y: -3.0m", "x: 0.75m, y: 0.0m")
     file = tmp_path / "wall.osc"
     file.write_text(text)
-    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max", "-o", str(tmp_path)]) == 1
+    arguments = ["--connect", mujoco_node, "--world", "maze", "--rate", "max", "-o", str(tmp_path)]
+    assert main(["exec", str(file), *arguments]) == 1
     assert (tmp_path / "top_down.png").exists()
     err = capsys.readouterr().err
     assert "goal (0.75, 0.00)" in err
@@ -109,7 +113,7 @@ def test_an_unknown_world_is_refused_with_the_known_ones(capsys: pytest.CaptureF
     assert "maze" in capsys.readouterr().err
 
 
-def test_contacts_are_in_the_trace(tmp_path: Path) -> None:
+def test_contacts_are_in_the_trace(tmp_path: Path, mujoco_node: str) -> None:
     """The check that finds no contacts in the runs above finds the contact of a dropped robot."""
     file = tmp_path / "drop.osc"
     file.write_text(
@@ -121,13 +125,13 @@ def test_contacts_are_in_the_trace(tmp_path: Path) -> None:
         " pose_3d(position_3d(x: 0.0m, y: 0.0m, z: 1.5m)))\n"
         "        wait elapsed(3s)\n"
     )
-    records = run(str(file), tmp_path, 0, "--world", "empty")
+    records = run(str(file), tmp_path, 0, "--world", "empty", node=mujoco_node)
     contacts = [r for r in records if r["kind"] == "event" and r["name"] == "contact"]
     assert {"box", "turtlebot4"} == {contacts[0]["arguments"]["first"], contacts[0]["arguments"]["second"]}
     assert [each["t"] for each in contacts] == [each["arguments"]["time"] for each in contacts]
 
 
-def test_simulator_actions_and_other_driving_actions_succeed(tmp_path: Path) -> None:
+def test_simulator_actions_and_other_driving_actions_succeed(tmp_path: Path, mujoco_node: str) -> None:
     file = tmp_path / "all.osc"
     file.write_text(
         """
@@ -154,7 +158,7 @@ scenario main:
         wait elapsed(1s)
 """
     )
-    records = run(str(file), tmp_path, 0, "--world", "empty")
+    records = run(str(file), tmp_path, 0, "--world", "empty", node=mujoco_node)
     ended = [r for r in records if r["kind"] == "behavior.end"]
     assert {r["status"] for r in ended} == {"succeeded"}
 
@@ -181,18 +185,20 @@ scenario main:
     assert {r["status"] for r in records if r["kind"] == "behavior.end"} == {"succeeded"}
 
 
-def test_an_unknown_entity_fails_with_the_known_ones(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_entity_fails_with_the_known_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str
+) -> None:
     file = tmp_path / "missing.osc"
     file.write_text("import osc.gazebo\nscenario main:\n    do actor_exists('box')\n")
-    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
+    assert main(["exec", str(file), "--connect", mujoco_node, "--world", "maze", "--rate", "max"]) == 1
     assert "unknown entity 'box' (entities: turtlebot4, walls)" in capsys.readouterr().err
 
 
 def test_a_parameter_for_ros_robots_is_refused_in_a_simulator(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str
 ) -> None:
     text = Path(GO_TO_POSE).read_text().replace("y: -3.0m))", "y: -3.0m)), namespace_override: 'r2'")
     file = tmp_path / "ros.osc"
     file.write_text(text)
-    assert main(["exec", str(file), "--sim", "mujoco", "--rate", "max"]) == 1
+    assert main(["exec", str(file), "--connect", mujoco_node, "--world", "maze", "--rate", "max"]) == 1
     assert "`namespace_override` cannot be set in a scenario; omit it" in capsys.readouterr().err

@@ -24,9 +24,9 @@ scenario main:
 """
 
 
-def test_a_robot_follows_paths_of_a_scenario(tmp_path: Path) -> None:
+def test_a_robot_follows_paths_of_a_scenario(tmp_path: Path, mujoco_node: str) -> None:
     (tmp_path / "paths.osc").write_text(SCENARIO)
-    options = ["--sim", "mujoco", "--world", "empty", "--rate", "max", "-o", str(tmp_path)]
+    options = ["--connect", mujoco_node, "--world", "empty", "--rate", "max", "-o", str(tmp_path)]
     assert main(["exec", str(tmp_path / "paths.osc"), *options]) == 0
     records = read_trace(tmp_path / "trace.jsonl")
     names = {each["id"]: each["name"] for each in records if each["kind"] == "behavior.start"}

@@ -49,28 +49,15 @@ poses:
 """
 
 
-def run(folder: Path, more: str) -> int:
+def run(folder: Path, node: str, more: str) -> int:
     (folder / "square.yaml").write_text(WORLD)
     (folder / "people.osc").write_text(SCENARIO.replace("MORE", more))
-    world = str(folder / "square.yaml")
-    return main(
-        [
-            "exec",
-            str(folder / "people.osc"),
-            "--sim",
-            "mujoco",
-            "--world",
-            world,
-            "--rate",
-            "max",
-            "-o",
-            str(folder),
-        ]
-    )
+    options = ["--connect", node, "--world", str(folder / "square.yaml"), "--rate", "max", "-o", str(folder)]
+    return main(["exec", str(folder / "people.osc"), *options])
 
 
-def test_a_scenario_moves_people_and_carts(tmp_path: Path) -> None:
-    assert run(tmp_path, "guest.walk_to_place('exit')") == 0
+def test_a_scenario_moves_people_and_carts(tmp_path: Path, mujoco_node: str) -> None:
+    assert run(tmp_path, mujoco_node, "guest.walk_to_place('exit')") == 0
     records = read_trace(tmp_path / "trace.jsonl")
     names = {each["id"]: each["name"] for each in records if each["kind"] == "behavior.start"}
     ended = [(names[each["id"]], each["status"]) for each in records if each["kind"] == "behavior.end"]
@@ -81,6 +68,8 @@ def test_a_scenario_moves_people_and_carts(tmp_path: Path) -> None:
     )
 
 
-def test_a_way_out_of_the_world_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(tmp_path, "guest.walk_to(position_2d(x: 9m, y: 0m))") == 1
+def test_a_way_out_of_the_world_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str
+) -> None:
+    assert run(tmp_path, mujoco_node, "guest.walk_to(position_2d(x: 9m, y: 0m))") == 1
     assert "(9, 0) is outside of the world; expected a point of its map" in capsys.readouterr().err

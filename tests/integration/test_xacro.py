@@ -9,6 +9,7 @@ import pytest
 from seoro.cli.main import main
 
 pytest.importorskip("xacro")
+pytestmark = pytest.mark.engine("mujoco")
 
 POST = """<robot name="post" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="side" default="0.1"/>
 <xacro:arg name="height" default="1"/>
@@ -25,7 +26,7 @@ POST = """<robot name="post" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:
     ],
 )
 def test_arguments_of_xacro_are_used_or_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], model: str, arguments: str, words: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mujoco_node: str, model: str, arguments: str, words: str
 ) -> None:
     (tmp_path / "post.urdf.xacro").write_text(POST)
     file = tmp_path / "posts.osc"
@@ -35,7 +36,7 @@ def test_arguments_of_xacro_are_used_or_refused(
         f"        other.spawn(pose_3d(position_3d(x: 1.2m)), 'file://{tmp_path}/{model}', "
         f"xacro_arguments: '{arguments}')\n"
     )
-    assert main(["exec", str(file), "--sim", "mujoco", "--world", "empty", "--rate", "max"]) == 1
+    assert main(["exec", str(file), "--connect", mujoco_node, "--world", "empty", "--rate", "max"]) == 1
     err = capsys.readouterr().err
     assert words in err
     assert f"{file}:7:9" in err
