@@ -10,7 +10,7 @@ file. `--table` prints the table of the results without runs. It has, over all s
 - ends: runs that end as expected;
 - contact: runs in which the robot touches something;
 - nearest: least distance of the robot's outline to anything;
-- path: longest path, relative to the shortest one that keeps the planner's clearance;
+- path: longest path, relative to the shortest one that keeps the planner's clearance (`shortest_paths.py`);
 - error: largest true distance to the goal at the end;
 - time, recoveries: the most of a run.
 """
@@ -26,21 +26,16 @@ from importlib.util import find_spec
 from itertools import product
 from pathlib import Path
 
-import numpy as np
 from navigation_worlds import ROBOT, obstacle_field, room_with, room_with_platform
 from results import read_results, write_result
+from shortest_paths import shortest_length
 
 from seoro.bridges.wire import Contact, Occurrence, Outcome
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.models import parse_bodies
-from sim_nodes.navigation.contracts import PlanRequest, Setup
-from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.goals import Goal
-from sim_nodes.navigation.maps import build_map
-from sim_nodes.navigation.planner import GridPlanner
-from sim_nodes.navigation.smoothing import smooth
-from sim_nodes.noise import Noise
+from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.physics import BodyState, Wall
 from sim_nodes.simulation import Simulation
 from sim_nodes.spawning import SpawnRequest
@@ -128,8 +123,8 @@ SITUATIONS = {
     ),
     "far corner": Situation(goal=Pose2(4.5, 4.5, 1.57)),
     "car, behind": Situation(goal=Pose2(-2.2, 0.5, 0.5), world=lambda _: room_with("racecar")),
-    "car, beside": Situation(goal=Pose2(-1.0, 0.5, 0.0), world=lambda _: room_with("racecar"), detour=True),
-    "car, turned": Situation(goal=Pose2(-1.0, 0.0, math.pi), world=lambda _: room_with("racecar"), detour=True),
+    "car, beside": Situation(goal=Pose2(-1.0, 0.5, 0.0), world=lambda _: room_with("racecar")),
+    "car, turned": Situation(goal=Pose2(-1.0, 0.0, math.pi), world=lambda _: room_with("racecar")),
     "car, through a door": Situation(goal=Pose2(2.5, -1.5, 1.57), world=lambda _: room_with("racecar")),
     "car, box in the way": Situation(
         (Box(at(0.1, -0.1), (-1.0, 0.0), 0.5),),
@@ -230,7 +225,9 @@ def drive(name: str, engine: str, seed: int) -> Run:
     measured = simulation.measurements().robots[ROBOT]
     truth = simulation.frames.true_pose(ROBOT)
     expected = Outcome.SUCCEEDED if situation.succeeds else Outcome.ABORTED
-    shortest = math.inf if situation.detour else shortest_path(simulation, start, target, boxes)
+    shortest = math.inf
+    if not situation.detour:
+        shortest = shortest_length(base.declaration, map_with(simulation, boxes), start, target)
     return Run(
         name,
         engine,
@@ -246,23 +243,11 @@ def drive(name: str, engine: str, seed: int) -> Run:
     )
 
 
-def shortest_path(simulation: Simulation, start: Pose2, goal: Pose2, boxes: Sequence[Pose2]) -> float:
-    """Return the length of the shortest path at the planner's clearance, or of the inscribed circle [m]."""
+def map_with(simulation: Simulation, boxes: Sequence[Pose2]) -> NavigationMap:
+    """Return the map of the world with boxes on it."""
     world = simulation.world
     sides = [Wall("box", box.x, box.y, box.yaw, 2 * HALF, 2 * HALF, 1.0) for box in boxes]
-    known = build_map(world.extent, [*world.walls, *sides], world.outlines)
-    declaration = simulation.robot(ROBOT).mobile.declaration
-    clearance = cover_of(declaration).room
-    navigation = declaration.navigation.model_copy(update={"inflation_cost": 0.0})
-    cheap = declaration.model_copy(update={"navigation": navigation, "clearance": clearance})
-    planner = GridPlanner(Setup(cheap, known, {}, Noise(0, "shortest")))
-    path = planner.plan(PlanRequest(known.grid, known.distance, start, goal, 0))
-    if path is None:
-        return math.inf
-    points = path.points
-    for _ in range(5):
-        points = smooth(known.grid, known.distance, points, clearance)
-    return float(np.hypot(*np.diff(points, axis=0).T).sum())
+    return build_map(world.extent, [*world.walls, *sides], world.outlines)
 
 
 HEAD = ("situation", "engine", "ends", "contact", "nearest", "path", "error", "time", "recoveries")

@@ -38,7 +38,7 @@ class NavigationDeclaration(Declared):
     yaw_goal_tolerance: PositiveFloat = 0.1  # [rad]
     passed_goal_radius: PositiveFloat = 0.3  # [m] around poses that the robot drives through
     inflation_radius: NonNegativeFloat = 0.6  # [m] from obstacles within which floor costs more
-    cost_scaling_factor: NonNegativeFloat = 12.0  # decrease of that cost with distance [1/m]
+    cost_scaling_factor: NonNegativeFloat = 30.0  # decrease of that cost with distance [1/m]
     inflation_cost: NonNegativeFloat = 6.0  # at the clearance, relative to free floor
     desired_linear_vel: PositiveFloat | None = None  # [m/s]; the maximum of the drive by default
     rotate_to_heading_angular_vel: PositiveFloat = 1.5  # [rad/s], and maximum in curves
