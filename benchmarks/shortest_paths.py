@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Array, Pose2, lengths_along
 from sim_nodes.navigation.contracts import PlanRequest, Setup
 from sim_nodes.navigation.cover import cover_of
@@ -46,7 +47,8 @@ def _taut_path(declaration: MobileDeclaration, known: NavigationMap, start: Pose
     """Return the shortest path of a disc, shape (n, 2)."""
     clearance = cover_of(declaration).room
     navigation = declaration.navigation.model_copy(update={"inflation_cost": 0.0})
-    cheap = declaration.model_copy(update={"navigation": navigation, "clearance": clearance})
+    turning = {"navigation": navigation, "clearance": clearance, "drive": BASE.drive}  # `grid` refuses cars
+    cheap = declaration.model_copy(update=turning)
     planner = GridPlanner(Setup(cheap, known, {}, Noise(0, "shortest")))
     path = planner.plan(PlanRequest(known.grid, known.distance, start, goal, 0))
     if path is None:

@@ -13,7 +13,7 @@ ASIDE = 3.0  # times the tolerance to the side within which a robot has arrived 
 
 
 def has_arrived(
-    declaration: MobileDeclaration, pose: Pose2, target: Pose2, path: Path | None, *, aligns: bool
+    declaration: MobileDeclaration, pose: Pose2, target: Pose2, path: Path | None, *, aligns: bool, follows: bool
 ) -> bool:
     """Whether a robot has arrived at a pose where it stops.
 
@@ -22,15 +22,16 @@ def has_arrived(
         pose: Its localised pose.
         target: The pose where it stops.
         path: Its path, if any.
-        aligns: Whether it can turn to the heading of the pose in place; others arrive with that heading.
+        aligns: Whether it turns to the heading of the pose afterwards, in place; others arrive with that heading.
+        follows: Whether the controller follows the poses of the path up to its end.
     """
     p = declaration.navigation
     tolerance = p.xy_goal_tolerance
     offset = pose.inverse().compose(target)
     distance = math.hypot(offset.x, offset.y)
-    if aligns and (path is None or path.headings is None):
+    if aligns and (path is None or not follows):
         return distance < tolerance or (offset.x < 0.0 and distance < PASSED * tolerance)
-    if path is None or abs(offset.yaw) >= p.yaw_goal_tolerance:
+    if path is None or (not aligns and abs(offset.yaw) >= p.yaw_goal_tolerance):
         return False
     if declaration.drive.max_lateral_speed:
         return distance < tolerance

@@ -14,6 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -31,6 +32,10 @@ STANDING = 1e-4  # [m]; shorter steps of a path are turns in place
 
 class InvalidParameter(ValueError):
     """A parameter of a plugin is unknown or invalid."""
+
+
+class UnsuitableRobot(ValueError):
+    """A plugin cannot navigate a robot: its drive or outline makes other demands."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +147,7 @@ class Plugin(Stateful, ABC):
 
     Raises:
         InvalidParameter: A parameter is unknown or invalid.
+        UnsuitableRobot: The plugin cannot navigate the robot.
     """
 
     @abstractmethod
@@ -181,7 +187,13 @@ class ControlInput:
 
 
 class Controller(Plugin):
-    """Chooses velocities along a path."""
+    """Chooses velocities along a path.
+
+    Attributes:
+        FOLLOWS_HEADINGS: Whether it takes the headings of paths. With another one, a robot turns at the goal.
+    """
+
+    FOLLOWS_HEADINGS: ClassVar[bool] = True
 
     @abstractmethod
     def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:

@@ -15,7 +15,7 @@ import numpy as np
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.arcs import arc_points, free_lengths
 from sim_nodes.navigation.braking import STOP_MARGIN, Braking, turn_rate
-from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Setup
+from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Setup, UnsuitableRobot
 from sim_nodes.navigation.surroundings import MAP_SLACK, points_around
 from sim_nodes.robots.kinematics import Velocity
 
@@ -31,13 +31,19 @@ DONE = 1e-3  # [m]
 
 
 class ArcController(Controller):
-    """The default controller, for round robots with differential drives."""
+    """The default controller of robots that turn in place, along paths without headings.
+
+    It keeps a circle free, as planners do without headings, also around a polygon.
+    """
 
     STATE = ("_is_turning", "_curvature")
+    FOLLOWS_HEADINGS = False
 
     def __init__(self, setup: Setup) -> None:
         setup.refuse_parameters("controller `arcs`")
         declared = setup.declaration
+        if declared.drive.min_turning_radius:
+            raise UnsuitableRobot("`arcs` turns in place, which the drive cannot; expected `pursuit`")
         self._drive = declared.drive
         self._braking = Braking(declared.drive)
         self._parameters = p = declared.navigation

@@ -12,7 +12,7 @@ import numpy as np
 
 from sim_nodes.geometry import Array, Indices, lengths_along, wrap
 from sim_nodes.navigation.braking import STOP_MARGIN, TURN_GAIN
-from sim_nodes.navigation.contracts import ControlInput, Path, Setup
+from sim_nodes.navigation.contracts import ControlInput, Path, Setup, UnsuitableRobot
 from sim_nodes.navigation.following import LARGEST_VIEW, WINDOW, PoseController
 from sim_nodes.navigation.surroundings import Surroundings
 from sim_nodes.robots.kinematics import Velocity
@@ -27,6 +27,11 @@ class HolonomicController(PoseController):
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup, "holonomic")
+        if not self._drive.max_lateral_speed:
+            raise UnsuitableRobot(
+                "`holonomic` moves sideways, which the drive cannot; expected `pursuit`, or `arcs` for a robot "
+                "that turns in place"
+            )
 
     def follow(self, path: Path, now: ControlInput, *, stops: bool) -> Velocity | None:
         """See `Controller.follow`."""

@@ -29,7 +29,7 @@ from sim_nodes.navigation.retries import Retries
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.kinematics import Velocity
+from sim_nodes.robots.kinematics import AT_REST, Velocity
 from sim_nodes.robots.navigation import PluginDeclaration, Recovery
 from sim_nodes.stateful import Stateful
 from sim_nodes.ticks import TICK
@@ -117,7 +117,8 @@ class Navigator(Stateful):
         self._retries = Retries(2.0 * p.required_movement_radius)
         self._ramp = Ramp(declaration.drive)
         radius = declaration.drive.min_turning_radius
-        self._aligns = self._cover.is_round and not radius
+        self._can_align = not radius
+        self._no_headings = f"the planner {planner.plugin!r} returned a path without headings; cars need headings"
         self._no_passage = "found no passage" + (f" for a turning radius of {radius:.2f} m" if radius else "")
         self.goal: Goal | None = None
         self.recoveries = 0
@@ -235,6 +236,8 @@ class Navigator(Stateful):
             return self._start_recovery(now, "made no progress")
         if self._path is None:
             return self._hold(now, self._no_passage)
+        if self._path.headings is None and not self._can_align:
+            return self._end(Outcome.ABORTED, self._no_headings)
         velocity = self._controller.follow(self._path, now, stops=stops)
         if velocity is None:
             return self._hold(now, "was blocked")
@@ -245,7 +248,12 @@ class Navigator(Stateful):
     def _is_there(self, pose: Pose2, target: Pose2, *, stops: bool) -> bool:
         if not stops:
             return pose.distance(target.x, target.y) < self._parameters.passed_goal_radius
-        return has_arrived(self._declaration, pose, target, self._path, aligns=self._aligns)
+        follows = self._controller.FOLLOWS_HEADINGS
+        if self._path is None:
+            aligns = self._can_align and self._cover.is_round
+        else:
+            aligns = self._can_align and not (follows and self._path.headings is not None)
+        return has_arrived(self._declaration, pose, target, self._path, aligns=aligns, follows=follows)
 
     def _replan(self, now: ControlInput, target: Pose2) -> None:
         """Plan again if that is needed: at once if blocked, otherwise at the rate of the planner."""
@@ -346,7 +354,8 @@ class Navigator(Stateful):
             return self._settle(now)
         low, high = ALIGN_RATES
         rate = max(low, min(high, ALIGN_GAIN * abs(error)))
-        self._ramp.wanted = Velocity(0.0, rate if error > 0 else -rate)
+        turn = math.copysign(rate, error)
+        self._ramp.wanted = Velocity(0.0, turn) if self._recoveries.can_turn(now, turn) else AT_REST
         return None
 
     def _settle(self, now: ControlInput) -> GoalResult | None:

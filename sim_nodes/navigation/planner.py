@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from sim_nodes.geometry import Array, lengths_along, wrap
-from sim_nodes.navigation.contracts import Path, Planner, PlanRequest, Setup
+from sim_nodes.navigation.contracts import Path, Planner, PlanRequest, Setup, UnsuitableRobot
 from sim_nodes.navigation.grid_search import CLOSED, Cell, Cells, GoalField, Window, cheapest_path
 from sim_nodes.navigation.smoothing import smooth
 from sim_nodes.robots.navigation import NavigationDeclaration
@@ -31,6 +31,9 @@ class GridPlanner(Planner):
 
     def __init__(self, setup: Setup) -> None:
         setup.refuse_parameters("planner `grid`")
+        radius = setup.declaration.drive.min_turning_radius
+        if radius:
+            raise UnsuitableRobot(f"`grid` ignores the turning radius of {radius:.2f} m; expected `hybrid`")
         self._known = setup.known
         self._clearance = setup.declaration.clearance
         self._parameters = setup.declaration.navigation

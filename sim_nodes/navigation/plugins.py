@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 from typing import TypeVar
 
 from seoro.bridges.wire.refusal import name_list
-from sim_nodes.navigation.contracts import Controller, InvalidParameter, Planner, Plugin, Setup
+from sim_nodes.navigation.contracts import Controller, InvalidParameter, Planner, Plugin, Setup, UnsuitableRobot
 from sim_nodes.navigation.controller import ArcController
 from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.holonomic import HolonomicController
@@ -30,14 +30,24 @@ P = TypeVar("P", bound=Plugin)
 
 
 def default_plugins(declaration: MobileDeclaration) -> tuple[PluginDeclaration, PluginDeclaration]:
-    """Return the planner and controller of a robot: those of its parameters, or by its drive and outline."""
+    """Return the planner and controller of a robot: those of its parameters, or by its drive and outline.
+
+    Raises:
+        RequestRefused: The controller cannot follow paths of the planner.
+    """
     drive, declared = declaration.drive, declaration.navigation
     steers, slides = drive.min_turning_radius > 0.0, drive.max_lateral_speed > 0.0
-    simple = cover_of(declaration).is_round and not steers
-    planner = declared.planner or PluginDeclaration(plugin="grid" if simple else "hybrid")
+    is_round = cover_of(declaration).is_round
+    planner = declared.planner or PluginDeclaration(plugin="grid" if is_round and not steers else "hybrid")
     needs_headings = steers or planner.plugin == "hybrid"
     controller = "holonomic" if slides else "pursuit" if needs_headings else "arcs"
-    return planner, declared.controller or PluginDeclaration(plugin=controller)
+    chosen = declared.controller or PluginDeclaration(plugin=controller)
+    if chosen.plugin == "arcs" and planner.plugin == "hybrid" and not is_round:
+        raise operation_failed(
+            f"the controller 'arcs' keeps a circle of {declaration.clearance:.2f} m free, the planner 'hybrid' "
+            f"the outline only; expected the controller {controller!r}, or the planner 'grid'"
+        )
+    return planner, chosen
 
 
 def find_planner(name: str) -> type[Planner]:
@@ -67,12 +77,14 @@ def make_plugin(kind: type[P], name: str, setup: Setup) -> P:
         setup: Robot, map and parameters.
 
     Raises:
-        RequestRefused: Its parameters are invalid.
+        RequestRefused: Its parameters are invalid, or it cannot navigate the robot.
     """
     try:
         return kind(setup)
     except InvalidParameter as error:
         raise operation_failed(f"invalid parameters of the navigation plugin {name!r}: {error}") from error
+    except UnsuitableRobot as error:
+        raise operation_failed(f"the navigation plugin {name!r} does not suit the robot: {error}") from error
 
 
 def _find(name: str, role: str, base: type[P], own: Mapping[str, type[P]]) -> type[P]:

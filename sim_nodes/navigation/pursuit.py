@@ -13,7 +13,7 @@ import numpy as np
 
 from sim_nodes.geometry import Array, Indices, Pose2, lengths_along, wrap
 from sim_nodes.navigation.braking import CALM, LATENCY, SLOWEST_TURN, STOP_MARGIN, turn_rate
-from sim_nodes.navigation.contracts import ControlInput, Path, Setup
+from sim_nodes.navigation.contracts import ControlInput, Path, Setup, UnsuitableRobot
 from sim_nodes.navigation.following import LARGEST_VIEW, WINDOW, PoseController
 from sim_nodes.navigation.surroundings import Surroundings
 from sim_nodes.robots.kinematics import Velocity
@@ -31,6 +31,10 @@ class PursuitController(PoseController):
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup, "pursuit")
+        if self._drive.max_lateral_speed:
+            raise UnsuitableRobot(
+                "`pursuit` does not move sideways, but paths of this drive do; expected `holonomic`"
+            )
         radius = self._drive.min_turning_radius
         self._most = 1.0 / radius if radius else math.inf  # curvature [1/m]
 

@@ -58,10 +58,13 @@ class Recoveries:
             case "backup":
                 return Velocity(self._speed_of_retreat(now), 0.0)
             case "spin":
-                turns = self._cover.is_round or self._is_free(now, SPIN_AHEAD)
-                return Velocity(0.0, self._spin_rate) if turns else AT_REST
+                return Velocity(0.0, self._spin_rate) if self.can_turn(now, 1.0) else AT_REST
             case "wait":
                 return AT_REST
+
+    def can_turn(self, now: ControlInput, way: float) -> bool:
+        """Whether the outline is free for a turn in place, to the left if `way` is positive."""
+        return self._cover.is_round or self._is_free(now, math.copysign(1.0, way) * SPIN_AHEAD)
 
     def _speed_of_retreat(self, now: ControlInput) -> float:
         """Return the speed [m/s] to back up, or to leave an obstacle forwards; or 0."""
