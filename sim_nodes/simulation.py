@@ -39,7 +39,7 @@ from sim_nodes.pace import Batches
 from sim_nodes.physics import BodyState, DrivesBodies, Engine, PlacedRobot
 from sim_nodes.recording import Recording
 from sim_nodes.robots.drive import COMMAND_TIMEOUT, VelocityCommand
-from sim_nodes.robots.fleet import navigate
+from sim_nodes.robots.fleet import navigate, sense
 from sim_nodes.robots.kinematics import Velocity
 from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
@@ -289,8 +289,7 @@ class Simulation(Stateful):
         sampled = self.robots.values() if self.agents or self.buildings else awake
         self._sample_motion([robot.name for robot in sampled], tick)
         bases = [robot.mobile for robot in awake if robot.drives]
-        for base in bases:
-            base.sense(tick)
+        sense(bases, tick)
         navigated = navigate(bases, tick)
         for robot in awake:
             self._report(robot, navigated.get(robot.name, ()))

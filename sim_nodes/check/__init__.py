@@ -14,9 +14,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import ModuleType
 
-from sim_nodes.check import arms, bodies, driven_bodies, drives, power, repeating, robots, saving, sensing, terrain
+from sim_nodes.check import (
+    arms,
+    bodies,
+    casting,
+    driven_bodies,
+    drives,
+    power,
+    repeating,
+    robots,
+    saving,
+    sensing,
+    terrain,
+)
 from sim_nodes.check.bench import Make
 from sim_nodes.physics import DrivesBodies, Engine, MeasuresPower, Rewinds, SavesState
+from sim_nodes.ray_bundles import CastsTogether
 from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering, WithoutTerrain
 
 __all__ = ["OPTIONAL", "RENDERING", "RULES", "check_physics", "check_rule", "rules_for"]
@@ -46,6 +59,7 @@ OPTIONAL: tuple[tuple[type, tuple[Rule, ...]], ...] = (
     (Rewinds, REWINDING),
     (DrivesBodies, _rules_of(driven_bodies)),
     (MeasuresPower, _rules_of(power)),
+    (CastsTogether, _rules_of(casting)),
 )
 
 DYNAMICS: tuple[Rule, ...] = (

@@ -20,7 +20,7 @@ from sim_nodes.mujoco.joint_values import JointValues
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, load_sensors, scene_spec
 from sim_nodes.mujoco.planar import PlanarMotors
 from sim_nodes.mujoco.power import MotorPower
-from sim_nodes.mujoco.rays import Rays
+from sim_nodes.mujoco.rays import Cast, Rays
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.mujoco.terrain import TERRAIN_BODY
 from sim_nodes.physics import (
@@ -35,6 +35,7 @@ from sim_nodes.physics import (
     Scene,
     UnsavableState,
 )
+from sim_nodes.ray_bundles import RayBundle
 from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.kinematics import motor_joints, wheel_joints
@@ -352,11 +353,19 @@ class MujocoEngine:
         self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
     ) -> Array:
         """See `Engine.cast_rays`."""
+        return self.cast_together([RayBundle(robot, link, directions, limit, position)])[0]
+
+    def cast_together(self, bundles: Sequence[RayBundle]) -> list[Array]:
+        """See `CastsTogether.cast_together`."""
         self._place_bodies()
+        return self._rays.cast([Cast(each, self._link(each), self._bases[each.robot]) for each in bundles])
+
+    def _link(self, bundle: RayBundle) -> int:
+        robot, link = bundle.robot, bundle.link
         body = self._links.get((robot, link))
         if body is None:
             body = self._links[robot, link] = self._model.body(f"{robot}/{link}").id
-        return self._rays.cast(body, self._bases[robot], directions, limit, position)
+        return body
 
     def joint_states(self, robot: str) -> JointStates:
         """See `Engine.joint_states`."""

@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -122,6 +122,11 @@ class Path:
         return ways
 
     @cached_property
+    def gone(self) -> Array:
+        """Negative `to_go`, which increases along the path [m], shape (n,)."""
+        return -self.to_go
+
+    @cached_property
     def to_go(self) -> Array:
         """Length of the path from each point to its end [m], shape (n,)."""
         steps = np.hypot(*np.diff(self.points, axis=0).T)
@@ -210,3 +215,16 @@ class Controller(Plugin):
 
     def set_plan(self, path: Path) -> None:
         """Accept a new path, which `follow` gets from now on."""
+
+
+C_co = TypeVar("C_co", bound=Controller, covariant=True)
+
+
+@dataclass(frozen=True)
+class Following(Generic[C_co]):
+    """A call of `Controller.follow`, which may be answered together with those of other robots."""
+
+    controller: C_co
+    path: Path
+    now: ControlInput
+    stops: bool

@@ -364,8 +364,11 @@ class Localisation(Stateful):
         columns += ((x - grid.x) * scale).astype(np.float32)
         rows += ((y - grid.y) * scale).astype(np.float32)
         cells, inner = columns.astype(np.int32), rows.astype(np.int32)
-        np.minimum(np.maximum(cells, 0, out=cells), grid.columns - 1, out=cells)
-        np.minimum(np.maximum(inner, 0, out=inner), grid.rows - 1, out=inner)
+        # Negative numbers become large ones. On all sides of the map, the border is the same.
+        for numbers, count in ((cells, grid.columns), (inner, grid.rows)):
+            unsigned = numbers.view(np.uint32)
+            if unsigned.max(initial=0) >= count:
+                np.minimum(unsigned, np.uint32(count - 1), out=unsigned)
         cells *= grid.rows
         cells += inner
         return cells

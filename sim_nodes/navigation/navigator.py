@@ -17,7 +17,7 @@ import numpy as np
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Pose2, wrap
 from sim_nodes.navigation.arrival import has_arrived
-from sim_nodes.navigation.contracts import ControlInput, Path, PlanRequest, Setup
+from sim_nodes.navigation.contracts import ControlInput, Controller, Following, Path, PlanRequest, Setup
 from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.goals import Feedback, Goal, check_reachable
 from sim_nodes.navigation.maps import NavigationMap
@@ -161,8 +161,12 @@ class Navigator(Stateful):
         self.goal = None
         self._ramp.stop()
 
-    def decide(self, now: ControlInput) -> GoalResult | None:
-        """Decide on the velocity from now on; returns the result of the goal if it ends. Requires a goal."""
+    def decide(self, now: ControlInput) -> GoalResult | Following[Controller] | None:
+        """Decide on the velocity from now on; requires a goal.
+
+        Returns:
+            The result of the goal if it ends, or a call of the controller, whose result `drive` accepts.
+        """
         assert self.goal is not None
         self._cycles += 1
         self._elapsed += 1
@@ -219,7 +223,7 @@ class Navigator(Stateful):
 
     # ------------------------------------------------------------ follow
 
-    def _follow(self, now: ControlInput) -> GoalResult | None:
+    def _follow(self, now: ControlInput) -> GoalResult | Following[Controller] | None:
         assert self.goal is not None
         target = self.goal.poses[self._index]
         stops = self.goal.stop_at_each or self._index == len(self.goal.poses) - 1
@@ -238,7 +242,10 @@ class Navigator(Stateful):
             return self._hold(now, self._no_passage)
         if self._path.headings is None and not self._can_align:
             return self._end(Outcome.ABORTED, self._no_headings)
-        velocity = self._controller.follow(self._path, now, stops=stops)
+        return Following(self._controller, self._path, now, stops)
+
+    def drive(self, now: ControlInput, velocity: Velocity | None) -> GoalResult | None:
+        """Accept the velocity of the controller, None if it is blocked; returns the result if the goal ends."""
         if velocity is None:
             return self._hold(now, "was blocked")
         self._blocked = 0

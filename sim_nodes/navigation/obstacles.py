@@ -3,11 +3,17 @@
 Each cell counts the scans that hit it minus the scans that passed through it. So a stray beam does not create an
 obstacle, and a missed one does not remove it. Hits next to walls of the map belong to the walls. Cells keep the
 mean place of their hits, so that distances are more precise than cells.
+
+Layers of robots that have scans in the same tick are updated together; the results are those of each one alone.
 """
 
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +36,14 @@ class ObstacleLayer(Stateful):
     """Counts of hits on the grid of a map.
 
     Attributes:
+        known: The map.
         changes: Number of changes of the set of obstacles.
     """
 
     STATE = ("changes", "_cells", "_counts", "_places")
 
     def __init__(self, known: NavigationMap) -> None:
-        self._map = known
+        self.known = known
         self._framed = known.grid.framed()
         # With a border, in which points beyond the map are.
         self._is_free = np.pad(known.distance > WALL_BAND, 1, constant_values=False)
@@ -58,80 +65,33 @@ class ObstacleLayer(Stateful):
 
     def update(self, pose: Pose2, scan: Scan) -> None:
         """Update with a scan at a pose of the base in `map`."""
-        before = self._cells[self._counts >= HITS]
-        hits, places = self._hits(pose, scan)
-        counts = self._counts - self._seen_through(pose, scan)
-        if len(hits):
-            self._merge(counts, hits, places)
-        else:
-            self._keep(self._cells, counts, self._places)
-        if not np.array_equal(before, self._cells[self._counts >= HITS]):
-            self.changes += 1
+        update_together([Observation(self, pose, scan)])
 
-    def _hits(self, pose: Pose2, scan: Scan) -> tuple[Indices, Array]:
-        """Return the cells that a scan hits, sorted, and the mean place of the hits of each."""
-        near = scan.ranges < RANGE
-        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        bx, by = scan.x[near], scan.y[near]
-        x, y = pose.x + cos * bx - sin * by, pose.y + sin * bx + cos * by
+    def hidden_points(self, pose: Pose2, scan: Scan) -> Array:
+        """Return the points of obstacles that a scan does not see, shape (n, 2) [m]."""
+        if len(self._cells) == 0 or scan.is_complete:
+            return self._places[:0]
+        sight = _Sight([Observation(self, pose, scan)])
+        beams = sight.beams(self._places, np.zeros(len(self._cells), dtype=np.int64))
+        hidden = ~np.isfinite(scan.ranges[beams]) & (self._counts >= HITS)
+        points: Array = self._places[hidden]
+        return points
+
+    def _hits(self, x: Array, y: Array, robots: Indices) -> tuple[Indices, Array]:
+        """Return the cells of points of robots, numbered as in `_update`, and the mean place of points in each."""
         columns, rows = self._framed.cells(x, y)
         apart = np.flatnonzero(self._is_free[columns, rows])
         if len(apart) == 0:
             return np.zeros(0, dtype=np.int64), np.zeros((0, 2))
         # Like `unique` with inverse and counts, which takes twice as long for few values.
-        found = (columns[apart] - 1) * self._map.grid.rows + rows[apart] - 1
+        found = (columns[apart] - 1) * self.known.grid.rows + rows[apart] - 1
+        found += robots[apart] * self.known.distance.size
         order = np.argsort(found, kind="stable")
         found = found[order]
         firsts = np.flatnonzero(np.concatenate(([True], found[1:] != found[:-1])))
         places = np.column_stack([x[apart], y[apart]])[order]
         counts = np.diff(np.append(firsts, len(found)))
         return found[firsts], np.add.reduceat(places, firsts) / counts[:, None]
-
-    def _merge(self, counts: Indices, hits: Indices, places: Array) -> None:
-        """Merge hits: one for each cell, which did not see through it."""
-        at = np.searchsorted(self._cells, hits)
-        known = np.zeros(len(hits), dtype=np.bool_)
-        if len(self._cells):
-            known = self._cells[np.minimum(at, len(self._cells) - 1)] == hits
-        old, new = at[known], ~known
-        counts[old] = np.minimum(self._counts[old] + 1, MOST)
-        mean = self._places.copy()
-        mean[old] += SHARE * (places[known] - mean[old])
-        cells = np.concatenate([self._cells, hits[new]])
-        counts = np.concatenate([counts, np.ones(int(new.sum()), dtype=np.int64)])
-        mean = np.concatenate([mean, places[new]])
-        order = np.argsort(cells, kind="stable")
-        self._keep(cells[order], counts[order], mean[order])
-
-    def _keep(self, cells: Indices, counts: Indices, places: Array) -> None:
-        kept = counts > 0
-        self._cells, self._counts, self._places = cells[kept], counts[kept], places[kept]
-
-    def _seen_through(self, pose: Pose2, scan: Scan) -> NDArray[np.bool_]:
-        """Return whether a beam passed through each cell."""
-        if len(self._cells) == 0:
-            return np.zeros(0, dtype=np.bool_)
-        lidar = pose.compose(scan.mount)
-        distances = np.hypot(self._places[:, 0] - lidar.x, self._places[:, 1] - lidar.y)
-        through: NDArray[np.bool_] = np.minimum(self._ranges_there(pose, scan), RANGE) - MARGIN > distances
-        return through
-
-    def _ranges_there(self, pose: Pose2, scan: Scan) -> Array:
-        """Return the range of the beam towards each cell [m]."""
-        lidar = pose.compose(scan.mount)
-        bearings = np.arctan2(self._places[:, 1] - lidar.y, self._places[:, 0] - lidar.x)
-        count = len(scan.ranges)
-        turns = (bearings - pose.yaw - scan.angles[0]) / (2.0 * math.pi)
-        ranges: Array = scan.ranges[np.rint(turns * count).astype(np.int64) % count]
-        return ranges
-
-    def hidden_points(self, pose: Pose2, scan: Scan) -> Array:
-        """Return the points of obstacles that a scan does not see, shape (n, 2) [m]."""
-        if len(self._cells) == 0 or scan.is_complete:
-            return self._places[:0]
-        hidden = ~np.isfinite(self._ranges_there(pose, scan)) & (self._counts >= HITS)
-        points: Array = self._places[hidden]
-        return points
 
     def distance(self, reach: float) -> Array:
         """Return the distance of each cell to the nearest wall or obstacle [m], shape (columns, rows).
@@ -141,10 +101,10 @@ class ObstacleLayer(Stateful):
         """
         points = self.points
         if len(points) == 0:
-            return self._map.distance
+            return self.known.distance
         from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load
 
-        grid, combined = self._map.grid, self._map.distance.copy()
+        grid, combined = self.known.grid, self.known.distance.copy()
         cells = np.array(np.divmod(self._cells[self._counts >= HITS], grid.rows))
         border = math.ceil(reach / grid.resolution)
         low = np.maximum(cells.min(axis=1) - border, 0)
@@ -161,3 +121,109 @@ class ObstacleLayer(Stateful):
         distance = np.maximum(np.sqrt(away_x**2 + away_y**2) - SAFETY, 0.0)
         combined[near] = np.where(distance <= reach, np.minimum(combined[near], distance), combined[near])
         return combined
+
+
+@dataclass(frozen=True)
+class Observation:
+    """A scan for a layer, at a pose of the base in `map`."""
+
+    layer: ObstacleLayer
+    pose: Pose2
+    scan: Scan
+
+
+def update_together(observations: Sequence[Observation]) -> None:
+    """Update layers with scans."""
+    kinds: dict[tuple[int, int], list[Observation]] = defaultdict(list)
+    for each in observations:
+        kinds[id(each.layer.known), len(each.scan.ranges)].append(each)
+    for some in kinds.values():
+        _update([each.layer for each in some], _Sight(some))
+
+
+class _Sight:
+    """The scans of robots with one map and equally many beams.
+
+    Args:
+        observations: The scans. The position in this sequence is the number of a robot.
+    """
+
+    def __init__(self, observations: Sequence[Observation]) -> None:
+        poses, scans = [each.pose for each in observations], [each.scan for each in observations]
+        turns = [(math.cos(pose.yaw), math.sin(pose.yaw)) for pose in poses]
+        self._observations = observations
+        self._poses, self._turns = np.array(poses), np.array(turns)
+        self.ranges = np.array([scan.ranges for scan in scans])  # [m], shape (robots, beams)
+        self._x, self._y = np.array([scan.x for scan in scans]), np.array([scan.y for scan in scans])
+
+    @cached_property
+    def _lidars(self) -> Array:
+        """Poses of the lidars in `map`, shape (robots, 3)."""
+        return np.array([each.pose.compose(each.scan.mount) for each in self._observations])
+
+    @cached_property
+    def _starts(self) -> Array:
+        """Bearings of the first beams, shape (robots,) [rad]."""
+        return np.array([each.scan.angles[0] for each in self._observations])
+
+    def ends(self) -> tuple[Array, Array, Indices]:
+        """Return the near ends of beams in `map` x, y [m], and their robots, robot by robot."""
+        near = self.ranges < RANGE
+        robots = np.nonzero(near)[0]
+        bx, by = self._x[near], self._y[near]
+        (x, y, _), (cos, sin) = self._poses.T[:, robots], self._turns.T[:, robots]
+        return x + cos * bx - sin * by, y + sin * bx + cos * by, robots
+
+    def beams(self, places: Array, robots: Indices) -> Indices:
+        """Return the beam of a robot towards each place, shape (n,)."""
+        lidars = self._lidars[robots]
+        bearings = np.arctan2(places[:, 1] - lidars[:, 1], places[:, 0] - lidars[:, 0])
+        count = self.ranges.shape[1]
+        turns = (bearings - self._poses[robots, 2] - self._starts[robots]) / (2.0 * math.pi)
+        beams: Indices = np.rint(turns * count).astype(np.int64) % count
+        return beams
+
+    def through(self, places: Array, robots: Indices) -> NDArray[np.bool_]:
+        """Return whether a beam of a robot passed through each place."""
+        if len(places) == 0:
+            return np.zeros(0, dtype=np.bool_)
+        away = places - self._lidars[robots, :2]
+        ranges = self.ranges[robots, self.beams(places, robots)]
+        seen: NDArray[np.bool_] = np.minimum(ranges, RANGE) - MARGIN > np.hypot(away[:, 0], away[:, 1])
+        return seen
+
+
+def _update(layers: Sequence[ObstacleLayer], sight: _Sight) -> None:
+    """Update layers of one map.
+
+    Cells of all layers are in one array, sorted: their number is the flat index on the grid, plus the size of the
+    grid times the number of the layer.
+    """
+    hits, places = layers[0]._hits(*sight.ends())
+    if len(hits) == 0 and not any(len(layer._cells) for layer in layers):
+        return
+    size = layers[0].known.distance.size
+    robots = np.repeat(np.arange(len(layers)), [len(layer._cells) for layer in layers])
+    cells = np.concatenate([layer._cells for layer in layers]) + robots * size
+    before = np.concatenate([layer._counts for layer in layers])
+    means = np.concatenate([layer._places for layer in layers])
+    counts = before - sight.through(means, robots)
+    at = np.searchsorted(cells, hits)
+    known = np.zeros(len(hits), dtype=np.bool_)
+    if len(cells):
+        known = cells[np.minimum(at, len(cells) - 1)] == hits
+    old, new = at[known], ~known
+    counts[old] = np.minimum(before[old] + 1, MOST)
+    means[old] += SHARE * (places[known] - means[old])
+    for robot in set(robots[(before >= HITS) != (counts >= HITS)].tolist()):
+        layers[robot].changes += 1
+    cells = np.concatenate([cells, hits[new]])
+    counts = np.concatenate([counts, np.ones(len(cells) - len(counts), dtype=np.int64)])
+    means = np.concatenate([means, places[new]])
+    order = np.argsort(cells, kind="stable")
+    order = order[counts[order] > 0]
+    cells, counts, means = cells[order], counts[order], means[order]
+    bounds = np.searchsorted(cells, np.arange(len(layers) + 1) * size).tolist()
+    for robot, (layer, first, last) in enumerate(zip(layers, bounds, bounds[1:], strict=False)):
+        layer._cells = cells[first:last] - robot * size
+        layer._counts, layer._places = counts[first:last], means[first:last]

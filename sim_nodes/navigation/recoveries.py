@@ -87,7 +87,8 @@ class Recoveries:
         there = now.pose.compose(Pose2(ahead, 0.0, 0.0))
         grid = self._known.grid
         room = float(self._known.distance[grid.cell(there.x, there.y)])
-        x, y = solid_points(now.scan, self._clearance + 2.0 * STEP)
+        around = solid_points([now.scan], self._clearance + 2.0 * STEP)
+        x, y = around.x, around.y
         nearest = np.hypot(x - ahead, y).min(initial=math.inf)
         hidden = np.hypot(now.remembered[:, 0] - there.x, now.remembered[:, 1] - there.y).min(initial=math.inf)
         return min(room, float(nearest), float(hidden))

@@ -51,24 +51,32 @@ def _straightened(grid: Grid, distance: Array, points: Array, comfort: float) ->
     places = points[nodes]
     away = places[:, None] - places
     lengths = np.where(safe, np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2), np.inf)
-    along = lengths_along(points)[nodes]
-    before = np.arange(-1, len(nodes) - 1)
-    best = np.zeros(len(nodes))
-    for node in range(1, len(nodes)):
-        reached = best[:node] + lengths[:node, node]
-        nearest = int(reached.argmin())
-        follow = best[node - 1] + (along[node] - along[node - 1])
-        if reached[nearest] <= follow:
-            best[node], before[node] = reached[nearest], nearest
-        else:
-            best[node] = follow
+    before = _shortest(lengths, lengths_along(points)[nodes])
     return _joined(points, nodes, before, safe)
 
 
-def _joined(points: Array, nodes: Indices, before: Indices, safe: NDArray[np.bool_]) -> Array:
+def _shortest(lengths: Array, along: Array) -> list[int]:
+    """Return the node before each one on the shortest polyline, which may follow the path between neighbours.
+
+    Args:
+        lengths: Lengths of straight pieces from node to later node, infinite for unsafe ones, shape (n, n).
+        along: Lengths of the path up to each node, shape (n,).
+    """
+    # Numbers of Python, because arrays of this size take longer.
+    to, path = lengths.T.tolist(), along.tolist()
+    before, best = [-1], [0.0]
+    for node in range(1, len(path)):
+        length, nearest = min([best[last] + to[node][last], last] for last in range(node))
+        follow = best[node - 1] + (path[node] - path[node - 1])
+        best.append(min(length, follow))
+        before.append(nearest if length <= follow else node - 1)
+    return before
+
+
+def _joined(points: Array, nodes: Indices, before: list[int], safe: NDArray[np.bool_]) -> Array:
     pieces, node = [points[-1:]], len(nodes) - 1
     while node > 0:
-        last = int(before[node])
+        last = before[node]
         first = nodes[last]
         pieces.append(points[first : first + 1] if safe[last, node] else points[first : nodes[node]])
         node = last

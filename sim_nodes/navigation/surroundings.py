@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sim_nodes.geometry import Array, Pose2
-from sim_nodes.navigation.arcs import solid_points
+from sim_nodes.navigation.arcs import Points, solid_points
 from sim_nodes.navigation.contracts import ControlInput
 from sim_nodes.navigation.cover import Cover
 from sim_nodes.navigation.maps import NavigationMap
@@ -36,7 +37,8 @@ class Surroundings:
     @classmethod
     def seen(cls, now: ControlInput, reach: float, known: NavigationMap) -> Surroundings:
         """Return the surroundings up to a distance of the base [m]."""
-        return cls(*points_around(now, reach), now.pose, known)
+        around = points_around([now], reach)
+        return cls(around.x, around.y, now.pose, known)
 
     def count_free(self, cover: Cover, poses: Array) -> int:
         """Return the number of poses before the first one where the robot touches something.
@@ -58,16 +60,19 @@ class Surroundings:
         return int(blocked.argmax()) if blocked.any() else len(poses)
 
 
-def points_around(now: ControlInput, reach: float) -> tuple[Array, Array]:
-    """Return points of the scan up to a distance [m], and remembered ones, in the frame of the base [m]."""
-    x, y = solid_points(now.scan, reach)
-    if len(now.remembered):
-        to_base = now.pose.inverse()
-        cos, sin = math.cos(to_base.yaw), math.sin(to_base.yaw)
-        px, py = now.remembered.T
-        x = np.concatenate([x, to_base.x + cos * px - sin * py])
-        y = np.concatenate([y, to_base.y + sin * px + cos * py])
-    return x, y
+def points_around(inputs: Sequence[ControlInput], reach: float) -> Points:
+    """Return points of scans up to a distance [m], and remembered ones, for some robots of a kind."""
+    seen = solid_points([now.scan for now in inputs], reach)
+    x, y, robot = [seen.x], [seen.y], [seen.robot]
+    for number, now in enumerate(inputs):
+        if len(now.remembered):
+            to_base = now.pose.inverse()
+            cos, sin = math.cos(to_base.yaw), math.sin(to_base.yaw)
+            px, py = now.remembered.T
+            x.append(to_base.x + cos * px - sin * py)
+            y.append(to_base.y + sin * px + cos * py)
+            robot.append(np.full(len(px), number))
+    return Points(np.concatenate(x), np.concatenate(y), np.concatenate(robot)) if len(x) > 1 else seen
 
 
 def _in_base(poses: Array, base: Pose2) -> Array:

@@ -55,8 +55,7 @@ def base_sensors(
     odometry = Odometry(declaration.drive, declaration.odometry, noise("odometry"), wheels.encoders)
     sensors: dict[str, Sensor[Any]] = {}
     if declaration.lidar is not None:
-        cast = partial(engine.cast_rays, robot, declaration.lidar.link)
-        sensors["lidar"] = Lidar(declaration.lidar, noise("lidar"), cast)
+        sensors["lidar"] = Lidar(declaration.lidar, noise("lidar"), robot, engine)
     sensors["odometry"] = odometry
     if declaration.imu is not None:
         sensors["imu"] = Imu(declaration.imu, noise("imu"), noise("imu/bias"), state)
@@ -209,17 +208,23 @@ class MobileBase(Stateful):
             raise incorrect_state(f"{self.name} has no active goal")
         return self.navigator.feedback(pose)
 
-    def sense(self, tick: int) -> None:
-        """Update battery, wheels and sensors with a tick."""
+    def lidar_due(self, tick: int) -> Lidar | None:
+        """Return the lidar if it is read in a tick."""
+        pipeline = self._lidar
+        if pipeline is None or not isinstance(pipeline.sensor, Lidar):
+            return None
+        pipeline.in_use = pipeline.in_use or self.localisation.running
+        return pipeline.sensor if pipeline.is_due(tick) else None
+
+    def sense(self, tick: int, scan: Scan | None) -> None:
+        """Update battery, wheels and sensors with a tick; `scan` is the reading of the lidar if it is due."""
         if self.battery is not None:
             self.battery.update(tick, drives=self.wheels.are_driven)
         self.wheels.update(tick)
-        if self.localisation.running:
-            for used in (self._lidar, self._bumper):
-                if used is not None:
-                    used.in_use = True
+        if self._bumper is not None and self.localisation.running:
+            self._bumper.in_use = True
         for pipeline in self.sensors.values():
-            pipeline.update(tick)
+            pipeline.update(tick, scan if pipeline is self._lidar else None)
 
     def receive_scan(self) -> Scan | None:
         """Return the scan that has arrived in this tick, if localisation and obstacles need it."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,11 +14,10 @@ from numpy.typing import NDArray
 from seoro.bridges.wire import Quantity
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.noise import Noise
+from sim_nodes.physics import Engine
+from sim_nodes.ray_bundles import RayBundle, cast
 from sim_nodes.robots.declaration import LidarDeclaration
 from sim_nodes.sensors.sensor_pipeline import Sensor, Values, period_of, within
-
-CastRays = Callable[[Array, float], Array]
-"""Returns ranges along directions in the lidar's frame up to a limit, as `Engine.cast_rays` for one robot."""
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,24 @@ class Lidar(Sensor[Scan]):
     Args:
         declaration: Declaration of the lidar.
         noise: Source of random numbers.
-        cast: Casts its beams.
+        robot: Name of its robot.
+        engine: Engine that casts its beams.
+
+    Attributes:
+        declaration: Its declaration.
+        engine: See above.
+        beams: Its beams.
     """
 
     quantities = (Quantity.LENGTH,)
 
-    def __init__(self, declaration: LidarDeclaration, noise: Noise, cast: CastRays) -> None:
-        self._declaration = declaration
+    def __init__(self, declaration: LidarDeclaration, noise: Noise, robot: str, engine: Engine) -> None:
+        self.declaration = declaration
+        self.engine = engine
         self._noise = noise
-        self._cast = cast
         angles = np.linspace(-math.pi, math.pi, declaration.beams, endpoint=False)
-        self._directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+        directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+        self.beams = RayBundle(robot, declaration.link, directions, declaration.max_range)
         self._mount = Pose2(declaration.x, declaration.y, declaration.yaw)
         self.bearings = angles + declaration.yaw
         self._cos, self._sin = np.cos(self.bearings), np.sin(self.bearings)
@@ -74,14 +81,13 @@ class Lidar(Sensor[Scan]):
 
     def read(self, tick: int) -> Scan:
         """Return a scan with the noise of a tick."""
-        declaration, random = self._declaration, self._noise.at(tick)
-        ranges = self._cast(self._directions, declaration.max_range)
-        ranges = ranges + random.normal(0.0, declaration.noise, len(ranges))
-        if declaration.resolution > 0.0:
-            ranges = np.round(ranges / declaration.resolution) * declaration.resolution
-        if declaration.dropout > 0.0:
-            ranges[random.random(len(ranges)) < declaration.dropout] = np.inf
-        return self._scan(ranges)
+        return read_together([self], tick)[0]
+
+    def errors(self, tick: int) -> tuple[Array, NDArray[np.bool_] | None]:
+        """Return the errors of ranges in a tick [m], and which beams have no return, if that happens."""
+        declared, random = self.declaration, self._noise.at(tick)
+        noise = random.normal(0.0, declared.noise, declared.beams)
+        return noise, random.random(declared.beams) < declared.dropout if declared.dropout > 0.0 else None
 
     def values(self, data: Scan) -> Values:
         """Return the ranges."""
@@ -89,14 +95,42 @@ class Lidar(Sensor[Scan]):
 
     def with_values(self, data: Scan, values: Values) -> Scan:
         """Return the scan with other ranges."""
-        return self._scan(values[Quantity.LENGTH])
+        return self.scans(values[Quantity.LENGTH][None])[0]
 
-    def _scan(self, ranges: Array) -> Scan:
-        """Return the scan of ranges; ranges out of bounds are without a return."""
+    def scans(self, ranges: Array) -> list[Scan]:
+        """Return the scans of ranges, shape (scans, n) [m]; ranges out of bounds are without a return."""
         ranges = within(ranges, self.limits)
         # Beams without a return have infinite end points, also along the axes, where inf * 0 is NaN.
         hit = np.isfinite(ranges)
         finite = np.where(hit, ranges, 0.0)
         x = np.where(hit, self._mount.x + finite * self._cos, np.inf)
         y = np.where(hit, self._mount.y + finite * self._sin, np.inf)
-        return Scan(ranges, self.bearings, self._mount, x, y)
+        turns = zip(ranges, x, y, strict=True)
+        return [Scan(seen, self.bearings, self._mount, ends_x, ends_y) for seen, ends_x, ends_y in turns]
+
+
+def read_together(lidars: Sequence[Lidar], tick: int) -> list[Scan]:
+    """Return the scans of lidars of one engine with the noise of a tick, as each of them alone reads it."""
+    cast_ranges = cast(lidars[0].engine, [lidar.beams for lidar in lidars])
+    kinds: dict[int, list[int]] = defaultdict(list)
+    for number, lidar in enumerate(lidars):
+        kinds[id(lidar.declaration)].append(number)
+    found: dict[int, Scan] = {}
+    for numbers in kinds.values():
+        some = [lidars[number] for number in numbers]
+        scans = _measured(some, np.array([cast_ranges[number] for number in numbers]), tick)
+        found.update(zip(numbers, scans, strict=True))
+    return [found[number] for number in range(len(lidars))]
+
+
+def _measured(lidars: Sequence[Lidar], ranges: Array, tick: int) -> list[Scan]:
+    """Return the scans of lidars with one declaration, by their true ranges, shape (lidars, n) [m]."""
+    declared = lidars[0].declaration
+    errors, dropped = zip(*(lidar.errors(tick) for lidar in lidars), strict=True)
+    ranges = ranges + np.array(errors)
+    if declared.resolution > 0.0:
+        ranges = np.round(ranges / declared.resolution) * declared.resolution
+    for row, lost in zip(ranges, dropped, strict=True):
+        if lost is not None:
+            row[lost] = np.inf
+    return lidars[0].scans(ranges)

@@ -269,11 +269,20 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
         """Whether it samples for a client or a stream."""
         return self.in_use or self.is_streamed
 
-    def update(self, tick: int) -> None:
-        """Sample the sensor if it is due, and deliver samples."""
+    def is_due(self, tick: int) -> bool:
+        """Whether it samples the sensor in a tick."""
+        return (self.in_use or self._always or self.is_streamed) and tick % self.sensor.period == 0
+
+    def update(self, tick: int, reading: T | None = None) -> None:
+        """Sample the sensor if it is due, and deliver samples.
+
+        Args:
+            tick: The tick.
+            reading: The reading of the sensor in this tick, if it was made already.
+        """
         self.truth = self.arrived = None
-        if (self.in_use or self._always or self.is_streamed) and tick % self.sensor.period == 0:
-            self.truth = Sample(tick, self.sensor.read(tick))
+        if self.is_due(tick):
+            self.truth = Sample(tick, self.sensor.read(tick) if reading is None else reading)
             if not self.faults and self._has_supply and not self._in_transit:
                 self._deliver(self.truth, tick)
                 return

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 import pytest
@@ -33,7 +32,7 @@ def engine_with(world: str) -> Engine:
 
 def scan(engine: Engine, tick: int = 0, declaration: object = EXACT) -> Scan:
     assert isinstance(declaration, type(LIDAR))
-    return Lidar(declaration, Noise(0, "lidar"), partial(engine.cast_rays, ROBOT, declaration.link)).read(tick)
+    return Lidar(declaration, Noise(0, "lidar"), ROBOT, engine).read(tick)
 
 
 def test_beams_without_a_hit_are_infinite() -> None:

@@ -27,6 +27,7 @@ def base(**localisation: float) -> MobileDeclaration:
 
 
 BASE = base()
+HERE = Pose2(0.0, 0.0, 0.0)
 
 
 def test_the_localisation_stays_within_bounds_while_driving(maze: Client) -> None:
@@ -58,6 +59,24 @@ def test_without_scans_that_fit_the_odometry_carries_the_estimate() -> None:
     moved = localisation.pose(Pose2(2.0, 0.0, 0.0))
     assert moved is not None
     assert moved.distance(0.0, 3.0) < 1e-9
+
+
+def test_a_scan_without_returns_moves_no_particles() -> None:
+    localisation = Localisation(build_map((-5, -5, 5, 5), ()), BASE, Noise(0, "test"))
+    localisation.set_initial_pose(Pose2(0.0, 2.0, 0.0), HERE, 0)
+    nothing = np.full(360, np.inf)
+    localisation.update(HERE, Scan(nothing, np.linspace(-math.pi, math.pi, 360), HERE, nothing, nothing), 5)
+    found = localisation.pose(HERE)
+    assert found is not None and found.distance(0.0, 2.0) < 0.05
+
+
+def test_beams_that_end_beyond_the_map_are_alike_on_all_sides() -> None:
+    known = build_map((-1, -1, 1, 2), (Wall("w", 0.0, 1.9, 0.0, 2.0, 0.2, 0.5),))
+    localisation = Localisation(known, BASE, Noise(0, "test"))
+    far = [(-9.0, 0.0), (9.0, 0.0), (0.0, -9.0), (0.0, 9.0), (-9.0, 1.9), (9.0, 9.0), (0.0, 1.9)]
+    localisation.particles = np.array([(x, y, 0.0) for x, y in far])
+    *beyond, wall = localisation._log_likelihood.take(localisation._ends(np.zeros(1), np.zeros(1)))[0]
+    assert len(set(beyond)) == 1 and wall > beyond[0]
 
 
 def test_the_frame_of_odometry_is_computed_once_for_an_estimate() -> None:

@@ -3,14 +3,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from sim_nodes.check.bench import CUBE, ORIGIN, OTHER, ROBOT, at, body, built, scene
-from sim_nodes.geometry import Pose2
+from sim_nodes.geometry import Array, Pose2
 from sim_nodes.physics import IDENTITY, BodyState, UnstablePhysics
 from sim_nodes.views import Lens, NoRendering, View
 
@@ -19,7 +20,7 @@ pytest.importorskip("mujoco", reason="the engine mujoco is not installed")
 from sim_nodes.mujoco import camera
 from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.mujoco.joint_values import JointValues
-from sim_nodes.mujoco.rays import Rays
+from sim_nodes.mujoco.rays import Cast, Rays
 
 
 def test_diverged_physics_raises_with_the_warning_of_mujoco(caplog: pytest.LogCaptureFixture) -> None:
@@ -69,12 +70,12 @@ def test_hidden_bodies_change_no_distance(rise: float, monkeypatch: pytest.Monke
     before = [array.copy() for array in (model.geom_group, model.body_geomnum, model.body_bvhadr)]
     hidden: list[int] = []
     reachable = Rays._reachable
-    monkeypatch.setattr(Rays, "_hide", _recorded(Rays._hide, hidden))
+    monkeypatch.setattr(Rays, "_without_hidden", _recorded(Rays._without_hidden, hidden))
     fast = [
         engine.cast_rays(name, "rplidar_link", beams, limit) for name in (ROBOT, OTHER) for limit in (0.9, 9.0)
     ]
     assert max(hidden) > model.ngeom / 2
-    monkeypatch.setattr(Rays, "_reachable", lambda self, *_: reachable(self, np.zeros(3), np.inf, None))
+    monkeypatch.setattr(Rays, "_reachable", _unlimited(reachable))
     slow = [
         engine.cast_rays(name, "rplidar_link", beams, limit) for name in (ROBOT, OTHER) for limit in (0.9, 9.0)
     ]
@@ -84,12 +85,24 @@ def test_hidden_bodies_change_no_distance(rise: float, monkeypatch: pytest.Monke
         np.testing.assert_array_equal(array, present)
 
 
-def _recorded(hide: Callable[[Rays, Any], None], hidden: list[int]) -> Callable[[Rays, Any], None]:
-    def recording(rays: Rays, geoms: Any) -> None:
-        hidden.append(int(geoms.sum()))
-        hide(rays, geoms)
+def _recorded(
+    hide: Callable[[Rays, NDArray[np.bool_]], Any], hidden: list[int]
+) -> Callable[[Rays, NDArray[np.bool_]], Any]:
+    def recording(rays: Rays, reachable: NDArray[np.bool_]) -> Any:
+        hidden.append(int((~reachable).sum()))
+        return hide(rays, reachable)
 
     return recording
+
+
+def _unlimited(reachable: Callable[..., NDArray[np.bool_]]) -> Callable[..., NDArray[np.bool_]]:
+    """Return a `_reachable` of rays without a limit, in all directions."""
+
+    def everywhere(rays: Rays, casts: Sequence[Cast], origins: Array, *_: object) -> NDArray[np.bool_]:
+        count = len(casts)
+        return reachable(rays, casts, origins, np.full(count, np.inf), [np.zeros((3, 3))] * count)
+
+    return everywhere
 
 
 def test_states_are_read_once_in_a_step() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
-from sim_nodes.navigation.arcs import arc_points, free_lengths
+from sim_nodes.navigation.arcs import Points, arc_points, free_lengths
 from sim_nodes.navigation.contracts import ControlInput, Path
 from sim_nodes.navigation.controller import ArcController
 from sim_nodes.navigation.maps import NavigationMap, build_map
@@ -205,14 +205,16 @@ def test_free_lengths_are_those_of_small_steps(seed: int) -> None:
     ax, ay = arc_points(curvatures[:, None], steps)
     touches = (np.hypot(ax[..., None] - x, ay[..., None] - y) < radius).any(axis=2)
     expected = np.where(touches.any(axis=1), steps[touches.argmax(axis=1)], 0.9)
-    assert free_lengths(curvatures, x, y, radius, 0.9) == pytest.approx(expected, abs=3e-4)
+    around = Points(x, y, np.zeros(len(x), dtype=np.int64))
+    assert free_lengths(curvatures[None], around, radius, 0.9)[0] == pytest.approx(expected, abs=3e-4)
 
 
 def test_a_robot_that_is_too_close_may_leave_but_not_approach() -> None:
-    x, y = np.array([0.1]), np.array([0.1])  # ahead, to the left
-    ahead, left, right = free_lengths(np.array([0.0, 2.0, -2.0]), x, y, 0.18, 1.0)
+    x, y, robot = np.array([0.1]), np.array([0.1]), np.array([0])  # ahead, to the left
+    [[ahead, left, right]] = free_lengths(np.array([[0.0, 2.0, -2.0]]), Points(x, y, robot), 0.18, 1.0)
     assert (ahead, left, right) == pytest.approx((0.0, 0.0, 0.0), abs=1e-4)
-    assert free_lengths(np.array([0.0, -2.0]), -x, y, 0.18, 1.0).tolist() == [1.0, 1.0]
+    behind = Points(-x, y, robot)
+    assert free_lengths(np.array([[0.0, -2.0]]), behind, 0.18, 1.0).tolist() == [[1.0, 1.0]]
 
 
 @pytest.mark.parametrize("seed", range(5))

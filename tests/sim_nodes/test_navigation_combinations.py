@@ -19,6 +19,7 @@ from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.navigator import Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
+from sim_nodes.outcomes import GoalResult
 from sim_nodes.robots.declaration import MobileDeclaration, RobotDeclaration
 from sim_nodes.robots.drive_declaration import DriveKind
 from sim_nodes.robots.footprint import Footprint
@@ -116,5 +117,5 @@ def test_paths_without_headings_for_a_car_abort_the_goal() -> None:
     here = Pose2(-1.0, 0.0, 0.0)
     navigator.start(Goal("goal", (Pose2(1.0, 0.0, 1.0),), stop_at_each=False), here)
     ended = navigator.decide(replace(HERE, pose=here))
-    assert ended is not None and ended.outcome is Outcome.ABORTED
+    assert isinstance(ended, GoalResult) and ended.outcome is Outcome.ABORTED
     assert ended.message == f"the planner '{planner}' returned a path without headings; cars need headings"

@@ -12,6 +12,7 @@ from seoro.bridges.wire import Outcome
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.contracts import ControlInput
+from sim_nodes.navigation.decisions import decide
 from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.navigator import Navigator, Phase
@@ -43,7 +44,7 @@ def moved(
     """Return the velocities until the goal ends, tick by tick."""
     velocities = []
     for tick in range(round(limit / INTERVAL)):
-        ended = navigator.decide(replace(now, tick=tick)) if tick % navigator.period == 0 else None
+        ended = decide([(navigator, replace(now, tick=tick))])[0] if tick % navigator.period == 0 else None
         velocities.append(navigator.velocity())
         if ended is not None:
             return velocities, ended.outcome
@@ -117,7 +118,7 @@ def test_a_robot_that_goes_to_and_fro_between_blocked_passages_aborts(navigator:
     while ended is None and navigator.recoveries < 20:
         if navigator._phase is Phase.FOLLOW:  # a recovery has just ended, or none has begun
             now = replace(HERE, pose=passages[navigator.recoveries % 2])
-        ended = navigator.decide(replace(now, tick=tick))
+        ended = decide([(navigator, replace(now, tick=tick))])[0]
         tick += navigator.period
     assert ended is not None
     assert (ended.outcome, navigator.recoveries) == (Outcome.ABORTED, 2 + 6)
