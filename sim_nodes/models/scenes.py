@@ -152,8 +152,9 @@ def _mjcf_bodies(root: Any, files: Mapping[str, bytes], *, apart: bool) -> Itera
             "MJCF files are read by MuJoCo, also for other engines; install it: pip install 'seoro[mujoco]'",
         ) from error
     for piece in split_mjcf(bundle_mjcf(root, files), apart=apart):
-        urdf, meshes = urdf_of(piece.model)
-        yield _Body(piece.name, urdf, meshes, piece.frame, piece.mjcf, piece.notes)
+        written = urdf_of(piece.model)
+        notes = (*piece.notes, *written.notes)
+        yield _Body(piece.name, written.urdf, written.meshes, piece.frame, piece.mjcf, notes)
 
 
 class _Names:

@@ -95,6 +95,19 @@ def write_shape(out: Element, shape: Shape) -> None:
             assert_never(shape)
 
 
+def mimics_of(robot: Any) -> dict[str, tuple[str, float, float]]:
+    """Return the joints of a canonical URDF that follow others: leader, factor and offset by follower."""
+    return {
+        str(joint.get("name")): (
+            str(mimic.get("joint")),
+            float(mimic.get("multiplier", "1")),
+            float(mimic.get("offset", "0")),
+        )
+        for joint in robot.findall("joint")
+        for mimic in joint.findall("mimic")
+    }
+
+
 def paint(robot: Any, colour: Colour) -> None:
     """Give the visuals of a URDF without a colour one."""
     for visual in robot.iter("visual"):

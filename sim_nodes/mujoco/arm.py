@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations
 from typing import Any
 
 import mujoco
 import numpy as np
+from defusedxml import ElementTree
 
 from sim_nodes.geometry import Array
+from sim_nodes.models.urdf import mimics_of
 from sim_nodes.physics import JointStates, Overlap
 from sim_nodes.robots.declaration import ArmDeclaration, GripperDeclaration
 
@@ -57,7 +60,8 @@ def _add_gripper(spec: Any, gripper: GripperDeclaration) -> None:
         motor.forcelimited = True
         effort = gripper.effort_of(gripper.max_force)
         motor.forcerange = [-effort, effort]
-    for coupling in spec.equalities if gripper.turning is not None else ():
+    couplings = [each for each in spec.equalities if each.type == mujoco.mjtEq.mjEQ_JOINT]
+    for coupling in couplings if gripper.turning is not None else ():
         coupling.solref, coupling.solimp = STIFF_COUPLING
         if coupling.name1 not in gripper.joints:
             spec.joint(coupling.name1).armature = gripper.armature
@@ -83,6 +87,7 @@ class MujocoArm:
         model: The model.
         robot: Name of the robot that has the arm.
         arm: Declaration of the arm.
+        urdf: Canonical URDF of the robot.
         command: The last command; None at the start.
         hangs_on_base: Whether the weight of the arm acts on a base that moves.
 
@@ -91,7 +96,14 @@ class MujocoArm:
     """
 
     def __init__(
-        self, model: Any, robot: str, arm: ArmDeclaration, command: ArmCommand | None, *, hangs_on_base: bool
+        self,
+        model: Any,
+        robot: str,
+        arm: ArmDeclaration,
+        urdf: str,
+        command: ArmCommand | None,
+        *,
+        hangs_on_base: bool,
     ) -> None:
         self._arm = arm
         self._weights = Weights(model) if hangs_on_base else None
@@ -109,7 +121,7 @@ class MujocoArm:
         )
         self._limit_force(model, self.command.force)
         self.speeds: list[int] = self._speeds.tolist()
-        self._followers = _followers(model, prefix, {prefix + name for name in arm.fingers})
+        self._followers = _followers(model, prefix, urdf, arm.fingers)
         bodies = {body: model.body(body).name for body in range(model.nbody)}
         own = {body: name.removeprefix(prefix) for body, name in bodies.items() if name.startswith(prefix)}
         self.links = {
@@ -175,15 +187,18 @@ class MujocoArm:
         model.actuator_forcerange[self._fingers] = (-force, force)
 
 
-def _followers(model: Any, prefix: str, without: set[str]) -> list[tuple[int, int, float, float]]:
+@cache
+def _mimics(urdf: str) -> Mapping[str, tuple[str, float, float]]:
+    return mimics_of(ElementTree.fromstring(urdf))
+
+
+def _followers(model: Any, prefix: str, urdf: str, without: Sequence[str]) -> list[tuple[int, int, float, float]]:
     """Return the joints of a robot that follow others: addresses of both, offset and factor."""
     found = []
-    for number in range(model.neq):
-        if model.eq_type[number] == mujoco.mjtEq.mjEQ_JOINT:
-            follower, leader = (model.joint(each[number]) for each in (model.eq_obj1id, model.eq_obj2id))
-            if follower.name.startswith(prefix) and follower.name not in without:
-                offset, factor = model.eq_data[number, :2].tolist()
-                found.append((int(follower.qposadr[0]), int(leader.qposadr[0]), offset, factor))
+    for name, (leader, factor, offset) in _mimics(urdf).items():
+        if name not in without:
+            follower, driven = (int(model.joint(prefix + each).qposadr[0]) for each in (name, leader))
+            found.append((follower, driven, offset, factor))
     return found
 
 

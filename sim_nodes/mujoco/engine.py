@@ -118,6 +118,7 @@ class MujocoEngine:
                 model,
                 robot.name,
                 robot.declaration.arm,
+                robot.declaration.urdf,
                 commands.get(robot.name),
                 hangs_on_base=robot.declaration.mobile is not None,
             )

@@ -15,16 +15,6 @@ from sim_nodes.physics import BodyModel, Mjcf, Urdf
 from sim_nodes.views import Colour, colour_of
 
 GREY = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's colour of geoms without one
-OPTIONS = (
-    "timestep",
-    "integrator",
-    "cone",
-    "solver",
-    "iterations",
-    "ls_iterations",
-    "noslip_iterations",
-    "impratio",
-)
 ASSETS = ("meshes", "textures", "materials", "hfields", "skins")
 
 
@@ -42,10 +32,15 @@ def attach_file(spec: Any, body: Any, name: str, model: BodyModel) -> None:
     child = _urdf_spec(model.urdf, colour) if model.mjcf is None else _mjcf_spec(model.mjcf)
     for mesh in child.meshes:
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # bodies have their own; flat meshes are allowed
-    for option in OPTIONS:
-        setattr(child.option, option, getattr(spec.option, option))
-    _show(child, colour)
+    share_options(child, spec)
+    show_visuals(child, colour)
     spec.attach(child, prefix=f"{name}/", frame=body.add_frame())
+
+
+def share_options(child: Any, spec: Any) -> None:
+    """Give a specification the options of the scene that it is attached to, which count."""
+    for option in (each for each in dir(spec.option) if not each.startswith("_")):
+        setattr(child.option, option, getattr(spec.option, option))
 
 
 def detach_file(spec: Any, name: str) -> None:
@@ -91,7 +86,7 @@ def _mjcf_spec(mjcf: Mjcf) -> Any:
     return spec
 
 
-def _show(spec: Any, colour: Colour) -> None:
+def show_visuals(spec: Any, colour: Colour) -> None:
     """Show visuals instead of solid shapes where a body has both, and give solid shapes without a colour one."""
     for body in spec.bodies:
         solids = [geom for geom in body.geoms if geom.contype or geom.conaffinity]

@@ -14,8 +14,9 @@ from defusedxml import ElementTree
 from sim_nodes.geometry import quaternion
 from sim_nodes.inertia import part_masses
 from sim_nodes.mujoco.arm import add_arm, configure_grip_contacts
-from sim_nodes.mujoco.files import attach_file, urdf_spec
+from sim_nodes.mujoco.files import attach_file, share_options, urdf_spec
 from sim_nodes.mujoco.groups import HIDDEN_GROUP, SOLID_GROUP
+from sim_nodes.mujoco.native import native_spec
 from sim_nodes.mujoco.planar import add_planar_drive
 from sim_nodes.mujoco.stepping import add_counters
 from sim_nodes.mujoco.terrain import LOOSE_PRIORITY, ROLLING, TERRAIN_BODY, TORSIONAL, add_terrain, ground_priority
@@ -149,12 +150,18 @@ def _add_wall(spec: Any, index: int, wall: Wall) -> None:
 
 def _add_robot(spec: Any, robot: PlacedRobot, floor_friction: float) -> None:
     frame = spec.worldbody.add_frame(pos=robot.state.position, quat=robot.state.orientation)
-    spec.attach(robot_spec(robot.declaration, floor_friction), prefix=f"{robot.name}/", frame=frame)
+    child = robot_spec(robot.declaration, floor_friction)
+    if robot.declaration.native is not None:
+        share_options(child, spec)
+    spec.attach(child, prefix=f"{robot.name}/", frame=frame)
 
 
 def robot_spec(declaration: RobotDeclaration, floor_friction: float = FLOOR_FRICTION) -> Any:
-    """Return the specification of a robot: its URDF with a free joint and motors, for a floor."""
-    spec = urdf_spec(ElementTree.fromstring(declaration.urdf), dict(declaration.meshes))
+    """Return the specification of a robot: its URDF or MJCF with a free joint and motors, for a floor."""
+    if declaration.native is None:
+        spec = urdf_spec(ElementTree.fromstring(declaration.urdf), dict(declaration.meshes))
+    else:
+        spec = native_spec(declaration, declaration.native)
     base = spec.body(declaration.base_link)
     if not declaration.fixed:
         base.add_freejoint()

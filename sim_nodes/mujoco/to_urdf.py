@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +18,8 @@ from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.meshes import Mesh, to_stl
 from sim_nodes.models.obj import to_obj
 from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
+from sim_nodes.mujoco.actuation import efforts_of
+from sim_nodes.mujoco.couplings import Couplings, find_couplings
 from sim_nodes.mujoco.textures import mean_tint, picture, shows_picture, texture_of, textured_mesh
 from sim_nodes.physics import Mjcf
 
@@ -61,18 +64,30 @@ def _refused(error: Exception) -> RequestRefused:
 class _Writer:
     model: Any
     out: Element
+    efforts: Mapping[int, float]
+    couplings: Couplings
     files: dict[str, bytes] = field(default_factory=dict)
 
 
-def urdf_of(model: Any) -> tuple[Element, Mapping[str, bytes]]:
-    """Write the body of a model as URDF; returns its root element, and its meshes by virtual path.
+@dataclass(frozen=True)
+class WrittenUrdf:
+    """A model as URDF: its root element, its meshes by virtual path, and parts without effect."""
 
-    Planes of the world are left out: they are floors of demonstrations.
+    urdf: Element
+    meshes: Mapping[str, bytes]
+    notes: tuple[str, ...]
+
+
+def urdf_of(model: Any) -> WrittenUrdf:
+    """Write the body of a model as URDF.
+
+    Planes of the world are left out: they are floors of demonstrations. Positions of joints are from their initial
+    ones in the model.
 
     Args:
         model: MuJoCo's model, with one free body at the top, or with all bodies on the world.
     """
-    writer = _Writer(model, Element("robot", name="model"))
+    writer = _Writer(model, Element("robot", name="model"), efforts_of(model), find_couplings(model))
     tops = tops_of(model)
     if tops and is_free(model, tops[0]):
         _add_body(writer, tops[0], parent=None)
@@ -82,7 +97,17 @@ def urdf_of(model: Any) -> tuple[Element, Mapping[str, bytes]]:
         _add_geoms(writer, base, WORLD, np.zeros(3), shapes_of_world(model))
         for body in tops:
             _add_body(writer, body, parent=WORLD_LINK)
-    return writer.out, writer.files
+    return WrittenUrdf(writer.out, writer.files, tuple(writer.couplings.notes))
+
+
+def body_name(model: Any, body: int) -> str:
+    """Return the name of a body, or the one that it gets."""
+    return str(model.body(body).name) or f"body_{body}"
+
+
+def joint_name(model: Any, joint: int) -> str:
+    """Return the name of a joint, or the one that it gets."""
+    return str(model.joint(joint).name) or f"joint_{joint}"
 
 
 def tops_of(model: Any) -> list[int]:
@@ -121,7 +146,7 @@ def _add_body(writer: _Writer, body: int, parent: str | None, moved: Array | Non
         moved: Origin of the parent link in the frame of the parent body, shape (3,) [m].
     """
     model = writer.model
-    name = model.body(body).name or f"body_{body}"
+    name = body_name(model, body)
     joints = [] if parent is None else _joints(model, body)
     position = model.body_pos[body] - (np.zeros(3) if moved is None else moved)
     orientation: Quaternion = tuple(model.body_quat[body].tolist())
@@ -143,9 +168,9 @@ def _add_body(writer: _Writer, body: int, parent: str | None, moved: Array | Non
             write_joint(writer.out, f"{name}__fixed", "fixed", parent, name, frame)
     _add_inertial(model, link, body, anchor)
     _add_geoms(writer, link, body, anchor, _geoms(model, body))
-    for child in range(body + 1, model.nbody):
-        if model.body_parentid[child] == body:
-            _add_body(writer, child, name, anchor)
+    for below in range(body + 1, model.nbody):
+        if model.body_parentid[below] == body:
+            _add_body(writer, below, name, anchor)
 
 
 def _add_link(writer: _Writer, name: str, *, empty: bool) -> Any:
@@ -177,15 +202,22 @@ def _add_joint(writer: _Writer, joint: int, parent: str, child: str, origin: Arr
         BALL: "spherical",
         FREE: "floating",
     }
-    name = model.joint(joint).name or f"joint_{joint}"
-    element = write_joint(writer.out, name, types[kind], parent, child, (vector(origin), turn))
-    if kind in (HINGE, SLIDE):
-        SubElement(element, "axis", xyz=text_of(model.jnt_axis[joint]))
-        low, high = model.jnt_range[joint].tolist() if limited else (-1e3, 1e3)
-        SubElement(element, "limit", lower=repr(low), upper=repr(high), effort="0", velocity="0")
-        dof = int(model.jnt_dofadr[joint])
-        values = {"damping": model.dof_damping[dof], "friction": model.dof_frictionloss[dof]}
-        SubElement(element, "dynamics", {key: repr(float(value.item())) for key, value in values.items()})
+    element = write_joint(writer.out, joint_name(model, joint), types[kind], parent, child, (vector(origin), turn))
+    if kind not in (HINGE, SLIDE):
+        return
+    SubElement(element, "axis", xyz=text_of(model.jnt_axis[joint]))
+    initial = float(model.qpos0[model.jnt_qposadr[joint]])
+    low, high = (model.jnt_range[joint] - initial).tolist() if limited else (-1e3, 1e3)
+    effort = writer.efforts.get(joint, math.inf)
+    known = {"effort": repr(effort if math.isfinite(effort) else 0.0), "velocity": "0"}
+    SubElement(element, "limit", {"lower": repr(low), "upper": repr(high), **known})
+    dof = int(model.jnt_dofadr[joint])
+    values = {"damping": model.dof_damping[dof], "friction": model.dof_frictionloss[dof]}
+    SubElement(element, "dynamics", {key: repr(float(value.item())) for key, value in values.items()})
+    coupling = writer.couplings.of.get(joint)
+    if coupling is not None:
+        line = {"multiplier": repr(coupling.factor), "offset": repr(coupling.offset)}
+        SubElement(element, "mimic", {"joint": joint_name(model, coupling.leader)} | line)
 
 
 def _add_geoms(writer: _Writer, link: Any, body: int, anchor: Array, geoms: list[int]) -> None:

@@ -26,7 +26,7 @@ from sim_nodes.physics import (
     Shape,
     Sphere,
 )
-from sim_nodes.pybullet.model import BASE, Links, motors, xyzw
+from sim_nodes.pybullet.model import BASE, JOINT_TYPE, Links, motors, xyzw
 from sim_nodes.robots.declaration import ArmDeclaration, GripperDeclaration, MobileDeclaration
 from sim_nodes.robots.drive_declaration import DriveDeclaration
 from sim_nodes.robots.kinematics import per_motor, wheel_joints
@@ -107,6 +107,8 @@ class PybulletDrive:
 
 # Fields of the results of getContactPoints and getClosestPoints.
 BODY_A, BODY_B, LINK_A, LINK_B, DISTANCE, FORCE = 1, 2, 3, 4, 8, 9
+MASS = 0  # field of the results of getDynamicsInfo: 0 for a base that never moves
+PARENT = 16  # field of the results of getJointInfo: index of the parent link
 MAX_FORCE = 10  # field of the results of getJointInfo: the effort limit of the URDF
 POSITION_GAIN, VELOCITY_GAIN = 0.3, 1.0  # shares of an error that a motor corrects in one step
 FINGER_GAIN = 0.1
@@ -150,6 +152,7 @@ class PybulletArm:
         self._bullet, self._body = bullet, body
         self._links = {number: name for name, number in links.links.items()}
         self._numbers = links.links
+        self._still = _still_links(bullet, body)
         self._joints = [links.joints[joint.name] for joint in arm.joints]
         self._fingers = [links.joints[name] for name in arm.fingers]
         self.all_joints = (*self._joints, *self._fingers)
@@ -261,7 +264,7 @@ class PybulletArm:
         return frozenset(
             (self._links[point[LINK_A]], owners[point[BODY_B]])
             for point in points
-            if is_touching(point) and point[BODY_B] != self._body and point[LINK_A] != BASE
+            if is_touching(point) and point[BODY_B] != self._body and point[LINK_A] not in self._still
         )
 
     def overlaps(
@@ -296,7 +299,7 @@ class PybulletArm:
         return [
             Overlap(self._links[point[LINK_A]], name, -point[DISTANCE])
             for point in points
-            if point[DISTANCE] < 0.0 and point[LINK_A] != BASE
+            if point[DISTANCE] < 0.0 and point[LINK_A] not in self._still
         ]
 
     def _in_itself(self, first: str, second: str) -> list[Overlap]:
@@ -317,6 +320,17 @@ class PybulletArm:
                     other = owners[number] if number in owners else self._links[point[LINK_B]]
                     found.append(Overlap(load, other, -point[DISTANCE]))
         return found
+
+
+def _still_links(bullet: Any, body: int) -> frozenset[int]:
+    """Return the indices of the base, and of links that fixed joints hold on a base that never moves."""
+    still = {BASE}
+    if bullet.getDynamicsInfo(body, BASE)[MASS] == 0.0:
+        for index in range(bullet.getNumJoints(body)):  # parents come before their children
+            info = bullet.getJointInfo(body, index)
+            if info[JOINT_TYPE] == bullet.JOINT_FIXED and info[PARENT] in still:
+                still.add(index)
+    return frozenset(still)
 
 
 class PlacedShapes:

@@ -49,6 +49,7 @@ FASTEST = 1e5  # [m/s], [rad/s]; Bullet's default velocity limit is 100, also fo
 BASE = -1  # Bullet's index of the base link
 MAX_LINKS = 128  # of a body; Bullet loses larger ones without an error
 JOINT_NAME, JOINT_TYPE, LINK_NAME = 1, 2, 12  # fields of `getJointInfo`
+INERTIA = 2  # field of `getDynamicsInfo`
 NO_MESHES: Mapping[str, bytes] = MappingProxyType({})
 XYZW = tuple[float, float, float, float]  # Bullet's order of quaternions
 
@@ -164,8 +165,13 @@ def _couple_followers(bullet: Any, body: int, urdf: Element, arm: ArmDeclaration
     opened = 0.0 if arm.gripper is None else arm.gripper.position_of(arm.gripper.stroke)
     couple_mimics(bullet, body, urdf, arm.home | dict.fromkeys(arm.fingers, opened), arm.fingers)
     for joint in movable_joints(bullet, body):
-        if bullet.getJointInfo(body, joint)[JOINT_NAME].decode() in following:
+        name = bullet.getJointInfo(body, joint)[JOINT_NAME].decode()
+        if name in following:
             bullet.setJointMotorControl2(body, joint, bullet.VELOCITY_CONTROL, force=0.0)
+        if arm.gripper is not None and name in {*following, *arm.fingers}:
+            # Bullet has no armature; without it, gears hardly hold links of a few grams.
+            inertia = np.add(bullet.getDynamicsInfo(body, joint)[INERTIA], arm.gripper.armature)
+            bullet.changeDynamics(body, joint, localInertiaDiagonal=inertia.tolist())
 
 
 def motors(links: Links, drive: DriveDeclaration) -> tuple[int, ...]:

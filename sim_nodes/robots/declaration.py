@@ -279,6 +279,13 @@ class ArmDeclaration(Declared):
         return self
 
 
+class NativeModel(Declared):
+    """A model in MJCF, which MuJoCo loads instead of the URDF: its text, and its assets by file name."""
+
+    text: str
+    assets: tuple[tuple[str, bytes], ...] = ()
+
+
 class RobotDeclaration(Declared):
     """A kind of robot.
 
@@ -286,6 +293,7 @@ class RobotDeclaration(Declared):
         source: Text of its URDF, as clients get it.
         urdf: Canonical form of its URDF, for engines.
         meshes: Files that the canonical form names, by file name; see `Urdf`.
+        native: Its file in MJCF; None if it has another format.
         notes: Parts of its file without effect.
         kinds: Actor types that it can represent, most specific first.
         fixed: Whether it is fixed to the world.
@@ -298,6 +306,7 @@ class RobotDeclaration(Declared):
     source: str
     urdf: str
     meshes: tuple[tuple[str, bytes], ...] = ()
+    native: NativeModel | None = None
     notes: tuple[str, ...] = ()
     kinds: tuple[str, ...]
     base_link: str

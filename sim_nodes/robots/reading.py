@@ -13,6 +13,7 @@ from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.models import parse_model
 from sim_nodes.models.xml_reading import invalid
+from sim_nodes.physics import BodyModel
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.references.catalogue import available_references, find_reference, model_folder
 from sim_nodes.robots.urdf_check import check_urdf
@@ -61,21 +62,37 @@ def read_robot(path: Path, models: Path | None = None) -> RobotDeclaration:
     try:
         model = parse_model(found.text, found.files)
         assert model.urdf is not None
+        urdf = model.urdf
         content.pop("reference", None)
-        content |= {"meshes": tuple(model.urdf.meshes.items()), "notes": model.notes}
-        if "drive" in content:
-            from sim_nodes.robots.derive.complete import complete  # noqa: PLC0415 - other worlds start sooner
+        content |= {"meshes": tuple(urdf.meshes.items()), "notes": model.notes}
+        if model.mjcf is not None:
+            from sim_nodes.robots.derive.native import without_world  # noqa: PLC0415 - other worlds start sooner
 
-            content = complete(content, model.urdf, found.text, _carried(content, path.parent))
+            urdf = without_world(urdf, fixed=content.get("drive") == "arm" or bool(content.get("fixed")))
+            if "mounted" not in content:
+                content["native"] = {"text": model.mjcf.text, "assets": tuple(model.mjcf.assets.items())}
+        if "drive" in content:
+            from sim_nodes.robots.derive.complete import complete  # noqa: PLC0415 - as above
+
+            content = complete(content, urdf, found.text, _carried(content, path.parent), _keyframes(model))
         else:
-            source = found.text if "<robot" in found.text else model.urdf.text
-            content |= {"source": source, "urdf": model.urdf.text}
+            source = found.text if "<robot" in found.text else urdf.text
+            content |= {"source": source, "urdf": urdf.text}
         declaration = validate(RobotDeclaration, content, Lines(text, str(path)))
         check_urdf(declaration)
     except RequestRefused as error:
         where = f" (line {line})" if (line := line_of(found.text, error.message)) is not None else ""
         raise FileError(f"the URDF of {path}{where}: {error.message}") from error
     return declaration
+
+
+def _keyframes(model: BodyModel) -> Mapping[str, Mapping[str, float]]:
+    """Return the keyframes of a model in MJCF: positions by joint, by name."""
+    if model.mjcf is None:
+        return {}
+    from sim_nodes.mujoco.native import keyframes_of  # noqa: PLC0415 - MuJoCo has read the model
+
+    return keyframes_of(model.mjcf)
 
 
 def _carried(content: Mapping[str, object], folder: Path) -> RobotDeclaration | None:

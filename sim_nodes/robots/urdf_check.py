@@ -210,7 +210,8 @@ def _shape(collision: Any, declaration: RobotDeclaration) -> Shape:
 def parts_of_robot(engine: Engine, robot: PlacedRobot, base: BodyState) -> Iterator[Part]:
     """Yield the collision shapes of a robot in its present posture, in the frame of its base."""
     back = conjugate(base.orientation)
-    for link, parts in link_parts(robot.declaration).items():
+    solid = {link: parts for link, parts in link_parts(robot.declaration).items() if parts}
+    for link, parts in solid.items():
         position, orientation = engine.link_pose(robot.name, link)
         place = rotated(back, vector(np.subtract(position, base.position)))
         yield from (part.placed(place, multiply(back, orientation)) for part in parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from defusedxml import ElementTree
@@ -21,6 +22,7 @@ from sim_nodes.robots.derive.jointed import (
     derive_joints,
 )
 from sim_nodes.robots.derive.jointed import KINDS as KINDS_OF_JOINTED
+from sim_nodes.robots.derive.keyframes import Keyframes
 from sim_nodes.robots.derive.mobile import BODY_FRICTION, KINDS, KINDS_WITH_ARM, DerivedRobot, derive_mobile
 from sim_nodes.robots.derive.model import RobotModel, read_model
 from sim_nodes.robots.derive.mounting import mount, read_mounting
@@ -35,8 +37,15 @@ SHORT = frozenset({"drive", "urdf", "notes"})
 Content = Mapping[str, object]
 
 
+NO_KEYFRAMES: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+
+
 def complete(
-    content: Content, urdf: Urdf, text: str, carried: RobotDeclaration | None = None
+    content: Content,
+    urdf: Urdf,
+    text: str,
+    carried: RobotDeclaration | None = None,
+    keyframes: Mapping[str, Mapping[str, float]] = NO_KEYFRAMES,
 ) -> dict[str, object]:
     """Return the long form of a short declaration; its own values replace derived ones.
 
@@ -45,6 +54,7 @@ def complete(
         urdf: Canonical URDF of its model.
         text: Text of the model's file.
         carried: Robot that is `mounted` on it.
+        keyframes: Positions by joint in its file [rad], [m], by name; see `Keyframes`.
 
     Raises:
         RequestRefused: The drive is unknown, or the model does not fit it.
@@ -52,14 +62,15 @@ def complete(
     drive = content["drive"]
     root = xml.parse_xml(text)
     if drive in JOINT_DRIVES:
-        return _complete_joints(content, urdf, text if root.tag == "robot" else None)
+        return _complete_joints(content, urdf, text if root.tag == "robot" else None, Keyframes(keyframes))
     if drive not in MOBILE_DRIVES:
         raise xml.invalid(f"unknown `drive` {drive!r}; expected {name_list((*MOBILE_DRIVES, *JOINT_DRIVES))}")
     kind = DriveKind(str(drive))
     if carried is not None:
         return _complete_mounted(content, kind, urdf, root, carried)
     model = read_model(urdf)
-    arm = None if "arm" not in content else _joints_of(model, JointDrive.ARM, content)
+    known = Keyframes(keyframes)
+    arm = None if "arm" not in content else _joints_of(model, JointDrive.ARM, content, known.home)
     robot = derive_mobile(model, kind, root, None if arm is None else arm.arm)
     source = source_text(text, robot.changes) if root.tag == "robot" else robot.urdf.text
     derived = {**long_form(robot), "source": source, "urdf": robot.urdf.text}
@@ -67,7 +78,7 @@ def complete(
         return _with_own(derived, robot.notes, content, SHORT)
     completed: Any = ElementTree.fromstring(robot.urdf.text)
     notes = (*robot.notes, *complete_limits(completed, arm))
-    derived |= {**_carrying(arm.arm), "urdf": urdf_text(completed)}
+    derived |= {**_carrying(arm.arm), "urdf": urdf_text(completed), "postures": known.postures(arm)}
     return _with_own(derived, notes, content, SHORT | {"home"})
 
 
@@ -91,9 +102,11 @@ def _carrying(arm: ArmDeclaration) -> dict[str, object]:
     return {"kinds": list(KINDS_WITH_ARM), "arm": arm.model_dump(mode="json", exclude_none=True)}
 
 
-def _joints_of(model: RobotModel, drive: JointDrive, content: Content) -> DerivedJoints:
-    """Derive the joints of a model, by the `home` and the tool of a declaration."""
-    return derive_joints(model, drive, _home_of(content), _tool_of(content))
+def _joints_of(
+    model: RobotModel, drive: JointDrive, content: Content, usual: Mapping[str, float]
+) -> DerivedJoints:
+    """Derive the joints of a model, by the `home` and the tool of a declaration, or its usual positions."""
+    return derive_joints(model, drive, _home_of(content), _tool_of(content), usual)
 
 
 def _tool_of(content: Content) -> str | None:
@@ -103,10 +116,11 @@ def _tool_of(content: Content) -> str | None:
     return None if tool is None else str(tool)
 
 
-def _complete_joints(content: Content, urdf: Urdf, text: str | None) -> dict[str, object]:
+def _complete_joints(content: Content, urdf: Urdf, text: str | None, keyframes: Keyframes) -> dict[str, object]:
     """Return the long form of an arm, or of a body that moves by its joints."""
-    drive = JointDrive(str(content["drive"]))
-    robot = derive_jointed(read_model(urdf), drive, _home_of(content), _tool_of(content))
+    drive, model = JointDrive(str(content["drive"])), read_model(urdf)
+    joints = _joints_of(model, drive, content, keyframes.home)
+    robot = derive_jointed(model, drive, joints)
     derived: dict[str, object] = {
         "kinds": list(KINDS_OF_JOINTED[drive]),
         "base_link": robot.base_link,
@@ -114,6 +128,7 @@ def _complete_joints(content: Content, urdf: Urdf, text: str | None) -> dict[str
         "standing_height": robot.standing_height,
         "body_friction": FRICTION[drive],
         "arm": robot.arm.model_dump(mode="json", exclude_none=True),
+        "postures": keyframes.postures(joints),
         "source": robot.urdf if text is None else text,
         "urdf": robot.urdf,
     }
@@ -155,7 +170,7 @@ def long_form(robot: DerivedRobot) -> dict[str, object]:
 
 def declared_form(declaration: RobotDeclaration) -> dict[str, object]:
     """Return a declaration as the content of a file, without defaults and the files of the model."""
-    files = {"source", "urdf", "meshes", "notes", "model"}
+    files = {"source", "urdf", "meshes", "native", "notes", "model"}
     content = declaration.model_dump(mode="json", exclude_defaults=True, exclude=files)
     if declaration.mobile is not None:
         content["mobile"] = _mobile_form(declaration.mobile)

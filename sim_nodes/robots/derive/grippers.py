@@ -7,6 +7,7 @@ between the last links of both sides, along the line between their joints.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,25 +54,33 @@ def find_fingers(model: RobotModel) -> Fingers | None:
         for other in sliding:
             if other is not first and other.parent == first.parent and math.isclose(other.upper, first.upper):
                 return Fingers((other, first), (other.child, first.child))
-    pairs = (
+    pairs = [
         (leader, follower)
         for leader in model.joints.values()
         for follower in model.followers([leader.name])
         if leader.turns and leader.is_limited and follower.parent == leader.parent and follower.mimic is not None
         if follower.mimic[1:] == (1.0, 0.0)
-    )
+    ]
+    pairs.sort(
+        key=lambda pair: -float(np.linalg.norm(_apart(model, *pair)))
+    )  # links of one side are close together
     return next((found for pair in pairs if (found := _turning(model, pair)) is not None), None)
 
 
 def _turning(model: RobotModel, joints: tuple[ModelJoint, ModelJoint]) -> Fingers | None:
     """Return fingers that turn with a pair of joints; None if they do not open and close."""
     leader, second = joints
-    links = (_last_solid(model, leader), _last_solid(model, second))
+    apart = _apart(model, leader, second)
+    followers = tuple(each for each in model.followers([leader.name, second.name]) if each is not second)
+    middle = np.add(model.frames[second.child][0], model.frames[leader.child][0]) / 2.0
+    sides = [float(np.subtract(model.frames[each.child][0], middle) @ apart) for each in followers]
+    first_side, second_side = (
+        [each for each, side in zip(followers, sides, strict=True) if sign * side > 0.0] for sign in (-1.0, 1.0)
+    )
+    links = (_last_solid(model, (leader, *first_side)), _last_solid(model, (second, *second_side)))
     if None in links:
         return None
     first_link, second_link = map(str, links)
-    apart: Array = np.subtract(model.frames[second.child][0], model.frames[leader.child][0])
-    followers = tuple(each for each in model.followers([leader.name, second.name]) if each is not second)
     positions = np.linspace(leader.lower, leader.upper, ROWS)
     openings = []
     for position in positions.tolist():
@@ -81,6 +90,12 @@ def _turning(model: RobotModel, joints: tuple[ModelJoint, ModelJoint]) -> Finger
         gap = -farthest(moved.solids[second_link], -along) - farthest(moved.solids[first_link], along)
         openings.append(gap)
     return _useful(joints, (first_link, second_link), followers, positions, np.array(openings))
+
+
+def _apart(model: RobotModel, first: ModelJoint, second: ModelJoint) -> Array:
+    """Return the vector from one joint to another, shape (3,) [m]."""
+    found: Array = np.subtract(model.frames[second.child][0], model.frames[first.child][0])
+    return found
 
 
 def _followed(joint: ModelJoint, position: float) -> float:
@@ -109,10 +124,17 @@ def _useful(
     return Fingers(joints, links, followers, motion)
 
 
-def _last_solid(model: RobotModel, joint: ModelJoint) -> str | None:
-    """Return the link with solid shapes that the most joints separate from the palm, behind a joint."""
-    behind = [link for link in model.frames if joint in model.ancestors(link) and model.solids[link]]
-    return max(behind, key=lambda link: len(tuple(model.ancestors(link))), default=None)
+def _last_solid(model: RobotModel, joints: Sequence[ModelJoint]) -> str | None:
+    """Return the solid link behind some joints with the most joints to the palm; the farthest of these."""
+    solid = [link for link in model.frames if model.solids[link]]
+    behind = [link for link in solid if any(each in joints for each in model.ancestors(link))]
+    palm = model.frames[joints[0].parent][0]
+
+    def rank(link: str) -> tuple[int, float]:
+        reach = max(math.dist(part.position, palm) for part in model.solids[link])
+        return len(tuple(model.ancestors(link))), reach
+
+    return max(behind, key=rank, default=None)
 
 
 def declare_gripper(fingers: Fingers | None) -> GripperDeclaration | None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from types import MappingProxyType
 from typing import Any
 from xml.etree.ElementTree import SubElement
 
@@ -22,6 +23,7 @@ from sim_nodes.robots.derive.motors import DIGITS, SPEED, declare_motor, effort_
 from sim_nodes.robots.derive.rewriting import hold_joint, urdf_text
 from sim_nodes.robots.postures import positions_by_joint
 
+NO_POSITIONS: Mapping[str, float] = MappingProxyType({})
 EDGE = 0.05  # share of the range of a joint; home is the middle if zero is nearer to a limit
 WORLD = "world"  # name of a root link that stands for the world, by the convention of ROS
 
@@ -74,22 +76,8 @@ class DerivedJoints:
     efforts: Mapping[str, float]
 
 
-def derive_jointed(
-    model: RobotModel, drive: JointDrive, home: Mapping[str, float], tool_link: str | None
-) -> JointedRobot:
-    """Derive the declaration of position-controlled joints.
-
-    Args:
-        model: Model of the robot.
-        drive: Its kind.
-        home: Initial positions by joint, or by pattern such as `*_knee` [rad], [m]; zero or the middle of the
-            limits for others.
-        tool_link: Last link of an arm; None for the one behind the most joints.
-
-    Raises:
-        RequestRefused: The model has no such joints, or does not fit.
-    """
-    derived = derive_joints(model, drive, home, tool_link)
+def derive_jointed(model: RobotModel, drive: JointDrive, derived: DerivedJoints) -> JointedRobot:
+    """Derive the declaration of a robot from that of its joints."""
     root: Any = ElementTree.fromstring(model.urdf.text)
     notes = (*hold_others(root, kept_joints(model, derived.arm)), *complete_limits(root, derived))
     base_link = _without_world(root, model)
@@ -98,9 +86,24 @@ def derive_jointed(
 
 
 def derive_joints(
-    model: RobotModel, drive: JointDrive, home: Mapping[str, float], tool_link: str | None
+    model: RobotModel,
+    drive: JointDrive,
+    home: Mapping[str, float],
+    tool_link: str | None,
+    usual: Mapping[str, float] = NO_POSITIONS,
 ) -> DerivedJoints:
-    """Derive the declaration of joints; see `derive_jointed`."""
+    """Derive the declaration of position-controlled joints.
+
+    Args:
+        model: Model of the robot.
+        drive: Its kind.
+        home: Initial positions by joint, or by pattern such as `*_knee` [rad], [m].
+        tool_link: Last link of an arm; None for the one behind the most joints.
+        usual: Initial positions of joints without one in `home`; zero or the middle of the limits for others.
+
+    Raises:
+        RequestRefused: The model has no such joints, or does not fit.
+    """
     fingers = find_fingers(model) if drive is JointDrive.ARM else None
     if drive is JointDrive.ARM:
         tool_link = tool_link or _last_link(model, fingers)
@@ -111,7 +114,7 @@ def derive_joints(
         able = (joint for joint in model.joints.values() if joint.turns or (joint.slides and joint.is_limited))
         moved = [joint for joint in able if joint.mimic is None]
     _check(moved, drive)
-    positions = _home(moved, home)
+    positions = _home(moved, home, usual)
     carries_body = drive is JointDrive.JOINTS
     efforts = {joint.name: effort_of(model, joint, carries_body=carries_body) for joint in moved}
     joints = tuple(declare_motor(model, joint, positions[joint.name], efforts[joint.name]) for joint in moved)
@@ -145,13 +148,15 @@ def _last_link(model: RobotModel, fingers: Fingers | None) -> str:
     return max(model.frames, key=rank)
 
 
-def _home(moved: Sequence[ModelJoint], given: Mapping[str, float]) -> dict[str, float]:
+def _home(moved: Sequence[ModelJoint], given: Mapping[str, float], usual: Mapping[str, float]) -> dict[str, float]:
     """Return the initial positions by joint [rad], [m]."""
     found = {}
     for joint in moved:
         lower, upper = limits_of(joint)
         is_inside = lower + EDGE * (upper - lower) <= 0.0 <= upper - EDGE * (upper - lower)
         found[joint.name] = 0.0 if is_inside else round((lower + upper) / 2.0, DIGITS)
+        if joint.name in usual:
+            found[joint.name] = min(max(usual[joint.name], lower), upper)
     return found | given_home(given, tuple(found))
 
 
