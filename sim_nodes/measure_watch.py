@@ -8,6 +8,7 @@ from typing import assert_never
 
 from seoro.bridges.wire import Outcome
 from seoro.robotics.measures import ONLY_ROBOTS, UNITS, Area, Measure, MeasureLimit
+from sim_nodes.geometry import Quaternion
 from sim_nodes.physics import BodyState
 from sim_nodes.ticks import TICK
 from sim_nodes.watches import Watch, Watched
@@ -18,6 +19,12 @@ SUMS = (Measure.PATH_LENGTH, Measure.TIME_IN_AREA, Measure.WORK)  # since the wa
 def area_distance(area: Area, x: float, y: float) -> float:
     """Return the distance of a point to an area [m]; 0 within."""
     return math.hypot(max(area.x_min - x, 0.0, x - area.x_max), max(area.y_min - y, 0.0, y - area.y_max))
+
+
+def tilt_of(orientation: Quaternion) -> float:
+    """Return the angle between the z axis of a frame and the vertical [rad]."""
+    _, x, y, _ = orientation
+    return 2.0 * math.asin(min(math.hypot(x, y), 1.0))
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,8 @@ class MeasureWatch(Watch):
                 return (math.hypot(state.linear[0], state.linear[1]) if within else 0.0), ""
             case Measure.AREA_DISTANCE:
                 return area_distance(area, x, y), ""
+            case Measure.TILT:
+                return tilt_of(state.orientation), ""
             case Measure.PATH_LENGTH | Measure.WORK:
                 return self.total, ""
             case Measure.TIME_IN_AREA:

@@ -77,6 +77,12 @@ async def limit_time_in(
     )
 
 
+@modifier("limit_tilt")
+async def limit_tilt(ctx: ModifierContext, child: Child, max_tilt: float, entities: Sequence[str]) -> Outcome:
+    """Fail as soon as an entity leans farther from the vertical."""
+    return await _monitor(ctx, child, entities, MeasureLimit(Measure.TILT, max_tilt, above=True))
+
+
 @modifier("limit_work")
 async def limit_work(ctx: ModifierContext, child: Child, max_work: float, robots: Sequence[str]) -> Outcome:
     """Fail as soon as the motors of a robot have done more mechanical work."""

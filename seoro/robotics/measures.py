@@ -19,6 +19,7 @@ class Measure(StrEnum):
     PATH_LENGTH = "path_length"  # of the true path since the watch began
     AREA_DISTANCE = "area_distance"  # of the entity's origin to `area`; 0 within
     TIME_IN_AREA = "time_in_area"  # since the watch began
+    TILT = "tilt"  # between the z axis of the entity's frame and the vertical
     WORK = "work"  # mechanical work of a robot's motors since the watch began
 
 
@@ -30,6 +31,7 @@ UNITS: Final = MappingProxyType(
         Measure.PATH_LENGTH: "m",
         Measure.AREA_DISTANCE: "m",
         Measure.TIME_IN_AREA: "s",
+        Measure.TILT: "rad",
         Measure.WORK: "J",
     }
 )

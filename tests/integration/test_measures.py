@@ -74,6 +74,7 @@ def test_each_monitor_and_condition_acts(tmp_path: Path, mujoco_node: str) -> No
         "limit_work(100.0, robots: ['turtlebot4'])",
         "keep_clearance(0.1m, other: 'parcel')",
         "limit_speed(0.4mps)",
+        "limit_tilt(5deg)",
         "limit_speed(0.1mps, within: floor_area(x_min: 5m))",
         "limit_speed(1mps, entities: ['parcel'])",
         "stay_in(floor_area(x_max: 3m))",

@@ -4,8 +4,10 @@ import pytest
 
 from seoro.bridges import wire
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.robotics.geometry import Orientation3D, Pose3D, Position3D
 from seoro.robotics.measures import Area, Measure, MeasureLimit
 from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.manipulation.cell import box
 
 engines = pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 
@@ -60,6 +62,17 @@ def test_each_measure_is_watched(empty: Client) -> None:
     assert fired["out"][1] == pytest.approx(0.6, abs=0.01)
     assert fired["in"][1] == pytest.approx(0.7, abs=0.01)
     assert fired["stay"][0] == pytest.approx(fired["in"][0] + 0.52, abs=0.03)
+
+
+@engines
+def test_a_body_that_falls_over_reaches_a_tilt(engine: str) -> None:
+    client = Client("empty", engine=engine)
+    client.spawn("pole", Pose3D(Position3D(1.2, 0.0, 0.52), Orientation3D(pitch=0.2)), box(0.1, 0.1, 1.0))
+    watch(client, MeasureLimit(Measure.TILT, 0.5, above=True), "pole")
+    watch(client, MeasureLimit(Measure.TILT, 0.1, above=True), name="robot")
+    found, _ = client.run_until("watch", 3.0)
+    assert 0.1 < found.time < 2.0
+    assert "pole has a tilt of 0.5" in found.message and found.message.endswith("expected at most 0.5 rad")
 
 
 def test_watches_of_measures_continue_after_a_snapshot(empty: Client) -> None:
