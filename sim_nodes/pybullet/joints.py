@@ -109,6 +109,8 @@ class PybulletDrive:
 BODY_A, BODY_B, LINK_A, LINK_B, DISTANCE, FORCE = 1, 2, 3, 4, 8, 9
 MASS = 0  # field of the results of getDynamicsInfo: 0 for a base that never moves
 PARENT = 16  # field of the results of getJointInfo: index of the parent link
+INERTIA = 2  # field of the results of getDynamicsInfo: principal moments
+DAMPING = 6  # field of the results of getJointInfo
 MAX_FORCE = 10  # field of the results of getJointInfo: the effort limit of the URDF
 POSITION_GAIN, VELOCITY_GAIN = 0.3, 1.0  # shares of an error that a motor corrects in one step
 FINGER_GAIN = 0.1
@@ -156,6 +158,7 @@ class PybulletArm:
         self._joints = [links.joints[joint.name] for joint in arm.joints]
         self._fingers = [links.joints[name] for name in arm.fingers]
         self.all_joints = (*self._joints, *self._fingers)
+        self._undamp_light_joints()
         self._torques = [bullet.getJointInfo(body, joint)[MAX_FORCE] for joint in self._joints]
         home = np.array([joint.home for joint in arm.joints])
         self.set_positions(home)
@@ -191,6 +194,18 @@ class PybulletArm:
             self._body, left, self._body, right, pybullet.JOINT_GEAR, [1, 0, 0], [0, 0, 0], [0, 0, 0]
         )
         self._bullet.changeConstraint(gear, gearRatio=-1, maxForce=COUPLING_FORCE, erp=COUPLING_ERROR_REDUCTION)
+
+    def _undamp_light_joints(self) -> None:
+        """Remove the damping of joints whose links it would stop within a step.
+
+        Bullet applies damping explicitly: more than the inertia by the step makes light links tremble. Their motors
+        damp them as well.
+        """
+        step = self._bullet.getPhysicsEngineParameters()["fixedTimeStep"]
+        for joint in self._joints:
+            damping = self._bullet.getJointInfo(self._body, joint)[DAMPING]
+            if damping * step > max(self._bullet.getDynamicsInfo(self._body, joint)[INERTIA]):
+                self._bullet.changeDynamics(self._body, joint, jointDamping=0.0)
 
     def set_positions(self, positions: Array) -> None:
         """Set the positions of the arm's joints; the fingers keep theirs."""

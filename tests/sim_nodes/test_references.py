@@ -177,3 +177,24 @@ def test_robots_by_reference_move(tmp_path: Path, name: str, engine: str) -> Non
     assert ended.outcome is Outcome.SUCCEEDED, ended.message
     assert abs(state("mine").position[2] - height) < 0.05
     assert state("mine").orientation[0] > 0.95
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_hand_with_much_damping_opens(tmp_path: Path, engine: str) -> None:
+    robot = load_installed("allegro_hand")
+    assert robot.arm is not None
+    client = Client(world(tmp_path, "allegro_hand"), engine=engine)
+    joints = tuple(robot.arm.home)
+    for posture in reversed(robot.postures):  # closed, then open
+        positions = robot.arm.home | posture.of(joints)
+        request = wire.FollowJointTrajectory(
+            id=posture.name,
+            robot="mine",
+            points=(tuple(positions[joint] for joint in joints),),
+            max_velocity_scaling_factor=0.05,
+            tolerance=0.05,
+        )
+        client.ask(wire.FOLLOW_JOINT_TRAJECTORY, request)
+        ended = client.run_until(posture.name)[0]
+        assert ended.outcome is Outcome.SUCCEEDED, ended.message
