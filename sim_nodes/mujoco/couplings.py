@@ -41,7 +41,7 @@ class Coupling:
 
 @dataclass
 class Couplings:
-    """Couplings by joint that follows, and notes on those that are not linear."""
+    """Couplings by following joint, and notes on couplings that are not linear."""
 
     of: dict[int, Coupling] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -186,7 +186,7 @@ def _moved(model: Any, leader: int, free: list[int], found: Couplings) -> Array:
 
 
 def _set(model: Any, data: Any, leader: int, place: float, found: Couplings) -> None:
-    """Set the position of a driven joint, and of those that follow it by equalities."""
+    """Set the position of a driven joint and of its followers by equalities."""
     followers = {joint: each for joint, each in found.of.items() if each.leader == leader}
     for joint, position in (
         (leader, place),

@@ -198,7 +198,7 @@ class PybulletArm:
     def _undamp_light_joints(self) -> None:
         """Remove the damping of joints whose links it would stop within a step.
 
-        Bullet applies damping explicitly: more than the inertia by the step makes light links tremble. Their motors
+        Bullet applies damping explicitly, so more than inertia divided by step makes light links tremble. Motors
         damp them as well.
         """
         step = self._bullet.getPhysicsEngineParameters()["fixedTimeStep"]
