@@ -189,11 +189,15 @@ def _asset_folders(text: str) -> Iterator[str]:
 
 
 def _candidates(name: str, model: Path) -> Iterator[Path]:
-    """Yield the paths at which a file may be, by its virtual path."""
+    """Yield the paths at which a file may be, by its virtual path.
+
+    Models may name files from a folder above, as PyBullet's do from its search path.
+    """
     scheme, _, rest = name.partition("/")
     if scheme not in SCHEMES:
         yield model.parent / name
         yield model.parent / name.lstrip("/")
+        yield from (folder / name for folder in _above(model)[1:])
         return
     package, _, inside = rest.partition("/")
     above = _above(model)

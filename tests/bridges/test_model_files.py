@@ -50,6 +50,14 @@ def test_relative_files_are_read_with_materials_and_textures(tmp_path: Path) -> 
     assert {path.name for path in found.paths} == {"a.obj", "a.mtl", "skin.png"}
 
 
+def test_files_may_be_named_from_a_folder_above_the_model(tmp_path: Path) -> None:
+    write(tmp_path / "models/gears/ring.stl", "near")
+    write(tmp_path / "outside/ring.stl", "far")
+    path = model(tmp_path / "models/gears", "gears/ring.stl", "outside/ring.stl")
+    assert dict(gather(path).files) == {"gears/ring.stl": b"near", "outside/ring.stl": b"far"}
+    assert set(gather(path, [tmp_path / "models"]).files) == {"gears/ring.stl"}
+
+
 def test_packages_are_searched_above_the_model_and_in_environment_variables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
