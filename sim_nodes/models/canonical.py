@@ -23,6 +23,7 @@ from sim_nodes.inertia import inertia_tensor, masses_by_volume, volume
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.settings import ModelSettings
 from sim_nodes.models.urdf import (
+    FIELD,
     SCALES,
     frame_of,
     link_of,
@@ -82,6 +83,7 @@ class _Writer:
         self._friction: dict[str, float] = {}
         self._first_colour: Colour | None = None
         self._shapes = 0
+        self._is_static = False
 
     def write(self) -> BodyModel:
         robot = self._robot
@@ -94,7 +96,7 @@ class _Writer:
         root = _root(links, [child for _, _, child, _ in joints])
         hung = {child: (parent, frame) for _, parent, child, frame in joints}
         is_solid = robot.find("link/collision") is not None
-        is_static = (
+        is_static = self._is_static = (
             self._settings.static or not is_solid or _given_mass(links[root]) == 0.0 or _is_world(links[root])
         )
         parts: list[Part] = []
@@ -213,7 +215,7 @@ class _Writer:
             place = vector(np.add(place, rotated(orientation, (0.0, 0.0, -PLANE[2] / 2))))
         for shape, mesh in self._shapes_of(element, solid=True):
             assert shape is not None, "solid meshes have hulls"
-            written = SubElement(out, "collision")
+            written = SubElement(out, "collision", {"concave": "yes"} if mesh is not None and mesh.concave else {})
             _write_pose(written, place, angles)
             _write_geometry(written, shape, mesh)
             yield Part(shape, place, orientation)
@@ -264,6 +266,10 @@ class _Writer:
         named = None if solid else self._of_material(element, "texture")
         texture = None if named is None else virtual_path(named.get("filename") or "")
         if shape.tag == "mesh":
+            if solid and self._is_static and shape.get(FIELD) == "true":
+                field = self._mesh_files().write_field(shape)
+                yield field.hull, field
+                return
             for mesh in self._mesh_files().write(shape, xml.label(element), solid=solid, texture=texture):
                 yield mesh.hull, mesh
             return

@@ -27,12 +27,14 @@ class MeshFile:
         hull: Its convex hull, if it is solid.
         colour: Its main colour; None without one.
         picture: Name of the file of its picture; None without one.
+        concave: Whether it is solid as it is, not as its convex hull: a height field that never moves.
     """
 
     name: str
     hull: Hull | None
     colour: Colour | None
     picture: str | None
+    concave: bool = False
 
 
 class MeshFiles:
@@ -72,6 +74,13 @@ class MeshFiles:
         if key not in self._meshes:
             self._meshes[key] = self._load(*key, what)
         return self._meshes[key]
+
+    def write_field(self, shape: Any) -> MeshFile:
+        """Write the mesh of a height field as it is; its hull is that of the whole field."""
+        path = virtual_path(shape.get("filename") or "")
+        [piece] = load_pieces(self._files, path, (1.0, 1.0, 1.0), solid=False, note=self._note)
+        whole = Hull(hull(piece).vertices.astype("<f8").tobytes())
+        return MeshFile(self._add_stl(piece), whole, None, None, concave=True)
 
     def _load(self, path: str, scale: Vector, solid: bool, texture: str | None, what: str) -> list[MeshFile]:
         pieces = load_pieces(self._files, path, scale, solid=solid, note=self._note)

@@ -17,7 +17,7 @@ from sim_nodes.geometry import Array, Quaternion, roll_pitch_yaw, rotated, vecto
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.meshes import Mesh, to_stl
 from sim_nodes.models.obj import to_obj
-from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
+from sim_nodes.models.urdf import FIELD, WORLD_LINK, text_of, write_joint, write_origin
 from sim_nodes.mujoco.actuation import efforts_of
 from sim_nodes.mujoco.couplings import Couplings, find_couplings
 from sim_nodes.mujoco.textures import mean_tint, picture, shows_picture, texture_of, textured_mesh
@@ -326,3 +326,4 @@ def _add_field(writer: _Writer, out: Any, geom: int) -> None:
         ]
     )
     _add_mesh(writer, out, f"field_{index}", vertices, faces)
+    out[-1].set(FIELD, "true")

@@ -152,3 +152,15 @@ def test_invalid_models_are_refused_with_the_place(text: str, words: str) -> Non
     with pytest.raises(RequestRefused, match=words) as refused:
         parse_model(text)
     assert refused.value.code == SpawnResult.RESOURCE_PARSE_ERROR
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_things_fall_into_height_fields(engine: str) -> None:
+    edge, middle = " 1 1 1 1 1 ", " 1 0 0 0 1 "
+    field = f'<hfield name="bowl" nrow="5" ncol="5" size="1 1 0.4 0.1" elevation="{edge}{3 * middle}{edge}"/>'
+    text = mjcf('<geom type="hfield" hfield="bowl" pos="0 0 0.1"/>', head=f"<asset>{field}</asset>")
+    client = Client("empty", engine=engine)
+    client.spawn("bowl", pose(3.0, 0.0), text)
+    client.spawn("ball", pose(3.0, 0.0, z=1.0), mjcf(body(FREE, '<geom size="0.1"/>')))
+    client.advance(2.0)
+    assert client.simulator.simulation.engine.body_state("ball").position[2] == pytest.approx(0.2, abs=0.03)
