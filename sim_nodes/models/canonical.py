@@ -25,6 +25,7 @@ from sim_nodes.models.settings import ModelSettings
 from sim_nodes.models.urdf import (
     FIELD,
     SCALES,
+    SCRIPT,
     frame_of,
     link_of,
     read_numbers,
@@ -222,6 +223,8 @@ class _Writer:
 
     def _visual(self, out: Element, element: Any) -> None:
         own = self._colour or self._colour_of(element)
+        for material in element.findall(f"material[@{SCRIPT}]"):
+            self._note(f"without effect: the unknown material {material.get(SCRIPT)!r} of <script>")
         for shape, mesh in self._shapes_of(element, solid=False):
             written = SubElement(out, "visual")
             _write_pose(written, *read_pose(element))

@@ -15,8 +15,9 @@ from seoro.bridges.model_files import virtual_path
 from seoro.bridges.wire.refusal import name_list
 from sim_nodes.geometry import Frame, compose_frames, inverse_frame, roll_pitch_yaw
 from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.gazebo_materials import COLOURS
 from sim_nodes.models.sdf_elements import SdfModel, included_model, name_of, pose_of
-from sim_nodes.models.urdf import WORLD_LINK, text_of, write_joint, write_origin
+from sim_nodes.models.urdf import SCRIPT, WORLD_LINK, text_of, write_joint, write_origin
 
 JOINTS = {
     "revolute": "revolute",
@@ -247,9 +248,15 @@ def _material(out: Element, visual: Any, folder: str) -> None:
     """Write the colour and the picture of a <visual>."""
     diffuse = visual.findtext("material/diffuse")
     picture = next((found for path in PICTURES if (found := visual.findtext(path))), None)
-    if diffuse is None and picture is None:
+    script = (visual.findtext("material/script/name") or "").strip()
+    if diffuse is None and picture is None and not script:
         return
     material = SubElement(out, "material", name="")
+    if diffuse is None and picture is None:
+        if script in COLOURS:
+            SubElement(material, "color", rgba=text_of(COLOURS[script]))
+        else:
+            material.set(SCRIPT, script)
     if diffuse is not None:
         count = 3 if len(diffuse.split()) == 3 else 4
         colour = [*xml.numbers(diffuse, "<diffuse>", count, (0.0, 1.0)), 1.0][:4]

@@ -15,6 +15,7 @@ from sim_nodes.views import Colour
 SIZES = (0.0, 10_000.0)  # [m]
 SCALES = (-1e6, 1e6)
 FIELD = "height_field"  # attribute of the mesh of a height field in a translated model
+SCRIPT = "script"  # attribute of a material in a translated model: an unknown name
 WORLD_LINK = "__world__"  # of a translated model that is fixed to the world
 OPTION = re.compile(r"\$\(optenv\s+\w+\s*([^)]*)\)")  # an environment variable, with its default
 

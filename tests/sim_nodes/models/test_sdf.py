@@ -211,3 +211,18 @@ def test_invalid_models_are_refused_with_the_place(text: str, code: SpawnResult,
     with pytest.raises(RequestRefused, match=words) as refused:
         parse_model(text)
     assert refused.value.code == code
+
+
+def test_materials_of_gazebo_have_their_colours() -> None:
+    def painted(name: str) -> str:
+        script = (
+            f"<material><script><uri>file://media/gazebo.material</uri><name>{name}</name></script></material>"
+        )
+        return sdf(
+            f'{SPHERE}<visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry>{script}</visual>'
+        )
+
+    assert parse_model(painted("Gazebo/Orange")).colour == pytest.approx((1.0, 0.51, 0.05, 1.0))
+    unknown = parse_model(painted("Gazebo/Fur"))
+    assert unknown.colour is None
+    assert "without effect: the unknown material 'Gazebo/Fur' of <script>" in unknown.notes
