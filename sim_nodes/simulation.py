@@ -122,6 +122,7 @@ class Simulation(Stateful):
             robot.name: Robot(robot, self.engine, self.entities, self._surface, self.seed, self.world.origin)
             for robot in placed
         }
+        self._rendered = tuple(pipeline for robot in self.robots.values() for pipeline in robot.rendered_sensors)
         radii = {name: radius for name, (_, radius) in _robot_circles(placed).items()}
         self.agents = Agents(self.engine, self.entities, radii, self._walls, self.seed)
         self.buildings = Buildings(self.world.building, self.engine)
@@ -214,7 +215,7 @@ class Simulation(Stateful):
     @property
     def is_rendering(self) -> bool:
         """Whether images are rendered while time passes."""
-        seen = any(robot.is_rendering for robot in self.robots.values())
+        seen = any(pipeline.is_active for pipeline in self._rendered)
         return seen or self.recording.is_recording or self.entities.cameras.is_busy
 
     def advance(self, until: float) -> None:
@@ -266,8 +267,9 @@ class Simulation(Stateful):
         """Make steps up to and including the next tick, or fewer on a change of contacts or an emergency stop."""
         self._steps += self._batches.make(self.engine, count, self.halted)
         self._report_contacts()
-        for name in filter(self._touched.touches, self.robots):
-            self.robots[name].update_bumper(math.ceil(self._steps / self._tick_steps))
+        if self._touched.touching:
+            for name in filter(self._touched.touches, self.robots):
+                self.robots[name].update_bumper(math.ceil(self._steps / self._tick_steps))
         if self._steps % self._tick_steps == 0:
             self._tick(self.tick)
 
@@ -290,11 +292,11 @@ class Simulation(Stateful):
         self._sample_motion([robot.name for robot in sampled], tick)
         bases = [robot.mobile for robot in awake if robot.drives]
         sense(bases, tick)
-        navigated = navigate(bases, tick)
+        navigated, time = navigate(bases, tick), self.time
         for robot in awake:
             self._report(robot, navigated.get(robot.name, ()))
             self._report(robot, robot.tick(tick))
-            self.run_data.record_pose(robot, self.time, tick)
+            self.run_data.record_pose(robot, time, tick)
             self._report_departure(robot.name)
             if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
                 self._emit(feedback_message(robot.name, self.time, feedback))
@@ -338,7 +340,7 @@ class Simulation(Stateful):
 
     def _sample_motion(self, robots: Sequence[str], tick: int) -> None:
         """Sample motions, and emit contacts in which a robot begins to push."""
-        for name in filter(self._touched.touches, robots):
+        for name in filter(self._touched.touches, robots) if self._touched.touching else ():
             for pair, strike in self.strikes.judge_push(name, self._touched.touching, tick):
                 self._emit(contact_message(self.time, pair, strike, pushes=True))
         if robots:

@@ -61,7 +61,7 @@ class Contacts(Stateful):
 
     def touches(self, name: str) -> bool:
         """Whether an entity was in contact in the last step."""
-        return any(name in pair for pair in self.touching)
+        return bool(self.touching) and any(name in pair for pair in self.touching)
 
     def update(self, touching: frozenset[Pair], step: int) -> Iterator[Pair]:
         """Update the pairs in contact after a step; yields the pairs whose contact begins, sorted."""

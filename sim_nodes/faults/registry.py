@@ -140,6 +140,11 @@ class FaultRegistry(Stateful):
         """Ids of the running checks."""
         return tuple(self._measured)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether it has running checks, or results to report in the next tick."""
+        return bool(self._measured or self._ended)
+
     def save(self) -> State:
         """See `Stateful`; saves the running checks, which are not made with the robot."""
         self._abort_deleted()

@@ -20,6 +20,8 @@ class Ramp(Stateful):
 
     def __init__(self, drive: DriveDeclaration) -> None:
         self._drive = drive
+        self._steps = drive.max_acceleration * TICK, drive.max_turn_acceleration * TICK
+        self._limits = drive.max_turn_rate, drive.min_turning_radius
         self.velocity = self.wanted = AT_REST
 
     def stop(self) -> None:
@@ -28,19 +30,18 @@ class Ramp(Stateful):
 
     def follow(self) -> Velocity:
         """Return the velocity from this tick on."""
-        dv, dw = self._drive.max_acceleration * TICK, self._drive.max_turn_acceleration * TICK
-        v, w, u = self.velocity
-        linear = min(max(self.wanted.linear, v - dv), v + dv)
-        if self._drive.min_turning_radius:
+        (dv, dw), (limit, radius) = self._steps, self._limits
+        wanted, (v, w, u) = self.wanted, self.velocity
+        linear = min(max(wanted.linear, v - dv), v + dv)
+        if radius:
             self.velocity = Velocity(linear, linear * self._curvature())
-            return self.velocity
-        limit = self._drive.max_turn_rate
-        turn = min(max(self.wanted.angular, -limit), limit)
-        self.velocity = Velocity(
-            linear,
-            min(max(turn, w - dw), w + dw),
-            min(max(self.wanted.lateral, u - dv), u + dv),
-        )
+        elif wanted == self.velocity:
+            self.velocity = wanted
+        else:
+            turn = min(max(wanted.angular, -limit), limit)
+            self.velocity = Velocity(
+                linear, min(max(turn, w - dw), w + dw), min(max(wanted.lateral, u - dv), u + dv)
+            )
         return self.velocity
 
     def _curvature(self) -> float:

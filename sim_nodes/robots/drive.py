@@ -15,6 +15,7 @@ charges it. At a charge of 0, the robot keeps working.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import add
 
 import numpy as np
 
@@ -45,7 +46,6 @@ class Wheels(Stateful):
     Attributes:
         command: Commanded speeds of the wheels [rad/s] and angles of steering joints [rad].
         applied: Values that reach the motors; equal to `command` without faults.
-        turning: Latest speeds of the wheels relative to the floor [rad/s].
     """
 
     quantity = Quantity.ANGULAR_RATE
@@ -53,8 +53,9 @@ class Wheels(Stateful):
     STATE = (
         "command",
         "applied",
-        "turning",
         "_tick",
+        "_interval",
+        "_before",
         "_on_floor",
         "_slip",
         "_lost",
@@ -69,9 +70,10 @@ class Wheels(Stateful):
         self._count = len(wheel_joints(drive))
         self.command: PerMotor = per_motor(drive, 0.0, 0.0, 0.0)
         self.applied = self.command
-        self.turning: PerMotor = (0.0,) * self._count
         self._tick = 0  # of the last update; idle robots are updated less often
-        self._on_floor: PerMotor = engine.wheel_angles(robot)  # [rad]
+        self._interval = TICK  # [s] between the last two updates
+        self._before: PerMotor = engine.wheel_angles(robot)  # in the update before the last one [rad]
+        self._on_floor = self._before  # [rad]
         self._slip = GRIP
         # Angles counted by the encoders of wheels beyond the motion on the floor [rad].
         self._lost: PerMotor = (0.0,) * self._count
@@ -83,6 +85,12 @@ class Wheels(Stateful):
         self.command = targets
         if self._is_passthrough:
             self.apply_command(self.command)
+
+    @property
+    def turning(self) -> PerMotor:
+        """Latest speeds of the wheels relative to the floor [rad/s]."""
+        angles, before = self._on_floor, self._before
+        return tuple([(angles[wheel] - before[wheel]) / self._interval for wheel in range(self._count)])
 
     @property
     def are_driven(self) -> bool:
@@ -132,20 +140,16 @@ class Wheels(Stateful):
 
     def update(self, tick: int) -> None:
         """Update with how the wheels have turned since the last update."""
-        angles, before = self._engine.wheel_angles(self._robot), self._on_floor
-        interval = (tick - self._tick) * TICK
+        interval = self._interval = (tick - self._tick) * TICK
         self._tick = tick
-        wheels = range(self._count)
-        self.turning = tuple([(angles[wheel] - before[wheel]) / interval for wheel in wheels])
-        self._on_floor = angles
+        self._before, self._on_floor = self._on_floor, self._engine.wheel_angles(self._robot)
         if self._has_power and self._slip != GRIP:
             slips, lost = per_motor(self._drive, *self._slip, 0.0), self._lost
-            self._lost = tuple([lost[at] + slips[at] * self.applied[at] * interval for at in wheels])
+            self._lost = tuple([lost[at] + slips[at] * self.applied[at] * interval for at in range(self._count)])
 
     def encoders(self) -> PerMotor:
         """Return the angles counted by the encoders up to the last tick [rad]."""
-        wheels = [angle + lost for angle, lost in zip(self._on_floor[: self._count], self._lost, strict=True)]
-        return (*wheels, *self._on_floor[self._count :])
+        return (*map(add, self._on_floor, self._lost), *self._on_floor[self._count :])
 
 
 COMMAND_TIMEOUT = 0.5  # [s]

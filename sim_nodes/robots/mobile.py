@@ -98,6 +98,7 @@ class MobileBase(Stateful):
         "navigator",
         "_steering",
         "_follower",
+        "_commanded",
         "_scan",
     )
 
@@ -123,6 +124,7 @@ class MobileBase(Stateful):
             raise RequestRefused(refused.code, f"robot {name}: {refused.message}") from refused
         self._steering = Steering(declaration.drive)
         self._follower = PathFollower(declaration.drive)
+        self._commanded: Velocity | None = None
         self._scan: Scan | None = self._first_scan
 
     @property
@@ -173,9 +175,9 @@ class MobileBase(Stateful):
     def is_idle(self) -> bool:
         """Whether it has no motion, no localisation, and no sensor in use."""
         return (
-            self.goal is None
+            not self.localisation.running
+            and self.goal is None
             and self._steering.command is None
-            and not self.localisation.running
             and not any(pipeline.faults or pipeline.is_active for pipeline in self.sensors.values())
         )
 
@@ -253,16 +255,15 @@ class MobileBase(Stateful):
         """Command the velocity of the navigation for a tick."""
         self._command(self.navigator.velocity())
 
-    def tick(self, tick: int) -> Iterator[GoalResult]:
-        """Command a velocity or a path for a tick; yields the result of a goal that ended."""
+    def tick(self, tick: int) -> Sequence[GoalResult]:
+        """Command a velocity or a path for a tick; returns the result of a goal that ended."""
         ended: GoalResult | None = None
         if self._follower.path is not None:
             ended = self._follow(tick)
         elif self._steering.command is not None:
             velocity, ended = self._steering.control(tick)
             self._command(velocity)
-        if ended is not None:
-            yield ended
+        return () if ended is None else (ended,)
 
     def _follow(self, tick: int) -> GoalResult | None:
         """Follow a path by the true pose; returns the result of its goal if it ends."""
@@ -372,4 +373,6 @@ class MobileBase(Stateful):
             yield GoalResult(goal, Outcome.CANCELED)
 
     def _command(self, velocity: Velocity) -> None:
-        self.wheels.set_targets(motor_commands(self.declaration.drive, velocity))
+        if velocity is not self._commanded:  # most commands are repeated
+            self._commanded = velocity
+            self.wheels.set_targets(motor_commands(self.declaration.drive, velocity))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -124,8 +124,9 @@ class Robot(Stateful):
     @property
     def is_idle(self) -> bool:
         """Whether no part needs every tick."""
-        if not all(part.is_idle for part in self._moving):
-            return False
+        for part in self._moving:
+            if not part.is_idle:
+                return False
         if self.faults.goals or any(drive.is_busy for drive in self._drives.values()):
             return False
         return not any(pipeline.faults or pipeline.is_active for pipeline in self._mounted.values())
@@ -142,9 +143,9 @@ class Robot(Stateful):
             bumper.touch(self._engine.contact_points(self.name), tick)
 
     @property
-    def is_rendering(self) -> bool:
-        """Whether a sensor in use renders."""
-        return any(pipeline.is_active and pipeline.sensor.sample_size for pipeline in self._mounted.values())
+    def rendered_sensors(self) -> tuple[SensorPipeline[Any], ...]:
+        """Pipelines of the sensors that render."""
+        return tuple(pipeline for pipeline in self._mounted.values() if pipeline.sensor.sample_size)
 
     @property
     def held(self) -> str | None:
@@ -179,15 +180,18 @@ class Robot(Stateful):
         """Ids of active goals that a client waits for."""
         return tuple(goal for part in self._parts for goal in part.goals)
 
-    def tick(self, tick: int) -> Iterator[GoalResult]:
-        """Update with a tick, after the fleet; yields the results of goals that ended."""
+    def tick(self, tick: int) -> Sequence[GoalResult]:
+        """Update with a tick, after the fleet; returns the results of goals that ended."""
+        ended: list[GoalResult] = []
         for part in self._moving:
-            yield from part.tick(tick)
+            ended.extend(part.tick(tick))
         for pipeline in self._mounted.values():
             pipeline.update(tick)
         for drive in self._drives.values():
             drive.update(tick)
-        yield from self.faults.tick(tick)
+        if self.faults.is_busy:
+            ended.extend(self.faults.tick(tick))
+        return ended
 
     def cancel(self, goal: str) -> Iterator[GoalResult]:
         """Cancel a goal by id; yields the results."""

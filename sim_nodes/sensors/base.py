@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import sub
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +26,7 @@ ReadWheels = Callable[[], tuple[float, ...]]
 """Returns the angles that the motors have turned [rad], in the order of `robots/kinematics.py`."""
 
 
-@dataclass(frozen=True)
-class Odometer:
+class Odometer(NamedTuple):
     """Odometry data; the initial pose is the origin of the frame `odom`.
 
     Attributes:
@@ -72,7 +73,7 @@ class Odometry(Sensor[Odometer]):
         """Update with the motion of the wheels since the last reading."""
         angles = self._wheels()
         last, self._angles = self._angles or angles, angles
-        turned = [now - before for now, before in zip(angles[: self._count], last, strict=False)]
+        turned = map(sub, angles[: self._count], last)
         moved = base_motion(self._drive, (*turned, *angles[self._count :]))
         distance, turn, sideways = moved
         ticks = 1 if self._tick is None else tick - self._tick
@@ -84,12 +85,10 @@ class Odometry(Sensor[Odometer]):
         x, y, yaw = self._now.pose
         middle = yaw + turn / 2.0
         ahead, left = math.cos(middle), math.sin(middle)
-        pose = Pose2(x + distance * ahead, y + distance * left, wrap(yaw + turn))
-        way = abs(distance)
+        x, y, way = x + distance * ahead, y + distance * left, abs(distance)
         if sideways:
-            pose = Pose2(pose.x - sideways * left, pose.y + sideways * ahead, pose.yaw)
-            way = math.hypot(distance, sideways)
-        self._now = Odometer(pose, self._now.travelled + way, velocity)
+            x, y, way = x - sideways * left, y + sideways * ahead, math.hypot(distance, sideways)
+        self._now = Odometer(Pose2(x, y, wrap(yaw + turn)), self._now.travelled + way, velocity)
         return self._now
 
     def values(self, data: Odometer) -> Values:

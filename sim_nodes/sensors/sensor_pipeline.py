@@ -10,8 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Generic, TypeVar, assert_never
+from typing import ClassVar, Generic, NamedTuple, TypeVar, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,8 +144,7 @@ class Sensor(Stateful, ABC, Generic[T]):
         return data
 
 
-@dataclass(frozen=True)
-class Sample(Generic[T]):
+class Sample(NamedTuple, Generic[T]):
     """Data of a sensor and their tick."""
 
     tick: int
@@ -271,7 +269,7 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
 
     def is_due(self, tick: int) -> bool:
         """Whether it samples the sensor in a tick."""
-        return (self.in_use or self._always or self.is_streamed) and tick % self.sensor.period == 0
+        return (self._always or self.in_use or self.is_streamed) and tick % self.sensor.period == 0
 
     def update(self, tick: int, reading: T | None = None) -> None:
         """Sample the sensor if it is due, and deliver samples.
@@ -280,13 +278,13 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
             tick: The tick.
             reading: The reading of the sensor in this tick, if it was made already.
         """
-        self.truth = self.arrived = None
+        truth = self.truth = self.arrived = None
         if self.is_due(tick):
-            self.truth = Sample(tick, self.sensor.read(tick) if reading is None else reading)
+            truth = self.truth = Sample(tick, self.sensor.read(tick) if reading is None else reading)
             if not self.faults and self._has_supply and not self._in_transit:
-                self._deliver(self.truth, tick)
+                self._deliver(truth, tick)
                 return
-            self._send(self.truth)
+            self._send(truth)
         if self._in_transit and self._in_transit[0][0] <= tick:
             self._deliver(self._in_transit.popleft()[1], tick)
 
