@@ -68,7 +68,7 @@ class WallDistance:
         dx, dy = x - self._centre[:, 0], y - self._centre[:, 1]
         along = np.abs(self._cos * dx + self._sin * dy) - self._half[:, 0]
         across = np.abs(self._cos * dy - self._sin * dx) - self._half[:, 1]
-        distances: Array = np.hypot(along.clip(0.0), across.clip(0.0))
+        distances: Array = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0))
         return distances
 
 
@@ -233,36 +233,41 @@ class Clearances:
             pose: Its pose in `map`.
             within: Distance from which entities are left out [m]; the result has none if all are left out.
         """
-        if not self._may_be_nearer(robot, pose, within):
+        has_walls = self._least_to_walls(pose) - self._reaches[robot] < within
+        robots = self._robots_within(robot, pose, within)
+        bodies = self._bodies_within(robot, pose, within)
+        if not (has_walls or robots or bodies):
             return Clearance()
         outline = placed_outline(self._bases[robot], pose)
         best = Clearance(within)
-        if self._least_to_walls(pose) - outline.reach < within:
+        if has_walls:
             best = min(best, outline.to_walls(self._walls, within), key=_distance)
-        for name, model in self._entities.bodies.items():
+        for name, model in bodies:
             best = self._nearer(best, name, model, outline)
-        for other in self._bases:
-            if other != robot:
-                best = self._nearer_robot(best, other, outline)
+        for other in robots:
+            best = self._nearer_robot(best, other, outline)
         return _at_least_zero(best) if best.entity else Clearance()
 
-    def _may_be_nearer(self, robot: str, pose: Pose2, within: float) -> bool:
-        """Whether a lower bound of the distance to any entity is below `within` [m]."""
-        state, own = self._engine.body_state, self._reaches[robot]
-        if self._least_to_walls(pose) - own < within:
-            return True
-        x, y, _ = pose
-        for other, reach in self._reaches.items():
+    def _robots_within(self, robot: str, pose: Pose2, within: float) -> list[str]:
+        """Return the other robots that drive, except those that are farther than `within` [m] along an axis."""
+        state, reaches = self._engine.body_state, self._reaches
+        (x, y, _), own, found = pose, reaches[robot], []
+        for other, reach in reaches.items():
             if other != robot:
                 apart = within + reach + own
                 other_x, other_y, _ = state(other).position
                 if abs(x - other_x) < apart and abs(y - other_y) < apart:
-                    return True
+                    found.append(other)
+        return found
+
+    def _bodies_within(self, robot: str, pose: Pose2, within: float) -> list[tuple[str, BodyModel]]:
+        """Return the bodies, except those whose spheres are farther than `within` [m]."""
+        (x, y, _), own, found = pose, self._reaches[robot], []
         for name, model in self._entities.bodies.items():
-            other_x, other_y, _ = state(name).position
+            other_x, other_y, _ = self._engine.body_state(name).position
             if math.hypot(x - other_x, y - other_y) - model.reach - own < within:
-                return True
-        return False
+                found.append((name, model))
+        return found
 
     def _least_to_walls(self, pose: Pose2) -> float:
         """Return a lower bound of the distance to walls, without computing it [m]."""
@@ -295,10 +300,6 @@ class Clearances:
         return placed_outline(self._bases[robot], self._engine.body_state(robot).planar).shadow
 
     def _nearer_robot(self, best: Clearance, other: str, outline: PlacedOutline) -> Clearance:
-        x, y, _ = self._engine.body_state(other).position
-        reach = best.distance + _reach_of(self._bases[other]) + outline.reach
-        if abs(outline.x - x) >= reach or abs(outline.y - y) >= reach:
-            return best
         return min(best, Clearance(outline.to_shadow(self._shadow_of(other)), other), key=_distance)
 
 

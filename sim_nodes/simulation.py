@@ -309,7 +309,7 @@ class Simulation(Stateful):
     def _drive_bodies(self, tick: int) -> None:
         """Move doors, lifts, people and carts until the next tick."""
         engine, touching = self.engine, self._touched.touching
-        if not isinstance(engine, DrivesBodies) or not (self.buildings or self.agents):
+        if not (self.buildings or self.agents) or not isinstance(engine, DrivesBodies):
             self._report(self.agents, self.agents.tick(tick, touching, NO_POSES))
             return
         poses, first = engine.driven_poses(), len(self.entities.built_in)

@@ -108,6 +108,7 @@ class Strikes(Stateful):
     def __init__(self, engine: Engine, entities: Entities, robots: Mapping[str, Robot], tick_steps: int) -> None:
         self._engine, self._entities, self._robots = engine, entities, robots
         self._tick_steps = tick_steps
+        self._with_arms = frozenset(name for name, robot in robots.items() if robot.declaration.arm is not None)
         self._samples: dict[str, Sample] = {}
         self._placed: dict[str, int] = {}  # step after which an entity was placed
         self._strikers: dict[Pair, tuple[str, ...]] = {}  # of lasting contacts
@@ -118,8 +119,9 @@ class Strikes(Stateful):
         bodies, samples = self._entities.movable(), self._samples
         for name in [name for name in samples if name not in self._robots and name not in bodies]:
             del samples[name]
+        state = self._engine.body_state
         for name in (*robots, *bodies):
-            samples[name] = self._now(name, tick)
+            samples[name] = self._now(name, tick) if name in self._with_arms else Sample(tick, state(name))
 
     def on_placed(self, name: str, step: int) -> None:
         """Record that an entity was placed, at rest, after a step."""

@@ -29,7 +29,7 @@ class JointValues:
         return values
 
     @cached_property
-    def forces(self) -> list[float]:
-        """Forces of actuators (`qfrc_actuator`) [N, N m]."""
-        values: list[float] = self._data.qfrc_actuator.tolist()
+    def powers(self) -> list[float]:
+        """Powers of actuators: their forces (`qfrc_actuator`) times the velocities [W]."""
+        values: list[float] = (self._data.qfrc_actuator * self._data.qvel).tolist()
         return values

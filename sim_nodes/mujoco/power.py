@@ -25,6 +25,6 @@ class MotorPower:
 
     def delivered(self, values: JointValues) -> float:
         """See `MeasuresPower.motor_power`."""
-        forces, speeds = values.forces, values.speeds
-        power = sum([max(forces[joint] * speeds[joint], 0.0) for joint in self._joints])
-        return power + max(0.0, sum([forces[joint] * speeds[joint] for joint in self._base]))
+        powers = values.powers
+        power = sum([max(powers[joint], 0.0) for joint in self._joints])
+        return power + max(0.0, sum([powers[joint] for joint in self._base])) if self._base else power

@@ -128,6 +128,7 @@ class PybulletEngine:
             enableFileCaching=0,
         )
         self._bodies: dict[str, _Body] = {}
+        self._body_states: dict[str, BodyState] = {}  # that were read since the last change
         self._owners: dict[int, str] = {}
         self._static: set[int] = set()  # numbers of the bodies with a static base
         self._jointed: dict[int, tuple[int, ...]] = {}  # joints of arms, and of bodies that have some
@@ -192,7 +193,7 @@ class PybulletEngine:
             self._drives[robot.name] = drive
             if isinstance(mobile.drive, PlanarDrive):
                 traction = traction_of(robot.declaration, mobile.drive, self._scene.ground.friction)
-                state = partial(self.body_state, robot.name)
+                state = partial(self._read_state, robot.name)  # in each step
                 self._planar[robot.name] = PlanarForces(self._bullet, drive, traction, state)
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
@@ -218,6 +219,7 @@ class PybulletEngine:
         return self._make_steps(self._stepper.step, count)
 
     def _make_steps(self, make: Callable[[int, Sequence[PybulletArm]], int], count: int) -> int:
+        self._body_states = {}
         made = make(count, [arm for arm in self._arms.values() if arm.is_moving])
         self.journal.step(made)
         return made
@@ -255,6 +257,7 @@ class PybulletEngine:
             self._drives[name].apply_command(speeds)
         for name, command in checkpoint.arms.items():
             self._arms[name].apply_command(command)
+        self._body_states = {}
         self._last = checkpoint.last
         self._stepper.touching = self._last.touching
         self._stepper.invalidate()
@@ -298,6 +301,7 @@ class PybulletEngine:
     def remove_body(self, name: str) -> None:
         """See `Engine.remove_body`."""
         number = self._bodies.pop(name).number
+        self._body_states = {}
         remove_gears(self._bullet, number)
         if self._added[name][0].built_in:
             pass_through(self._bullet, number, self._fixtures, passes=False)
@@ -312,6 +316,12 @@ class PybulletEngine:
 
     def body_state(self, name: str) -> BodyState:
         """See `Engine.body_state`."""
+        state = self._body_states.get(name)
+        if state is None:
+            state = self._body_states[name] = self._read_state(name)
+        return state
+
+    def _read_state(self, name: str) -> BodyState:
         body = self._bodies[name]
         centre, turn = pybullet.getBasePositionAndOrientation(body.number, self._client)
         linear, angular = pybullet.getBaseVelocity(body.number, self._client)
@@ -335,6 +345,7 @@ class PybulletEngine:
 
     def _set_state(self, body: _Body, state: BodyState) -> None:
         bullet = self._bullet
+        self._body_states = {}
         arm = rotation_matrix(state.orientation) @ body.centre
         turn = multiply(state.orientation, body.axes)
         bullet.resetBasePositionAndOrientation(body.number, vector(np.add(state.position, arm)), xyzw(turn))
@@ -360,6 +371,7 @@ class PybulletEngine:
         linear, angular = upright_velocities(velocities, heights - places[:, 2], turns, falling)
         for name, along, about in zip(self._driven, linear.tolist(), angular.tolist(), strict=True):
             pybullet.resetBaseVelocity(self._bodies[name].number, along, about, self._client)
+        self._body_states = {}
 
     def _driven_frames(self) -> tuple[Array, Array]:
         """Return positions (n, 3) [m] and orientations (n, 4) of the driven bodies."""

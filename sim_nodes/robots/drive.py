@@ -217,12 +217,15 @@ class Steering(Stateful):
         if tick >= command.last:
             self.clear()
             return AT_REST, GoalResult(command.goal, Outcome.SUCCEEDED) if command.goal is not None else None
-        drive = self._drive
-        self._velocity = Velocity(
-            _towards(self._velocity.linear, command.velocity.linear, drive.max_acceleration * TICK),
-            _towards(self._velocity.angular, command.velocity.angular, drive.max_turn_acceleration * TICK),
-            _towards(self._velocity.lateral, command.velocity.lateral, drive.max_acceleration * TICK),
-        )
+        drive, wanted, present = self._drive, command.velocity, self._velocity
+        if present == wanted:
+            self._velocity = wanted
+        else:
+            self._velocity = Velocity(
+                _towards(present.linear, wanted.linear, drive.max_acceleration * TICK),
+                _towards(present.angular, wanted.angular, drive.max_turn_acceleration * TICK),
+                _towards(present.lateral, wanted.lateral, drive.max_acceleration * TICK),
+            )
         return _possible(drive, self._velocity), None
 
 
