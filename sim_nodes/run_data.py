@@ -102,6 +102,7 @@ class RunData(Stateful):
         # Looked up once: a check against a protocol takes longer than a measurement.
         self._power = engine.motor_power if isinstance(engine, MeasuresPower) else None
         self._rooms = Rooms({pose.name: pose.room for pose in world.poses if pose.room is not None})
+        self._mobiles = {name: robot.mobile for name, robot in robots.items() if robot.drives}
         self._measuring = {
             name: RobotMetrics(frames.true_pose(name), self._nearest_of(name), self._rooms, self._lever_of(name))
             for name in robots
@@ -131,8 +132,7 @@ class RunData(Stateful):
         self.records[name].add_pose(pose, time)
         self.trajectories.record_robot(robot, tick)
         believed = deviation = None
-        if robot.drives:
-            base = robot.mobile
+        if (base := self._mobiles.get(name)) is not None:
             believed, deviation = base.localised_pose(), base.deviation()
         power = None if self._power is None else self._power(name)
         self._measuring[name].update(pose, math.hypot(vx, vy), believed, deviation, tick, power)

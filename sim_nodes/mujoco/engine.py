@@ -336,8 +336,9 @@ class MujocoEngine:
 
     def command_wheels(self, robot: str, *targets: float) -> None:
         """See `Engine.command_wheels`."""
-        drive = self._drives[robot]
-        self._data.ctrl[drive.motors] = targets
+        drive, controls = self._drives[robot], self._data.ctrl
+        for motor, target in zip(drive.motors, targets, strict=True):
+            controls[motor] = target
         if drive.planar is not None:
             drive.planar.command(self._data, targets)
 

@@ -44,6 +44,9 @@ class Robot(Stateful):
         surface: Ground and map of the world.
         seed: Seed of the simulation.
         origin: Place of the world on the earth, if declared.
+
+    Attributes:
+        drives: Whether it has a wheeled base.
     """
 
     STATE = ("_mobile", "_arm", "_mounted", "faults")
@@ -61,6 +64,7 @@ class Robot(Stateful):
         self._engine = engine
         self.declaration = declaration = placed.declaration
         mobile, arm = declaration.mobile, declaration.arm
+        self.drives = mobile is not None
         self._mobile = MobileBase(self.name, mobile, engine, surface, seed) if mobile is not None else None
         self._arm = Arm(placed, arm, engine, entities.is_movable) if arm is not None else None
         self._mounted = mounted_sensors(placed, engine, seed, origin)
@@ -93,11 +97,6 @@ class Robot(Stateful):
                 yield "gripper", ArmActuator(GRIPPER, gripper, gripper.fingers, noise("gripper"))
         if self._mobile is not None:
             yield "motors", WheelMotors(self._mobile.wheels, self._mobile.motion, noise("motors"))
-
-    @property
-    def drives(self) -> bool:
-        """Whether it has a wheeled base."""
-        return self._mobile is not None
 
     @property
     def mobile(self) -> MobileBase:
