@@ -249,7 +249,7 @@ class Clearances:
         return _at_least_zero(best) if best.entity else Clearance()
 
     def _robots_within(self, robot: str, pose: Pose2, within: float) -> list[str]:
-        """Return the other robots that drive, except those that are farther than `within` [m] along an axis."""
+        """Return the other robots that drive and may be nearer than `within` [m], by both axes."""
         state, reaches = self._engine.body_state, self._reaches
         (x, y, _), own, found = pose, reaches[robot], []
         for other, reach in reaches.items():
@@ -261,7 +261,7 @@ class Clearances:
         return found
 
     def _bodies_within(self, robot: str, pose: Pose2, within: float) -> list[tuple[str, BodyModel]]:
-        """Return the bodies, except those whose spheres are farther than `within` [m]."""
+        """Return the bodies whose spheres are nearer than `within` [m]."""
         (x, y, _), own, found = pose, self._reaches[robot], []
         for name, model in self._entities.bodies.items():
             other_x, other_y, _ = self._engine.body_state(name).position
