@@ -55,9 +55,6 @@ class ArcController(Controller):
     """The default controller of robots that turn in place, along paths without headings.
 
     It keeps a circle free, as planners do without headings, also around a polygon.
-
-    Attributes:
-        kind: Equal for controllers of equal robots on the same map, which `follow_together` accepts together.
     """
 
     STATE = ("_is_turning", "_curvature")
@@ -82,8 +79,12 @@ class ArcController(Controller):
         self._reach = p.lookahead_dist + self._clearance + self._braking.room(self._top_speed)
         self._longest = p.lookahead_dist + self._braking.room(self._top_speed)  # of arcs [m]
         self._samples = np.linspace(self._longest / SAMPLES, self._longest, SAMPLES)
-        self.kind = (id(self._declared), id(self._known))
         self.begin()
+
+    @property
+    def kind(self) -> tuple[int, int]:
+        """Equal for controllers of equal robots on the same map, which `follow_together` accepts together."""
+        return id(self._declared), id(self._known)
 
     def begin(self) -> None:
         """See `Controller.begin`."""
