@@ -8,7 +8,9 @@ from typing import cast
 import pytest
 
 from seoro.bridges import wire
-from seoro.bridges.sim.node import CAPABILITIES, SimulatorNode
+from seoro.bridges.sim.capabilities import CAPABILITIES, reason_unserved
+from seoro.bridges.sim.node import SimulatorNode
+from seoro.runtime.contracts.backends import Selective
 from seoro.runtime.contracts.sensors import ForceSensing, Sensors, SightSensing
 
 
@@ -32,3 +34,9 @@ def test_a_node_without_a_watch_serves_other_sensors(contract: type, verb: str) 
     node = cast(SimulatorNode, Node(features))
     assert SimulatorNode.missing_verbs(node, Sensors) == ()
     assert SimulatorNode.missing_verbs(node, contract) == (verb,)
+
+
+def test_the_reason_names_the_verbs_that_are_missing() -> None:
+    assert reason_unserved(ForceSensing, ["cancel_watch", "drive"], "it") == "it does not serve `watch_force`"
+    assert reason_unserved(ForceSensing, ["watch_force"], "it") == ""
+    assert reason_unserved(Selective, [], "it") == ""

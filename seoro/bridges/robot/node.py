@@ -11,18 +11,20 @@ import anyio
 
 from seoro.bridges import wire
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
+from seoro.bridges.sim.capabilities import reason_unserved
 from seoro.bridges.sim.requests import NodeAddress, to_exception
-from seoro.bridges.sim.robots import RobotRequests
+from seoro.bridges.sim.sensing import SensingRequests
 from seoro.bridges.wire.holds import HOLD_DEADLINE, HOLD_PATIENCE
 from seoro.errors import BackendError, BackendLost, BackendStopped
 
 ANSWER = 1.0  # [s] time limit of the bridge, beyond the requested wait
 PATIENCE = HOLD_PATIENCE
 RETRY = 0.05  # [s] between attempts during an outage
+PROFILES = "the profile of a ROS 2 robot names its topics and actions"
 STOP_TIMEOUT = 5.0  # [s]; longer than that of bridges for their robots
 
 
-class RobotNode(RobotRequests):
+class RobotNode(SensingRequests):
     """Held robots of a bridge.
 
     Actors are never assigned to real robots implicitly: the user names the robot of each actor.
@@ -45,6 +47,14 @@ class RobotNode(RobotRequests):
     def robots(self) -> Sequence[wire.RobotInfo]:
         """The held robots."""
         return tuple(self._robots.values())
+
+    def reason_missing(self, contract: type, robot: str) -> str:
+        """See `Selective`. Nodes of other versions do not state the verbs of robots, and refuse at the request."""
+        info = self._robots.get(robot)
+        if info is None or not info.verbs:
+            return ""
+        reason = reason_unserved(contract, info.verbs, f"'{robot}'")
+        return reason and f"{reason}; {PROFILES}"
 
     def senses_contacts(self, robot: str) -> bool:
         """See `ContactSensing`."""

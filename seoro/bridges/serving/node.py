@@ -278,10 +278,14 @@ class RobotServer:
         return wire.RobotFeatures(
             version=__version__,
             features=tuple(sorted(self._verbs)),
-            robots=tuple(self._robots[name].info for name in names),
+            robots=tuple(self._info(name) for name in names),
             number=self._events.number,
             holder=self._leases.holder_names(names),
         )
+
+    def _info(self, name: str) -> wire.RobotInfo:
+        verbs = sorted({*self._own, *self._theirs[name]})
+        return self._robots[name].info.model_copy(update={"verbs": tuple(verbs)})
 
     async def take_robots(self, holder: wire.Holder) -> wire.RobotFeatures:
         self._emergency.check(*(holder.robots or self._robots))

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from seoro.bridges import wire
-from seoro.bridges.sim.robots import RobotRequests
+from seoro.bridges.sim.sensing import SensingRequests
 from seoro.robotics.faults import Fault
 from seoro.runtime.contracts.backends import Reporter
 
 
-class DeviceRequests(RobotRequests):
-    """The capabilities `Sensors`, `ForceSensing`, `SightSensing` and `Faults` of a node."""
+class DeviceRequests(SensingRequests):
+    """The capabilities `Sensors` and `Faults` of a node."""
 
     features: wire.SimulatorFeatures
 
@@ -34,16 +34,6 @@ class DeviceRequests(RobotRequests):
         )
         return await self.start(wire.WATCH_RANGE, request, report)
 
-    async def watch_force(self, robot: str, sensor: str, force: float, report: Reporter) -> str:
-        """See `ForceSensing`."""
-        request = wire.WatchForce(id=self.new_id("watch"), robot=robot, sensor=sensor, force=force)
-        return await self.start(wire.WATCH_FORCE, request, report)
-
-    async def watch_sight(self, robot: str, sensor: str, entity: str, share: float, report: Reporter) -> str:
-        """See `SightSensing`."""
-        request = wire.WatchSight(id=self.new_id("watch"), robot=robot, sensor=sensor, entity=entity, share=share)
-        return await self.start(wire.WATCH_SIGHT, request, report)
-
     async def check_rate(
         self, robot: str, sensor: str, lowest: float, highest: float, duration: float, report: Reporter
     ) -> str:
@@ -57,8 +47,6 @@ class DeviceRequests(RobotRequests):
             duration=duration,
         )
         return await self.start(wire.CHECK_RATE, request, report)
-
-    cancel_sensor_watch = RobotRequests.cancel_watch
 
     def devices(self) -> Mapping[str, Sequence[str]]:
         """See `Faults`."""

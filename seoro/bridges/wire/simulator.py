@@ -21,7 +21,7 @@ class RobotInfo(Message):
 
     `kinds` are the actor types that it can play, most specific first. `frames` are its transform frames, `devices`
     its parts that can have faults. With `senses_contacts`, every contact of the robot is reported with its
-    strikers.
+    strikers. Bridges list the verbs of the robot; without `verbs`, all of the node apply.
     """
 
     name: str
@@ -29,6 +29,7 @@ class RobotInfo(Message):
     frames: tuple[str, ...] = ()
     devices: tuple[str, ...] = ()
     senses_contacts: bool = False
+    verbs: tuple[str, ...] = ()
 
 
 class RobotName(Message):

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, get_args
 from seoro.errors import UsageError
 from seoro.lang.plan import Field, InvokeAction, Plan, invocations_in
 from seoro.lang.source import Span
-from seoro.runtime.execution.assignment import ActorAssignment, Contract
+from seoro.runtime.contracts.backends import Selective
+from seoro.runtime.execution.assignment import ActorAssignment, Contract, Home
 from seoro.runtime.functions.actions import BoundAction
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.values.values import Actor
@@ -55,11 +56,19 @@ def check_needs(plan: Plan, entry: Instance, actions: Mapping[str, BoundAction],
             home = homes.of(actor)
             if home is None:
                 raise _homeless(invocation, actor, mark.home, homes)
-            if not isinstance(home.backend, mark.home):
-                raise UsageError(
-                    f"{home.backend.name}, the backend of `{actor.name}`, does not support `{invocation.action}`",
-                    invocation.span,
-                )
+            _check_support(invocation, actor, mark.home, home)
+
+
+def _check_support(invocation: InvokeAction, actor: Actor, contract: Contract, home: Home) -> None:
+    """Check that the backend of an actor supports one of the parts of a contract for it."""
+    backend, missing = home.backend, ""
+    for part in get_args(contract) or (contract,):
+        if isinstance(backend, part):
+            missing = backend.reason_missing(part, home.name) if isinstance(backend, Selective) else ""
+            if not missing:
+                return
+    reason = f"{backend.name}, the backend of `{actor.name}`, does not support `{invocation.action}`"
+    raise UsageError(f"{reason}: {missing}" if missing else reason, invocation.span)
 
 
 def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:

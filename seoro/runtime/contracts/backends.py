@@ -86,6 +86,14 @@ class Backend(Protocol):
 
 
 @runtime_checkable
+class Selective(Protocol):
+    """A backend that may lack some contracts whose methods it has, also for some of its robots only."""
+
+    def reason_missing(self, contract: type, robot: str) -> str:
+        """Return why a robot lacks a contract; empty if it has it."""
+
+
+@runtime_checkable
 class Connected(Protocol):
     """A backend whose connection may be interrupted, so that reports may be missing."""
 

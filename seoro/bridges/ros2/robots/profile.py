@@ -134,6 +134,45 @@ class Arm(_Part):
     gripper: Gripper | None = None
 
 
+class Detector(_Part):
+    """Detector of objects in the pictures of a camera.
+
+    Args:
+        topic: Topic of `vision_msgs/Detection2DArray`.
+        width: Width of the pictures [pixels]; with `height`, actions may require a share of the picture.
+        height: Height of the pictures [pixels].
+        lowest_score: Lowest score of a detection that counts.
+    """
+
+    topic: Name
+    width: Annotated[int, Field(strict=True, gt=0)] | None = None
+    height: Annotated[int, Field(strict=True, gt=0)] | None = None
+    lowest_score: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.5
+
+    @model_validator(mode="after")
+    def _check_size(self) -> Self:
+        if (self.width is None) != (self.height is None):
+            raise ValueError("expected both `width` and `height`, or none of them")
+        return self
+
+    @property
+    def area(self) -> int | None:
+        """Area of the pictures [pixels]; None if it is unknown."""
+        return None if self.width is None or self.height is None else self.width * self.height
+
+
+class Sensors(_Part):
+    """Sensors whose measurements a run can wait for, by their names in scenarios.
+
+    Args:
+        force: Topics of `geometry_msgs/WrenchStamped`.
+        sight: Detectors of objects.
+    """
+
+    force: Mapping[Given, Name] = Field(default_factory=dict)
+    sight: Mapping[Given, Detector] = Field(default_factory=dict)
+
+
 class Profile(_Part):
     """Family of robots.
 
@@ -145,6 +184,7 @@ class Profile(_Part):
         battery: Topic of `sensor_msgs/BatteryState`.
         base: Driving base, if the robots have one.
         arm: Arm, if the robots have one.
+        sensors: Force-torque sensors and detectors of objects.
     """
 
     model: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
@@ -154,6 +194,7 @@ class Profile(_Part):
     battery: Name = "battery_state"
     base: Base | None = None
     arm: Arm | None = None
+    sensors: Sensors = Sensors()
 
     @model_validator(mode="after")
     def _check_parts(self) -> Self:

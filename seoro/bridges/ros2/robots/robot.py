@@ -10,6 +10,7 @@ from seoro.bridges.ros2.robots.arm import MovingArm
 from seoro.bridges.ros2.robots.base import DrivingBase
 from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.profile import Profile
+from seoro.bridges.ros2.robots.sensing import Sensing
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.robot import Handlers
 
@@ -33,6 +34,7 @@ class RosRobot:
         self._battery: float | None = None
         self._base = None if profile.base is None else DrivingBase(link, profile.base)
         self._arm = None if profile.arm is None else MovingArm(link, profile.arm)
+        self._sensing = Sensing(link, profile.sensors)
 
     @property
     def info(self) -> wire.RobotInfo:
@@ -43,7 +45,7 @@ class RosRobot:
     @property
     def handlers(self) -> Handlers:
         """Handlers of the served verbs."""
-        parts = [part.handlers for part in (self._base, self._arm) if part is not None]
+        parts = [part.handlers for part in (self._base, self._arm, self._sensing) if part is not None]
         return {verb: carry for handlers in parts for verb, carry in handlers.items()}
 
     @property
@@ -79,6 +81,7 @@ class RosRobot:
             await self._base.open()
         if self._arm is not None:
             await self._arm.open()
+        await self._sensing.open()
 
     def forget(self) -> None:
         """Forget the poses of the robot: the time was set back, or the robot has disappeared."""

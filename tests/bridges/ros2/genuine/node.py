@@ -127,7 +127,27 @@ def sense(node, namespace):
         subscribe(topic, kind, read)
 
 
-KINDS = {"talker": talk, "listener": listen, "logger": write_log, "server": serve, "actor": act, "viewer": sense}
+def press(node, topic):
+    """Publish a force that grows by 1 N at each message."""
+    publisher = node.create_publisher(WrenchStamped, topic, qos_profile_sensor_data)
+    message = WrenchStamped()
+
+    def publish():
+        message.wrench.force.z -= 1.0
+        publisher.publish(message)
+
+    node.create_timer(0.05, publish)
+
+
+KINDS = {
+    "talker": talk,
+    "listener": listen,
+    "logger": write_log,
+    "server": serve,
+    "actor": act,
+    "viewer": sense,
+    "presser": press,
+}
 
 
 def main():

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from pathlib import Path
 
 import pytest
 
+from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.runtime.contracts.backends import GoalStatus
+from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.expose.exposed import exposed
 from tests.bridges.ros2.expose.test_sensors import PLACE, SENSORS
-from tests.bridges.ros2.genuine.conftest import Ros2
+from tests.bridges.ros2.genuine.conftest import Ros2, running
+from tests.bridges.ros2.robots.test_sensing import PROFILE
 from tests.routers import free_endpoint
 from tests.sim_nodes.engines import needs_pictures
 from tests.sim_nodes.sensors.bench import room_with
@@ -39,3 +44,17 @@ async def test_a_genuine_node_reads_all_sensors(
     frame, weight = sensed["mast/wrench"]
     assert (frame, weight < -1.0) == ("rplidar_link", True)
     assert sensed["gps/fix"] == pytest.approx([0, 48.1, 11.6, 1.0], abs=1e-4)
+
+
+async def test_a_run_waits_for_the_force_of_a_genuine_node(ros2: Ros2, router: str, tmp_path: Path) -> None:
+    profile, end = tmp_path / "rover.yaml", Ends()
+    profile.write_text(PROFILE)
+    endpoint = f"unixsock-stream/{tmp_path}/bridge"
+    bridge = [sys.executable, "-m", "seoro.cli.main", "bridge", "ros2", "--robot", f"{profile}:rover"]
+    async with (
+        ros2.node(router, "presser", "wrist/wrench"),
+        running([*bridge, "--ros", router, "--listen", endpoint], endpoint),
+        connect_robots(endpoint, "a test", robots=("rover",)) as node,
+    ):
+        await node.watch_force("rover", "wrist", 20.0, end)
+        assert (await end.wait()).status is GoalStatus.SUCCEEDED
