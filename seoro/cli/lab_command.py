@@ -6,7 +6,6 @@ import argparse
 import math
 import os
 import re
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import anyio
 
 from seoro.cli.arguments import Container, add_command, add_keys_argument, add_option
+from seoro.cli.confirmation import confirm
 from seoro.cli.exit_status import Exit
 from seoro.cli.lab_table import lab_table, plain
 from seoro.errors import UsageError
@@ -210,12 +210,12 @@ def _confirm(robots: Sequence[str]) -> None:
     Raises:
         UsageError: Stdin is not a terminal, or the answer is not yes.
     """
-    if not sys.stdin.isatty():
-        raise UsageError("releasing an emergency stop needs a confirmation", help="confirm with `--yes`")
     names = ", ".join(robots) or "Robots"
-    answer = input(f"{one_line(names)} may move as soon as the emergency stop is released. Release it? [y/N] ")
-    if answer.strip().lower() not in ("y", "yes"):
-        raise UsageError("the emergency stop was not released")
+    confirm(
+        f"{names} may move as soon as the emergency stop is released. Release it?",
+        needed_by="releasing an emergency stop",
+        otherwise="the emergency stop was not released",
+    )
 
 
 def _control(options: argparse.Namespace, *more: str) -> LabControl:

@@ -19,11 +19,19 @@ from functools import partial
 
 import anyio
 
-from seoro.bridges.conformance import arms, devices, robots, traffic, worlds
+from seoro.bridges.conformance import arms, bridge_arms, bridge_navigation, devices, robots, traffic, worlds
 from seoro.bridges.conformance.arms import ArmBench, ArmFacts
 from seoro.bridges.conformance.bench import RULES, Make, Rule, SimulatedBackend, has, started, started_with
-from seoro.bridges.conformance.bridges import BRIDGE_LEVELS, BridgeRule, HeldRobot
-from seoro.bridges.conformance.levels import LEVELS, checked_contracts, highest_level, rules_of, unsupported
+from seoro.bridges.conformance.bridges import BridgeRule, HeldRobot
+from seoro.bridges.conformance.levels import (
+    BRIDGE_LEVELS,
+    LEVELS,
+    MOTIONS,
+    checked_contracts,
+    highest_level,
+    rules_of,
+    unsupported,
+)
 from seoro.errors import BackendError, BackendLost, BackendRefused
 from seoro.runtime.contracts.robots import Arms
 
@@ -31,6 +39,7 @@ __all__ = [
     "ARM_RULES",
     "BRIDGE_LEVELS",
     "LEVELS",
+    "MOTIONS",
     "RULES",
     "ArmFacts",
     "BridgeRule",
@@ -39,6 +48,9 @@ __all__ = [
     "Make",
     "Rule",
     "SimulatedBackend",
+    "advice",
+    "bridge_arms",
+    "bridge_navigation",
     "check_arm",
     "check_backend",
     "check_bridge_rule",
@@ -125,6 +137,11 @@ class BrokenRule(AssertionError):
 def requirement(rule: Rule) -> str:
     """Return the sentence that a rule checks."""
     return str(rule.__doc__).partition("\n")[0]
+
+
+def advice(rule: Rule) -> str:
+    """Return how to keep a rule, the second paragraph of its docstring; empty without one."""
+    return " ".join(str(rule.__doc__).partition("\n\n")[2].split())
 
 
 async def check_rule(rule: Rule, make: Make, facts: ArmFacts | None = None) -> None:

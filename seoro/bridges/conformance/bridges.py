@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import anyio
 
@@ -17,6 +16,7 @@ from seoro.bridges import wire
 from seoro.bridges.conformance.bench import Reports, expect, expect_refused, expect_reported
 from seoro.bridges.robot.connecting import RobotsBusy, connect_robots
 from seoro.bridges.robot.node import RobotNode
+from seoro.robotics.geometry import Pose3D
 from seoro.runtime.contracts.backends import GoalStatus, Report
 
 SPEED, DURATION = 0.05, 0.5  # [m/s], [s]
@@ -35,13 +35,13 @@ class AwaitedReports(Reports):
         super().__call__(report)
         self._reported.set()
 
-    async def wait(self) -> None:
-        """Wait for the first report, for the time of a drive and `LATE` at most."""
-        with anyio.move_on_after(DURATION + LATE):
+    async def wait(self, within: float = DURATION + LATE) -> None:
+        """Wait for the first report, `within` [s] at most: by default the time of a drive and `LATE`."""
+        with anyio.move_on_after(within):
             await self._reported.wait()
 
 
-@dataclass(frozen=True)
+@dataclass
 class HeldRobot:
     """A held robot of a bridge.
 
@@ -50,12 +50,16 @@ class HeldRobot:
         robot: Name of the robot.
         endpoint: Endpoint of the bridge.
         bridge: Name of the bridge; None for the only one.
+        start: Pose of the robot before the first rule that navigates.
+        posture: Positions of the joints before the first rule that moves the arm.
     """
 
     node: RobotNode
     robot: str
     endpoint: str
     bridge: str | None = None
+    start: Pose3D | None = None
+    posture: tuple[float, ...] | None = None
 
     async def drive(self, report: Callable[[Report], None], duration: float = DURATION) -> str:
         """Drive ahead slowly; return the id of the goal."""
@@ -134,7 +138,3 @@ DRIVING: tuple[BridgeRule, ...] = (
     driving_robots_are_busy,
     cancelled_drives_end,
 )
-BRIDGE_LEVELS: Mapping[str, tuple[BridgeRule, ...]] = MappingProxyType(
-    {"hold": HOLDING, "drive": (*HOLDING, *DRIVING)}
-)
-"""Rules of each level of bridges."""

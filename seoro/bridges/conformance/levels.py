@@ -1,4 +1,4 @@
-"""Levels of conformance of simulator nodes: from a clock to robots that navigate."""
+"""Levels of conformance: of simulator nodes from a clock to robots that navigate, and of bridges."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 
 from seoro.bridges.conformance.bench import RULES, Rule, SimulatedBackend, has
+from seoro.bridges.conformance.bridge_arms import HANDLING
+from seoro.bridges.conformance.bridge_navigation import NAVIGATING
+from seoro.bridges.conformance.bridges import DRIVING, HOLDING, BridgeRule
 from seoro.runtime.contracts.robots import DrivenRobots, MobileRobots
 from seoro.runtime.contracts.worlds import Frames, Simulation
 
@@ -18,6 +21,26 @@ LEVELS: Mapping[str, tuple[type, ...]] = MappingProxyType(
     }
 )
 """Contracts that each level requires, from the lowest level on."""
+
+
+BRIDGE_LEVELS: Mapping[str, tuple[BridgeRule, ...]] = MappingProxyType(
+    {
+        "hold": HOLDING,
+        "drive": (*HOLDING, *DRIVING),
+        "navigate": (*HOLDING, *DRIVING, *NAVIGATING),
+        "arm": (*HOLDING, *HANDLING),
+    }
+)
+"""Rules of each level of bridges."""
+
+MOTIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "drive": "will drive ahead by 15 cm",
+        "navigate": "will drive up to 50 cm ahead and back, also turning",
+        "arm": "will turn the first joint of its arm by 3 degrees and back, and open and close its gripper",
+    }
+)
+"""Motions of a robot at the levels of bridges that move it."""
 
 
 def checked_contracts() -> tuple[type, ...]:

@@ -209,7 +209,8 @@ class MountedSensor(Message):
 class RobotDescription(Message):
     """Robot: the text of its URDF, its base link, the names of its sensors, and its parts.
 
-    `max_speed` [m/s] and `max_turn_rate` [rad/s] are zero for robots that do not drive.
+    `urdf` is empty if the node has none. `max_speed` [m/s] and `max_turn_rate` [rad/s] are zero for robots that do
+    not drive.
     """
 
     urdf: str

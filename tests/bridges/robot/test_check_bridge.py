@@ -24,7 +24,7 @@ def test_a_bridge_holds_without_a_motion(rails: Rails, capsys: pytest.CaptureFix
 
 
 def test_a_bridge_drives(rails: Rails, capsys: pytest.CaptureFixture[str]) -> None:
-    status = main(["check-node", rails.endpoint, "--robot", "line", "--level", "drive", "--json"])
+    status = main(["check-node", rails.endpoint, "--robot", "line", "--level", "drive", "--yes", "--json"])
     result: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert [each for each in result["rules"] if not each["holds"]] == []
     assert (status, len(result["rules"])) == (0, len(BRIDGE_LEVELS["drive"]))
@@ -35,10 +35,12 @@ def test_a_bridge_drives(rails: Rails, capsys: pytest.CaptureFixture[str]) -> No
     ("options", "words"),
     [
         (
-            ("--robot", "line", "--level", "navigate"),
-            "invalid `--level navigate` of a bridge; expected hold or drive",
+            ("--robot", "line", "--level", "time"),
+            "invalid `--level time` of a bridge; expected hold, drive, navigate, arm",
         ),
         (("--level", "hold"), "`--level hold` is a level of bridges; expected `--robot` as well"),
+        (("--level", "time", "--yes"), "`--yes` is for bridges; expected `--robot` as well"),
+        (("--robot", "line", "--level", "drive"), "moving line needs a confirmation"),
         (("--robot", "train"), "unknown robot 'train'"),
         (("--robot", "line", "--world", "maze"), "`--world` applies to simulators"),
     ],

@@ -63,6 +63,16 @@ class MovingArm:
             served[wire.GRIPPER_COMMAND] = self._grip
         return served
 
+    @property
+    def description(self) -> wire.ArmDescription:
+        """Joints of the arm and its gripper, and the stroke of the gripper."""
+        gripper = self._arm.gripper
+        return wire.ArmDescription(
+            joints=tuple(self._arm.joints),
+            fingers=() if gripper is None else (gripper.joint,),
+            stroke=0.0 if gripper is None else gripper.widest,
+        )
+
     async def open(self) -> None:
         """Subscribe to the joint states."""
         await self._joints.open()
@@ -101,6 +111,17 @@ class MovingArm:
                     Result.OPERATION_FAILED, f"expected positions of {len(names)} joints, got {len(point)}"
                 )
             check_finite("position", *point)
+            self._check_limits(dict(zip(names, point, strict=True)))
+
+    def _check_limits(self, positions: Mapping[str, float]) -> None:
+        for name, position in positions.items():
+            lowest, highest = self._arm.limits.get(name, (-math.inf, math.inf))
+            if not lowest <= position <= highest:
+                raise RequestRefused(
+                    wire.ArmResult.OUT_OF_LIMITS,
+                    f"position {position:g} of '{name}' is out of its limits; expected {lowest:g} to {highest:g} "
+                    "(`limits` in the profile of the robot)",
+                )
 
     async def _move_to_pose(self, request: wire.MoveToPose) -> None:
         _check_motion(request)

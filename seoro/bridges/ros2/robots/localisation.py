@@ -25,6 +25,7 @@ POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE_TIMEOUT = 10.0  # [s] from an initial pose to a pose of the localisation
 RETRY = 1.0  # [s] between initial poses: the first may arrive before the localisation is ready
 VARIANCES = {0: 0.25, 7: 0.25, 35: 0.0685}  # of x, y [m^2] and yaw [rad^2]: 0.5 m and 15 degrees, as RViz sends
+BASE = "base_link"
 PLANAR = (0, 1, 5)  # rows of x, y and yaw in a covariance
 
 
@@ -144,8 +145,10 @@ class Localisation:
         if latest is None:
             return wire.Localization(pose=None, covariance=None, particles=0, error=None)
         covariance = np.asarray(latest.pose.covariance).reshape(6, 6)[np.ix_(PLANAR, PLANAR)]
+        # The localisation publishes a pose after some motion only; transforms have the present one.
+        present = self._link.frames.pose(BASE, self._base.map_frame)
         return wire.Localization(
-            pose=geometry.pose(latest.pose.pose),
+            pose=present or geometry.pose(latest.pose.pose),
             covariance=tuple(covariance.ravel().tolist()),
             particles=0,  # unknown
             error=None,  # unknown

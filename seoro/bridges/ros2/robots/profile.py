@@ -117,6 +117,7 @@ class Arm(_Part):
 
     Args:
         joints: Joints in order, with their maximum speeds [rad/s].
+        limits: Lowest and highest positions of joints [rad]; goals beyond them are refused.
         trajectory: Action `control_msgs/action/FollowJointTrajectory` of the controller.
         joint_states: Topic of joint states.
         base_frame: Frame of the base.
@@ -132,6 +133,16 @@ class Arm(_Part):
     tool: Frame = "tool0"
     move_group: MoveGroup | None = None
     gripper: Gripper | None = None
+    limits: Mapping[Given, tuple[Number, Number]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _check_limits(self) -> Self:
+        for name, (lowest, highest) in self.limits.items():
+            if name not in self.joints:
+                raise ValueError(f"limits of an unknown joint '{name}'; expected one of {', '.join(self.joints)}")
+            if lowest >= highest:
+                raise ValueError(f"limits of '{name}': expected the lowest position before the highest one")
+        return self
 
 
 class Detector(_Part):

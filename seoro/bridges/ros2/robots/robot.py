@@ -15,6 +15,7 @@ from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.robot import Handlers
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+BASE = "base_link"
 BATTERY = "sensor_msgs/msg/BatteryState"
 DYNAMIC = Qos(depth=100)
 STATIC = Qos(durability=Durability.TRANSIENT_LOCAL, depth=100)
@@ -46,7 +47,8 @@ class RosRobot:
     def handlers(self) -> Handlers:
         """Handlers of the served verbs."""
         parts = [part.handlers for part in (self._base, self._arm, self._sensing) if part is not None]
-        return {verb: carry for handlers in parts for verb, carry in handlers.items()}
+        own = {wire.GET_ROBOT_DESCRIPTION: self._describe}
+        return own | {verb: carry for handlers in parts for verb, carry in handlers.items()}
 
     @property
     def health(self) -> wire.RobotHealth:
@@ -60,6 +62,18 @@ class RosRobot:
             position=position,
             seen=self._link.last_received(),
             topics=self._link.topics(),
+        )
+
+    async def _describe(self, _request: wire.RobotName) -> wire.RobotDescription:
+        """Describe the robot by its profile."""
+        profile = self._profile
+        return wire.RobotDescription(
+            urdf="",
+            base_link=BASE if profile.arm is None else profile.arm.base_frame,
+            sensors=(*profile.sensors.force, *profile.sensors.sight),
+            arm=None if self._arm is None else self._arm.description,
+            max_speed=0.0 if profile.base is None else profile.base.limits.linear,
+            max_turn_rate=0.0 if profile.base is None else profile.base.limits.angular,
         )
 
     def _on_battery(self, message: Message) -> None:
