@@ -22,7 +22,7 @@ from tests.routers import process
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples/minimal_node"
-RECORDED = ROOT / "tests/data/protocol/exchanges.jsonl"
+RECORDED = ROOT / "seoro/bridges/wire/protocol.exchanges.jsonl"
 UPDATES = bool(os.environ.get("SEORO_UPDATE_GOLDENS"))
 Exchange = tuple[str, bytes, bytes]
 """Verb, request and reply."""

@@ -14,10 +14,12 @@ from tests.tools.reference.codes import codes
 from tests.tools.reference.commands import commands
 from tests.tools.reference.libraries import libraries
 from tests.tools.reference.robots import referenced_robots
+from tests.tools.reference.rules import bridge_rules, simulator_rules
 from tests.tools.reference.schemas import lab_file, profile_file, robot_file, world_file
 from tests.tools.reference.verbs import executor_verbs, node_verbs, result_codes
 
 GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
+    "bridge rules": bridge_rules,
     "codes": codes,
     "commands": commands,
     "executor verbs": executor_verbs,
@@ -28,6 +30,7 @@ GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "referenced robots": referenced_robots,
     "result codes": result_codes,
     "robot file": robot_file,
+    "simulator rules": simulator_rules,
     "world file": world_file,
 }
 """Functions that return Markdown, by the name in the placeholder."""
