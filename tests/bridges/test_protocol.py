@@ -17,6 +17,7 @@ from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.schema import FILE, schema_text
 from seoro.cli.main import main
+from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
 from tests.routers import process
 
@@ -87,6 +88,16 @@ def test_a_scenario_runs_on_a_node_without_code_of_seoro(endpoint: str, monkeypa
         ]
         RECORDED.write_text("\n".join(lines) + "\n")
     assert list(map(asked, exchanges)) == list(map(asked, recorded()))
+
+
+def test_actions_without_their_verbs_are_refused_before_the_run(endpoint: str, tmp_path: Path) -> None:
+    scenario = tmp_path / "main.osc"
+    scenario.write_text(
+        "import osc.nav2\nimport osc.sensors\nscenario main:\n    robot: differential_drive_robot\n"
+        "    do robot.wait_for_force('wrist', above: 20N)\n"
+    )
+    with pytest.raises(UsageError, match=r"`robot\.wait_for_force`: it does not serve `watch_force`"):
+        seoro.run(seoro.load(scenario), simulator=seoro.Simulator(endpoint=endpoint))
 
 
 def test_recorded_bytes_are_read_and_written_again() -> None:
