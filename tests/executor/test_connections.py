@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import uvloop
 
-from seoro.executor.process.pool import _reader
+from seoro.concurrency.forks.using import socket_reader
 
 
 @pytest.mark.parametrize("make_loop", [asyncio.new_event_loop, uvloop.new_event_loop])
@@ -22,7 +22,7 @@ def test_closing_a_connection_closes_no_reused_file(
     number = ours.fileno()
 
     async def read_to_the_end() -> bytes:
-        reader = await _reader(ours)
+        reader = await socket_reader(ours)
         theirs.sendall(b"all of it")
         theirs.close()
         found = await reader.read()

@@ -2,7 +2,7 @@
 
 One pipe carries the job and requests to resume or stop; its end means that the executor has died. The other
 carries the announcement of the run, the lines of its trace, and its end; before that, if needed, the wait for busy
-robots. Reports about processes use a pipe of their own.
+robots.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from enum import IntEnum
 from typing import IO, Final
 
 HEADER: Final = struct.Struct("!BI")  # kind, and length of the data [bytes]
-REPORT: Final = struct.Struct("!Bii")  # about a process: kind, process id, and exit status if it has ended
 
 NOT_BEGUN: Final = 75  # exit status of a process whose run was stopped before it began
 
@@ -33,13 +32,6 @@ class Frame(IntEnum):
     ABORT = 11  # end the run as an error: reason, as text
     EMIT = 12  # emit an event: `messages.EmitEvent`
     EMITTED = 13  # outcome of an emission: `messages.Emitted`
-
-
-class ProcessReport(IntEnum):
-    """Kind of a report about a process."""
-
-    STARTED = 1
-    ENDED = 2
 
 
 def frame(kind: Frame, data: bytes) -> bytes:

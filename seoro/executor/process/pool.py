@@ -8,24 +8,18 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import socket
-import subprocess
-import sys
 import threading
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Final
 
-from seoro.executor.process.frames import HEADER, REPORT, Frame, ProcessReport, frame
+from seoro.concurrency.forks.using import ForkServer, NoProcess, start_fork_server
+from seoro.executor.process.frames import HEADER, Frame, frame
 
 MAX_FRAME: Final = 256 << 20  # [bytes]
 READ_SIZE: Final = 1 << 16  # [bytes]
 END_TIMEOUT: Final = 10.0  # [s] for a process to end after the end of its run
 _MODULE: Final = "seoro.executor.process.fork_server"
-
-
-class NoProcess(Exception):
-    """The fork server cannot make a process."""
 
 
 class Worker:
@@ -88,93 +82,6 @@ class Worker:
             os.close(self._control)
 
 
-class ForkServer:
-    """Executor's side of the fork server. Created by `start_fork_server`.
-
-    Args:
-        process: Process of the fork server.
-        requests: Socket for requests.
-        reports: Reader of its reports.
-    """
-
-    def __init__(
-        self, process: asyncio.subprocess.Process, requests: socket.socket, reports: asyncio.StreamReader
-    ) -> None:
-        self._process = process
-        self._requests = requests
-        self._reports = reports
-        self._ended: dict[int, asyncio.Future[int | None]] = {}
-        self._started: asyncio.Future[int] | None = None
-        self._listening = asyncio.create_task(self._listen())
-
-    async def make(self, control: int, data: int) -> tuple[int, asyncio.Future[int | None]]:
-        """Fork a process with a pipe and a socket; returns its process id, and a future of its exit status.
-
-        Raises:
-            NoProcess: The fork server has died.
-        """
-        self._started = asyncio.get_running_loop().create_future()
-        try:
-            if self._listening.done():
-                raise BrokenPipeError
-            socket.send_fds(self._requests, [b"."], [control, data])
-            process = await self._started
-        except OSError as error:
-            raise NoProcess("the fork server for runs has died") from error
-        finally:
-            self._started = None
-        return process, self._ended[process]
-
-    async def _listen(self) -> None:
-        with suppress(asyncio.IncompleteReadError):
-            while True:
-                what, process, code = REPORT.unpack(await self._reports.readexactly(REPORT.size))
-                if what == ProcessReport.ENDED:
-                    self._ended.pop(process).set_result(code)
-                    continue
-                self._ended[process] = asyncio.get_running_loop().create_future()
-                if self._started is not None:
-                    self._started.set_result(process)
-        for ended in self._ended.values():
-            ended.set_result(None)
-        if self._started is not None:
-            self._started.set_exception(BrokenPipeError())
-
-    async def close(self) -> None:
-        """End the fork server; its processes continue."""
-        self._requests.close()
-        try:
-            async with asyncio.timeout(END_TIMEOUT):
-                await self._process.wait()
-        except TimeoutError:
-            self._process.kill()
-            await self._process.wait()
-        await self._listening
-
-
-async def start_fork_server(environment: Mapping[str, str]) -> ForkServer:
-    """Start a fork server.
-
-    Args:
-        environment: Environment variables of its processes.
-    """
-    ours, theirs = socket.socketpair()
-    reports, reports_write = socket.socketpair()
-    command = [sys.executable, "-m", _MODULE, str(theirs.fileno()), str(reports_write.fileno())]
-    try:
-        process = await asyncio.create_subprocess_exec(
-            *command,
-            stdin=subprocess.DEVNULL,
-            pass_fds=(theirs.fileno(), reports_write.fileno()),
-            start_new_session=True,
-            env=environment,
-        )
-    finally:
-        theirs.close()
-        reports_write.close()
-    return ForkServer(process, ours, await _reader(reports))
-
-
 class Pool:
     """Source of processes for runs. Created by `open_pool`.
 
@@ -196,25 +103,11 @@ class Pool:
         """
         async with self._taking:
             try:
-                return await self._make()
+                return Worker(*await self._fork_server.fork())
             except NoProcess:
                 await self._fork_server.close()
-                self._fork_server = await start_fork_server(self._environment)
-                return await self._make()
-
-    async def _make(self) -> Worker:
-        control_read, control = os.pipe()
-        data, data_write = socket.socketpair()
-        try:
-            process, ended = await self._fork_server.make(control_read, data_write.fileno())
-        except BaseException:
-            os.close(control)
-            data.close()
-            raise
-        finally:
-            os.close(control_read)
-            data_write.close()
-        return Worker(process, ended, control, await _reader(data))
+                self._fork_server = await start_fork_server(_MODULE, self._environment)
+                return Worker(*await self._fork_server.fork())
 
     async def close(self) -> None:
         """End the fork server."""
@@ -228,31 +121,11 @@ async def open_pool(environment: Mapping[str, str]) -> AsyncIterator[Pool]:
     Args:
         environment: Environment variables of the processes.
     """
-    pool = Pool(await start_fork_server(environment), environment)
+    pool = Pool(await start_fork_server(_MODULE, environment), environment)
     try:
         yield pool
     finally:
         await pool.close()
-
-
-class _Told(asyncio.StreamReaderProtocol):
-    """Reader that closes its connection at the end; uvloop would leave it half open."""
-
-    def eof_received(self) -> bool:
-        """Close the connection."""
-        super().eof_received()
-        return False
-
-
-async def _reader(end: socket.socket) -> asyncio.StreamReader:
-    """Return a reader that owns a connection.
-
-    Connections are sockets: uvloop closes the descriptor of a pipe twice. By then another thread may have opened a
-    file with the same number.
-    """
-    loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
-    await loop.create_unix_connection(lambda: _Told(reader), sock=end)
-    return reader
 
 
 def _frames_in(waiting: bytearray) -> list[tuple[Frame, bytes]]:

@@ -16,10 +16,11 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import Result, encode
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.concurrency.background import background
+from seoro.concurrency.forks.using import NoProcess
 from seoro.executor.job import Job, make_job
 from seoro.executor.limits import Limits
 from seoro.executor.process.frames import Frame
-from seoro.executor.process.pool import NoProcess, Pool, Worker
+from seoro.executor.process.pool import Pool, Worker
 from seoro.executor.runs.usage import exceeds
 from seoro.executor.storage.run_folder import RunFolder
 

@@ -1,0 +1,161 @@
+"""The user's side of a fork server."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Final, NamedTuple
+
+from seoro.concurrency.forks.reports import REPORT, ProcessReport
+
+END_TIMEOUT: Final = 10.0  # [s] for a process to end after it was told so
+
+
+class NoProcess(Exception):
+    """The fork server cannot make a process."""
+
+
+class Forked(NamedTuple):
+    """A forked process.
+
+    Args:
+        process: Process id.
+        ended: Its exit status once it has ended; None if unknown.
+        control: Descriptor of the pipe to it, which the receiver of this value owns.
+        reader: Reader of what it sends.
+    """
+
+    process: int
+    ended: asyncio.Future[int | None]
+    control: int
+    reader: asyncio.StreamReader
+
+
+class ForkServer:
+    """User's side of a fork server. Created by `start_fork_server`.
+
+    Args:
+        process: Process of the fork server.
+        requests: Socket for requests.
+        reports: Reader of its reports.
+    """
+
+    def __init__(
+        self, process: asyncio.subprocess.Process, requests: socket.socket, reports: asyncio.StreamReader
+    ) -> None:
+        self._process = process
+        self._requests = requests
+        self._reports = reports
+        self._ended: dict[int, asyncio.Future[int | None]] = {}
+        self._started: asyncio.Future[int] | None = None
+        self._listening = asyncio.create_task(self._listen())
+
+    async def fork(self) -> Forked:
+        """Fork a process, with a pipe to it and a socket from it.
+
+        Raises:
+            NoProcess: The fork server has died.
+        """
+        control_read, control = os.pipe()
+        data, data_write = socket.socketpair()
+        try:
+            process, ended = await self._make(control_read, data_write.fileno())
+        except BaseException:
+            os.close(control)
+            data.close()
+            raise
+        finally:
+            os.close(control_read)
+            data_write.close()
+        return Forked(process, ended, control, await socket_reader(data))
+
+    async def _make(self, control: int, data: int) -> tuple[int, asyncio.Future[int | None]]:
+        self._started = asyncio.get_running_loop().create_future()
+        try:
+            if self._listening.done():
+                raise BrokenPipeError
+            socket.send_fds(self._requests, [b"."], [control, data])
+            process = await self._started
+        except OSError as error:
+            raise NoProcess("the fork server for runs has died") from error
+        finally:
+            self._started = None
+        return process, self._ended[process]
+
+    async def _listen(self) -> None:
+        with suppress(asyncio.IncompleteReadError):
+            while True:
+                what, process, code = REPORT.unpack(await self._reports.readexactly(REPORT.size))
+                if what == ProcessReport.ENDED:
+                    self._ended.pop(process).set_result(code)
+                    continue
+                self._ended[process] = asyncio.get_running_loop().create_future()
+                if self._started is not None:
+                    self._started.set_result(process)
+        for ended in self._ended.values():
+            ended.set_result(None)
+        if self._started is not None:
+            self._started.set_exception(BrokenPipeError())
+
+    async def close(self) -> None:
+        """End the fork server; its processes continue."""
+        self._requests.close()
+        try:
+            async with asyncio.timeout(END_TIMEOUT):
+                await self._process.wait()
+        except TimeoutError:
+            self._process.kill()
+            await self._process.wait()
+        await self._listening
+
+
+async def start_fork_server(
+    module: str, environment: Mapping[str, str] | None = None, arguments: Sequence[str] = ()
+) -> ForkServer:
+    """Start a fork server.
+
+    Args:
+        module: Its module, which gets the two descriptors of `serve_forks` as first arguments.
+        environment: Environment variables of its processes; None for those of this process.
+        arguments: Further arguments of the module.
+    """
+    ours, theirs = socket.socketpair()
+    reports, reports_write = socket.socketpair()
+    command = [sys.executable, "-m", module, str(theirs.fileno()), str(reports_write.fileno()), *arguments]
+    try:
+        process = await asyncio.create_subprocess_exec(
+            *command,
+            stdin=subprocess.DEVNULL,
+            pass_fds=(theirs.fileno(), reports_write.fileno()),
+            start_new_session=True,
+            env=environment,
+        )
+    finally:
+        theirs.close()
+        reports_write.close()
+    return ForkServer(process, ours, await socket_reader(reports))
+
+
+class _Told(asyncio.StreamReaderProtocol):
+    """Reader that closes its connection at the end; uvloop would leave it half open."""
+
+    def eof_received(self) -> bool:
+        """Close the connection."""
+        super().eof_received()
+        return False
+
+
+async def socket_reader(end: socket.socket) -> asyncio.StreamReader:
+    """Return a reader that owns a connection.
+
+    Connections are sockets: uvloop closes the descriptor of a pipe twice. By then another thread may have opened a
+    file with the same number.
+    """
+    loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
+    await loop.create_unix_connection(lambda: _Told(reader), sock=end)
+    return reader
