@@ -35,6 +35,7 @@ class Kind(Enum):
     TRACE = ("traces", None)
     RECORDING = ("recordings", None)
     AUDIT = ("audit logs", None)
+    CAMPAIGN = ("files of a campaign", None)
 
     def __init__(self, title: str, limit: int | None) -> None:
         self.title = title

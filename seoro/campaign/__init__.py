@@ -1,0 +1,1 @@
+"""Campaigns: many runs of one scenario, planned, resumable, and evaluated with statistics."""

@@ -1,0 +1,178 @@
+"""Runs of a campaign: what is planned, and the row of the table for each that has ended."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import field, fields
+from enum import Enum
+from typing import Any, Final
+
+from seoro.lang.frozen import Value
+from seoro.runtime.trace.jsonl import to_json
+from seoro.runtime.verdict import RunStatus
+
+
+class Point(Value):
+    """Values that a strategy asks for.
+
+    Args:
+        values: Values of parameters by path, in the notation of the scenario; the solver draws all others.
+        reason: Why: the bucket that lacks samples, for instance. Empty if the strategy has nothing to say.
+        parent: Number of the run that it was derived from; 0 without one.
+    """
+
+    values: Mapping[str, str]
+    reason: str = ""
+    parent: int = 0
+
+
+class Planned(Value):
+    """Planned run.
+
+    Args:
+        number: Number in the campaign, from 1.
+        variant: Number of its point, from 1; repeats of a point share it.
+        repeat: Number among the repeats of its point, from 1.
+        seed: Random seed.
+        values: Values of parameters by path, in the notation of the scenario.
+        strategy: Strategy that asked for it, with its reason.
+        parent: Number of the run that it was derived from; 0 without one.
+        attempt: How often it was tried, from 1: a run whose worker died is tried once more.
+    """
+
+    number: int
+    variant: int
+    repeat: int
+    seed: int
+    values: Mapping[str, str]
+    strategy: str
+    parent: int = 0
+    attempt: int = 1
+
+    @property
+    def title(self) -> str:
+        """Values of the run, for people."""
+        return title_of(self.values)
+
+    def to_line(self) -> str:
+        """Encode for `asked.jsonl`, and for workers."""
+        return to_json(_plain(self)) + "\n"
+
+    @staticmethod
+    def from_line(line: bytes | str) -> Planned:
+        """Decode what `to_line` made.
+
+        Raises:
+            ValueError: The line is not such a line.
+        """
+        return Planned(**_decoded(line, Planned))
+
+
+def title_of(values: Mapping[str, str]) -> str:
+    """Describe values, for people."""
+    return " ".join(f"{path}={value}" for path, value in values.items()) or "without variation"
+
+
+class End(Enum):
+    """How a run of a campaign ended: the statuses of verdicts, or never begun."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    ERROR = "error"
+    CANCELLED = "cancelled"
+    IMPOSSIBLE = "impossible"  # constraints exclude its values; no run, and in no table
+
+    @staticmethod
+    def of(status: RunStatus) -> End:
+        """Return the end with a verdict."""
+        return End(status.value)
+
+
+class Row(Value):
+    """End of a run, a row of `runs.csv`.
+
+    Args:
+        run: Number in the campaign.
+        id: Identity of the run: equal ids promise equal runs.
+        variant, repeat, seed, strategy, parent, attempt: As planned.
+        status: How it ended.
+        values: Values of the parameters that vary, by path, in SI base units.
+        duration: Duration on the run's clock [s].
+        wall_duration: Duration on the machine's clock [s].
+        cpu: Processor time of the worker [s].
+        sim_cpu: Processor time of its simulator [s].
+        reason: Reason of the verdict.
+        reason_key: Reason without numbers and names of instances, to group failures by.
+        where: Place in the text that decided: `file:line:column`; empty without one.
+        margin: How far the nearest limit was, negative if exceeded; None if nothing was measured.
+        host, worker: Machine and process.
+        started: When it began (UTC, ISO 8601).
+        version: Version of seoro.
+        folder: Folder with its trace and its files, relative to that of the campaign; empty if not kept.
+        trace_sha: SHA-256 of its trace without times of the machine; equal runs have equal ones.
+        measured: Measurements: `ROBOT.NAME`, `record.ITEM`, `cover.ITEM`.
+        coverage: Coverage of its items, as in `coverage.json`.
+    """
+
+    run: int
+    id: str
+    variant: int
+    repeat: int
+    seed: int
+    status: End
+    values: Mapping[str, Any] = field(default_factory=dict)
+    duration: float = 0.0
+    wall_duration: float = 0.0
+    cpu: float = 0.0
+    sim_cpu: float = 0.0
+    reason: str = ""
+    reason_key: str = ""
+    where: str = ""
+    margin: float | None = None
+    strategy: str = ""
+    parent: int = 0
+    attempt: int = 1
+    host: str = ""
+    worker: str = ""
+    started: str = ""
+    version: str = ""
+    folder: str = ""
+    trace_sha: str = ""
+    measured: Mapping[str, Any] = field(default_factory=dict)
+    coverage: tuple[Mapping[str, Any], ...] = ()
+
+    def to_line(self) -> str:
+        """Encode for a shard."""
+        return to_json(_plain(self) | {"status": self.status.value}) + "\n"
+
+    @staticmethod
+    def from_line(line: bytes | str) -> Row:
+        """Decode what `to_line` made.
+
+        Raises:
+            ValueError: The line is not such a line.
+        """
+        given = _decoded(line, Row)
+        return Row(**given | {"status": End(given["status"]), "coverage": tuple(given.get("coverage", ()))})
+
+
+OF_THE_MACHINE: Final = frozenset(
+    {"wall_duration", "cpu", "sim_cpu", "host", "worker", "started", "attempt", "folder"}
+)
+"""Columns that differ between equal runs."""
+
+
+def _plain(value: Planned | Row) -> dict[str, Any]:
+    return {each: getattr(value, each) for each in value.__match_args__}
+
+
+def _decoded(line: bytes | str, kind: type[Planned | Row]) -> dict[str, Any]:
+    given = json.loads(line)
+    if not isinstance(given, dict):
+        raise ValueError("expected an object")
+    known = {each.name for each in fields(kind)}
+    missing = {"seed", "variant", "repeat"} - given.keys()
+    if missing or not given.keys() <= known:
+        raise ValueError(f"expected the fields of a {kind.__name__}")
+    return given

@@ -1,0 +1,1 @@
+"""The space of a campaign: which parameters vary, and over which values."""

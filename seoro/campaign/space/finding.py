@@ -1,0 +1,158 @@
+"""Finding of the axes of a scenario: parameters with a constraint `in` on listed values or on a range.
+
+`keep(noise in [0.0, 0.1])` makes `noise` an axis of two values, `keep(gap in [0.4m..0.9m])` makes `gap` an axis
+with bounds. Parameters with given values are not varied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
+from itertools import compress
+
+from seoro.campaign.space.axes import Axis, Choices, Interval
+from seoro.errors import UsageError
+from seoro.lang import plan as plan_
+from seoro.lang.lower.invocations import invoked_name, named_invocations
+from seoro.lang.plan import Binding, Constraint, Contains, Expression, Field, Global, ListOf, Member, Plan, RangeOf
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.instances.instances import Composed
+from seoro.runtime.values.environment import Environment, EvaluationError
+from seoro.runtime.values.values import Fields
+
+
+def find_axes(plan: Plan, given: Collection[str]) -> tuple[Axis, ...]:
+    """Find the axes of the entry scenario, in source order.
+
+    Args:
+        plan: The plan.
+        given: Paths of parameters with given values.
+    """
+    return _Finding(plan, given).axes()
+
+
+class _Finding:
+    def __init__(self, plan: Plan, given: Collection[str]) -> None:
+        self._plan = plan
+        self._given = given
+        self._found: dict[str, Axis] = {}
+        self._constants = Environment(Composed("constants", Fields()), plan)
+
+    def axes(self) -> tuple[Axis, ...]:
+        scenario = self._plan.scenarios[self._plan.entry]
+        roots = (self._plan.globals, scenario.structure)
+        fields = {name: field.type for root in roots for name, field in root.fields.items()}
+        for condition in _conditions([*self._plan.globals.members, *scenario.structure.members]):
+            self._add(condition, _path(condition.item, of_it=False), fields)
+        for name, invocation in named_invocations(scenario.body).items():
+            of_it = {key: field.type for key, field in self._invoked(invocation).fields.items()}
+            for condition in _conditions(invocation.constraints):
+                self._add(condition, _path(condition.item, of_it=True), of_it, f"{name}.")
+        return tuple(self._found.values())
+
+    def _invoked(self, invocation: plan_.InvokeAction | plan_.InvokeScenario) -> plan_.Structure:
+        name = invoked_name(invocation)
+        declared = self._plan.actions if isinstance(invocation, plan_.InvokeAction) else self._plan.scenarios
+        return declared[name].structure
+
+    def _add(
+        self, condition: Contains, path: str | None, fields: dict[str, plan_.ValueType], prefix: str = ""
+    ) -> None:
+        """Add an axis; several constraints of one parameter are intersected."""
+        if path is None or _is_given(prefix + path, self._given):
+            return
+        type_ = self._type(path, fields)
+        axis = self._axis(condition.container, prefix + path, type_) if type_ is not None else None
+        if axis is not None:
+            before = self._found.get(axis.path)
+            self._found[axis.path] = axis if before is None else _both(before, axis)
+
+    def _type(self, path: str, fields: dict[str, plan_.ValueType]) -> plan_.ValueType | None:
+        """Return the type of a parameter, by its path."""
+        first, *rest = path.split(".")
+        type_ = fields.get(first)
+        for name in rest:
+            if not isinstance(type_, plan_.StructType | plan_.ActorType):
+                return None
+            structure = self._plan.structures.find(type_)
+            field = structure.fields.get(name) if structure is not None else None
+            type_ = field.type if field is not None else None
+        return type_
+
+    def _axis(self, container: Expression, path: str, type_: plan_.ValueType) -> Axis | None:
+        if isinstance(container, ListOf):
+            numbers = [self._number(item) for item in container.items]
+            known = [number for number in numbers if number is not None]
+            texts = dict.fromkeys(item.span.text for item in container.items)
+            is_ordered = len(known) == len(texts)
+            return Choices(path, tuple(texts), tuple(known) if is_ordered else None, container.span)
+        if not isinstance(container, RangeOf):
+            return None
+        low, high = self._number(container.low), self._number(container.high)
+        if low is None or high is None:  # bounds that depend on other parameters: each run draws
+            return None
+        is_whole = isinstance(type_, plan_.PrimitiveType) and type_.name != "float"
+        return Interval(path, min(low, high), max(low, high), is_whole, type_, container.span)
+
+    def _number(self, expression: Expression) -> float | None:
+        """Return the value of a constant expression; None for others, and for values without order."""
+        try:
+            value = evaluate(expression, self._constants)
+        except (EvaluationError, KeyError):
+            return None
+        return value if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def _conditions(members: Iterable[object]) -> Iterator[Contains]:
+    for member in members:
+        match member:
+            case Constraint(condition=Contains() as condition, is_default=False):
+                yield condition
+
+
+def _both(first: Axis, second: Axis) -> Axis:
+    """Intersect two axes of one parameter."""
+    if isinstance(first, Interval) and isinstance(second, Interval):
+        return _with_values(replace(second, low=max(first.low, second.low), high=min(first.high, second.high)))
+    choices, other = (first, second) if isinstance(first, Choices) else (second, first)
+    assert isinstance(choices, Choices)
+    if isinstance(other, Choices):
+        return _kept(choices, [text in other.texts for text in choices.texts])
+    if choices.numbers is None:
+        return choices
+    return _kept(choices, [other.low <= number <= other.high for number in choices.numbers])
+
+
+def _kept(axis: Choices, is_kept: list[bool]) -> Axis:
+    numbers = axis.numbers and tuple(compress(axis.numbers, is_kept))
+    return _with_values(replace(axis, texts=tuple(compress(axis.texts, is_kept)), numbers=numbers))
+
+
+def _with_values(axis: Axis) -> Axis:
+    """Return an axis.
+
+    Raises:
+        UsageError: It has no values.
+    """
+    if not axis.texts if isinstance(axis, Choices) else axis.low > axis.high:
+        raise UsageError(f"the constraints of `{axis.path}` leave no value", axis.span)
+    return axis
+
+
+def _path(item: Expression, *, of_it: bool) -> str | None:
+    """Return the path of a parameter of the scenario, or of `it` in a `with` block; None for other expressions."""
+    match item:
+        case Member(Binding("it"), name) if of_it:
+            return name
+        case Field(name) | Global(name) if not of_it:
+            return name
+        case Member(base, name):
+            around = _path(base, of_it=of_it)
+            return None if around is None else f"{around}.{name}"
+        case _:
+            return None
+
+
+def _is_given(path: str, given: Collection[str]) -> bool:
+    """Return whether a parameter, or a parent of it, has a given value."""
+    return any(path == each or path.startswith(f"{each}.") for each in given)

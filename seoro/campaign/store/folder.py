@@ -1,0 +1,184 @@
+"""Folder of a campaign.
+
+campaign.json       what was asked: the bundle of the scenario, strategy, seed, versions; written once
+asked.jsonl         planned runs, each before it is handed out
+runs/WORKER.jsonl   a row for each ended run, one file per worker
+kept/000123/        trace and files of runs that did not pass, or of all
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from seoro.bridges.executor.messages import Manifest
+from seoro.campaign.runs import Planned, Row
+from seoro.campaign.store.lines import Appender, cut_torn_line, read_lines
+from seoro.errors import UsageError
+from seoro.files.inputs import Kind, read_input
+
+CAMPAIGN: Final = "campaign.json"
+ASKED: Final = "asked.jsonl"
+RUNS: Final = "runs"
+KEPT: Final = "kept"
+LOCK: Final = "lock"
+DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html", "hits.jsonl")  # can be made again
+
+Isolation = Literal["worker", "run", "process"]
+Keep = Literal["failed", "all", "none"]
+
+
+class StrategyText(BaseModel):
+    """A strategy with its options, as in `campaign.json`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    options: Annotated[dict[str, int | float | str | bool], Field(default_factory=dict)]
+
+
+class CampaignFile(BaseModel):
+    """Content of `campaign.json`.
+
+    Attributes:
+        manifest: Bundle of the scenario, with the options that all runs share.
+        strategy: What chooses the values.
+        runs: Number of runs; None for as many as the strategy has.
+        repeat: Runs of each point, with the seeds `seed`, `seed + 1`, and so on.
+        seed: Seed of the strategy and of the first repeat.
+        keep: Which runs keep their trace and files.
+        isolation: What runs share: a worker process, only a simulator, or nothing.
+        digest: Hash of all that determines the runs, see `seoro.campaign.identity`.
+        simulator: Name and version of the simulator; empty without one.
+        version: Version of seoro.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    manifest: Manifest
+    strategy: StrategyText
+    runs: int | None
+    repeat: int
+    seed: int
+    keep: Keep
+    isolation: Isolation
+    digest: str
+    simulator: str
+    version: str
+
+
+class CampaignFolder:
+    """Open folder of a campaign, with a lock against other coordinators; close it at the end.
+
+    Args:
+        folder: The folder.
+        campaign: Content of its `campaign.json`.
+    """
+
+    def __init__(self, folder: Path, campaign: CampaignFile) -> None:
+        self.folder = folder
+        self.campaign = campaign
+        self._lock = _locked(folder)
+        for shard in (folder / RUNS).glob("*.jsonl"):
+            cut_torn_line(shard)
+        self._asked = Appender(folder / ASKED)
+
+    def ask(self, planned: list[Planned]) -> None:
+        """Note planned runs, before they are handed out."""
+        self._asked.append("".join(each.to_line() for each in planned))
+
+    def asked(self) -> Iterator[Planned]:
+        """Yield the planned runs of earlier sessions, in order."""
+        for number, line in enumerate(read_lines(self.folder / ASKED), start=1):
+            try:
+                yield Planned.from_line(line)
+            except (ValueError, TypeError) as error:
+                raise UsageError(f"{self.folder / ASKED}:{number}: invalid line: {error}") from error
+
+    def close(self) -> None:
+        """Close its files, and release the lock."""
+        self._asked.close()
+        os.close(self._lock)
+
+
+def create_folder(folder: Path, campaign: CampaignFile, *, overwrite: bool) -> CampaignFolder:
+    """Create the folder of a new campaign.
+
+    Raises:
+        UsageError: It holds another campaign.
+        OSError: It cannot be written.
+    """
+    if (folder / CAMPAIGN).exists():
+        if not overwrite:
+            raise UsageError(
+                f"{folder} contains another campaign",
+                help=f"continue it with `seoro campaign resume {folder}`, choose another folder with `-o`, or "
+                "replace it with `--overwrite`",
+            )
+        os.close(_locked(folder))
+        for name in (RUNS, KEPT):
+            shutil.rmtree(folder / name, ignore_errors=True)
+        for name in (ASKED, *DERIVED, CAMPAIGN):
+            (folder / name).unlink(missing_ok=True)
+    (folder / RUNS).mkdir(parents=True, exist_ok=True)
+    written = folder / f".{CAMPAIGN}"
+    written.write_text(campaign.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    written.replace(folder / CAMPAIGN)
+    return CampaignFolder(folder, campaign)
+
+
+def read_campaign(folder: Path) -> CampaignFile:
+    """Read `campaign.json`.
+
+    Raises:
+        UsageError: The folder is not that of a campaign.
+    """
+    path = folder / CAMPAIGN
+    try:
+        return CampaignFile.model_validate_json(read_input(path, Kind.OUTPUT))
+    except OSError as error:
+        raise UsageError(
+            f"{folder} is not the folder of a campaign: {path.name}: {error.strerror}",
+            help="start one with `seoro campaign run FILE -o FOLDER`",
+        ) from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise UsageError(f"{path}: invalid at `{place}`: {first['msg']}") from error
+
+
+def read_rows(folder: Path) -> Iterator[Row]:
+    """Yield the rows of all shards, as they were appended; a run may have several, of which the last holds.
+
+    Raises:
+        UsageError: A line is invalid.
+    """
+    for shard in sorted((folder / RUNS).glob("*.jsonl")):
+        for number, line in enumerate(read_lines(shard), start=1):
+            try:
+                yield Row.from_line(line)
+            except (ValueError, TypeError, KeyError) as error:
+                raise UsageError(f"{shard}:{number}: invalid row: {error}") from error
+
+
+def _locked(folder: Path) -> int:
+    """Lock a folder against other coordinators; returns the descriptor that holds the lock.
+
+    Raises:
+        UsageError: Another process runs a campaign there.
+    """
+    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise UsageError(
+            f"another process runs the campaign in {folder}", help="wait for its end, or stop it with Ctrl-C"
+        ) from None
+    return descriptor

@@ -1,0 +1,1 @@
+"""Strategies: which values the runs of a campaign get."""

@@ -1,0 +1,53 @@
+"""Contract of strategies.
+
+A strategy yields batches of points. One that learns gets the results of a whole batch before it yields the next,
+in the order of the points. So a campaign has the same runs with any number of workers, and after an interruption.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from typing import Protocol, TypeAlias
+
+from seoro.campaign.runs import Point, Row
+from seoro.campaign.space.axes import Axis
+from seoro.lang.frozen import Value
+
+
+class Told(Value):
+    """Results of a point.
+
+    Args:
+        point: The point.
+        rows: Its runs, in the order of their repeats; none if constraints exclude it.
+    """
+
+    point: Point
+    rows: tuple[Row, ...]
+
+
+Batches: TypeAlias = Generator[Sequence[Point], Sequence[Told], None]
+"""Batches of points; strategies that do not learn are sent nothing."""
+
+
+class Strategy(Protocol):
+    """Chooses values."""
+
+    @property
+    def name(self) -> str:
+        """Name, as of `--strategy`."""
+
+    @property
+    def is_learning(self) -> bool:
+        """Whether it needs the results of each batch before the next."""
+
+    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+        """Return the batches of points.
+
+        Args:
+            axes: What varies.
+            seed: Seed of all its random numbers.
+
+        Raises:
+            UsageError: It cannot be used with these axes.
+        """

@@ -1,0 +1,50 @@
+"""Grid: all combinations of the values of all axes, the last of which varies fastest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice, product
+
+from seoro.campaign.runs import Point
+from seoro.campaign.space.axes import Axis, Choices
+from seoro.campaign.strategies.contract import Batches
+from seoro.errors import UsageError
+from seoro.lang.frozen import Value
+
+BATCH = 256  # points made at a time
+
+
+class Grid(Value):
+    """All combinations.
+
+    Args:
+        levels: Number of values of each axis with bounds, both included; 0 to refuse such axes.
+    """
+
+    levels: int = 0
+    name = "grid"
+    is_learning = False
+
+    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+        """Return the combinations; see `Strategy`."""
+        combinations = product(*(self._texts(axis) for axis in axes))
+        paths = [axis.path for axis in axes]
+        yield from batches_of(Point(dict(zip(paths, texts, strict=True))) for texts in combinations)
+
+    def _texts(self, axis: Axis) -> Sequence[str]:
+        if isinstance(axis, Choices):
+            return axis.texts
+        if not self.levels:
+            raise UsageError(
+                f"`{axis.path}` varies within a range, of which a grid has no values",
+                axis.span,
+                help="add `--levels 5` for five values of each range, or choose `--strategy sobol --runs 200`",
+            )
+        return axis.levels(self.levels)
+
+
+def batches_of(points: Iterable[Point]) -> Iterator[Sequence[Point]]:
+    """Group points into batches, without making them earlier than needed."""
+    rest = iter(points)
+    while batch := list(islice(rest, BATCH)):
+        yield batch

@@ -1,0 +1,28 @@
+"""Random sampling: each axis is drawn on its own, uniformly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from random import Random
+
+from seoro.campaign.runs import Point
+from seoro.campaign.space.axes import Axis
+from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.grid import batches_of
+from seoro.lang.frozen import Value
+
+
+class Uniform(Value):
+    """Independent draws without an end."""
+
+    name = "random"
+    is_learning = False
+
+    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+        """Return the draws; see `Strategy`."""
+        yield from batches_of(_draws(axes, Random(seed)))  # noqa: S311 - not for secrets
+
+
+def _draws(axes: Sequence[Axis], random: Random) -> Iterator[Point]:
+    while True:
+        yield Point({axis.path: axis.at(random.random()) for axis in axes})
