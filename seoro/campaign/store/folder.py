@@ -182,3 +182,8 @@ def _locked(folder: Path) -> int:
             f"another process runs the campaign in {folder}", help="wait for its end, or stop it with Ctrl-C"
         ) from None
     return descriptor
+
+
+def shard(folder: Path, worker: str) -> Path:
+    """Return the file for the rows of a worker."""
+    return folder / RUNS / f"{worker}.jsonl"

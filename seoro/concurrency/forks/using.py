@@ -53,6 +53,7 @@ class ForkServer:
         self._reports = reports
         self._ended: dict[int, asyncio.Future[int | None]] = {}
         self._started: asyncio.Future[int] | None = None
+        self._making = asyncio.Lock()  # the server reports one start after another
         self._listening = asyncio.create_task(self._listen())
 
     async def fork(self) -> Forked:
@@ -64,7 +65,8 @@ class ForkServer:
         control_read, control = os.pipe()
         data, data_write = socket.socketpair()
         try:
-            process, ended = await self._make(control_read, data_write.fileno())
+            async with self._making:
+                process, ended = await self._make(control_read, data_write.fileno())
         except BaseException:
             os.close(control)
             data.close()

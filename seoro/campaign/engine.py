@@ -1,0 +1,31 @@
+"""Contract of engines, which carry out the runs of a campaign, in processes of this machine or elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Sequence
+from typing import Protocol
+
+from seoro.campaign.runs import Planned, Row
+
+
+class WorkerDied(Exception):
+    """A worker has died, or did not answer any more; the message says how."""
+
+
+class Engine(Protocol):
+    """Carries out runs."""
+
+    @property
+    def slots(self) -> int:
+        """Number of chunks that it takes at once; may grow and shrink."""
+
+    def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
+        """Carry out a chunk of runs, and yield their rows as they end. The rows are stored.
+
+        Raises:
+            WorkerDied: The runs without a row were lost; the first of them had begun.
+            BackendError: No worker can be started.
+        """
+
+    def stop(self) -> None:
+        """Stop the runs in progress, with their clean-up, without rows for them."""

@@ -1,0 +1,176 @@
+"""Start and continuation of campaigns: their folder, strategy, planner and engine."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Final
+
+from seoro import __version__
+from seoro.bundle.pack import pack
+from seoro.campaign.coordinator import Coordinator
+from seoro.campaign.identity import digest_of
+from seoro.campaign.planner import Planner
+from seoro.campaign.pool.pool import open_pool
+from seoro.campaign.runs import Row
+from seoro.campaign.space.axes import Axis
+from seoro.campaign.space.finding import find_axes
+from seoro.campaign.store.folder import (
+    CampaignFile,
+    CampaignFolder,
+    Isolation,
+    Keep,
+    create_folder,
+    read_campaign,
+)
+from seoro.campaign.strategies.choice import make_strategy, text_of
+from seoro.campaign.strategies.contract import Strategy
+from seoro.embed.options import Options
+from seoro.embed.parameter_files import read_parameters
+from seoro.embed.scenarios import Scenario, load
+from seoro.embed.time_limit import PROGRAM_LIMIT, WallLimit
+from seoro.errors import UsageError
+from seoro.lang.frontend import lower
+from seoro.lang.frozen import Value
+
+_BLOCK: Final = 1 << 20  # [bytes]
+
+
+class Asked(Value):
+    """What a campaign shall do.
+
+    Args:
+        strategy: Chooses the values.
+        seed: Seed of the strategy and of the first repeat of each point.
+        runs: Number of runs; None for all of the strategy.
+        repeat: Runs of each point.
+        keep: Which runs keep their trace and files.
+        isolation: What runs share.
+        limit: Limit of the wall time of a run.
+    """
+
+    strategy: Strategy
+    seed: int
+    runs: int | None = None
+    repeat: int = 1
+    keep: Keep = "failed"
+    isolation: Isolation = "worker"
+    limit: WallLimit = PROGRAM_LIMIT
+
+
+def axes_of(scenario: Scenario, options: Options) -> tuple[Axis, ...]:
+    """Find what varies in a scenario, apart from parameters that the options set.
+
+    Raises:
+        InvalidScenario, UsageError: There is no such scenario, or an option is invalid.
+    """
+    entry = scenario.entry(options.name).name
+    given = {*options.overrides}
+    if options.parameters is not None:
+        given |= read_parameters(options.parameters, entry).keys()
+    return find_axes(lower(scenario.checked, options.name, options.overrides), given)
+
+
+def new_campaign(
+    scenario: Scenario, options: Options, asked: Asked, folder: Path, *, overwrite: bool = False
+) -> CampaignFolder:
+    """Create the folder of a campaign.
+
+    Args:
+        scenario: Result of `load`.
+        options: Options that all runs share.
+        asked: What the campaign shall do.
+        folder: Its folder.
+        overwrite: Whether to replace another campaign there.
+
+    Raises:
+        InvalidScenario, UsageError: The scenario or the options are invalid, or the folder is taken.
+        OSError: The folder cannot be written.
+    """
+    axes = axes_of(scenario, options)
+    if asked.runs is None and asked.repeat == 1 and not axes:
+        raise UsageError(
+            f"no parameter varies in `{scenario.entry(options.name).name}`",
+            help="list values in the scenario, `keep(noise in [0.0, 0.1])`, or repeat it with `--repeat 10`",
+        )
+    manifest = pack(scenario, options, asked.limit).manifest
+    simulator = manifest.options.simulator
+    named = "" if simulator is None else simulator.name or simulator.endpoint or ""
+    campaign = CampaignFile(
+        manifest=manifest,
+        strategy=text_of(asked.strategy),
+        runs=asked.runs,
+        repeat=asked.repeat,
+        seed=asked.seed,
+        keep=asked.keep,
+        isolation=asked.isolation,
+        digest=digest_of(manifest, named, __version__),
+        simulator=named,
+        version=__version__,
+    )
+    return create_folder(folder, campaign, overwrite=overwrite)
+
+
+def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scenario]:
+    """Open the folder of a campaign to continue it.
+
+    Args:
+        folder: Its folder.
+        runs: New number of runs; None to keep it.
+
+    Returns:
+        The folder, and the loaded scenario.
+
+    Raises:
+        UsageError: It is no such folder, or files of the scenario have changed.
+    """
+    campaign = read_campaign(folder)
+    root = Path(campaign.manifest.root or ".")
+    changed = [file.path for file in campaign.manifest.files if _hash(root / file.path) != file.hash]
+    if changed:
+        raise UsageError(
+            f"{folder} cannot be continued: {', '.join(changed)} changed since it began",
+            help="restore the file, or start another campaign in another folder",
+        )
+    if campaign.version != __version__:
+        raise UsageError(
+            f"{folder} cannot be continued: it began with seoro {campaign.version}, this is {__version__}",
+            help=f"pip install 'seoro=={campaign.version}', or start another campaign in another folder",
+        )
+    return CampaignFolder(folder, campaign), load(root / campaign.manifest.entry)
+
+
+@asynccontextmanager
+async def open_campaign(
+    folder: CampaignFolder,
+    axes: tuple[Axis, ...],
+    jobs: int,
+    on_row: Callable[[Row], object],
+    is_enough: Callable[[], bool] = lambda: False,
+) -> AsyncIterator[Coordinator]:
+    """Open the engine of a campaign while the block lasts.
+
+    Args:
+        folder: Its folder.
+        axes: What varies.
+        jobs: Number of simultaneous runs.
+        on_row: Called with each row.
+        is_enough: Called after each row; returns whether no more runs shall begin.
+
+    Raises:
+        UsageError: The strategy cannot be used with these axes.
+        BackendError: No process can be started.
+    """
+    planner = Planner(folder, make_strategy(folder.campaign.strategy), axes)
+    async with open_pool(folder.campaign, folder.folder, jobs) as pool:
+        yield Coordinator(folder, planner, pool, on_row, is_enough)
+
+
+def _hash(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""

@@ -1,0 +1,186 @@
+"""Planner of a campaign: the next runs, lazily, also after an interruption."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+
+from seoro.campaign.runs import End, Planned, Point, Row
+from seoro.campaign.space.axes import Axis
+from seoro.campaign.store.folder import CampaignFolder, read_rows
+from seoro.campaign.strategies.contract import Batches, Strategy, Told
+from seoro.errors import UsageError
+
+MOST_IMPOSSIBLE = 1000  # runs without a possible one among them, before planning is given up
+
+
+class Planner:
+    """Plans the runs of a campaign.
+
+    Args:
+        folder: Folder of the campaign. What it holds already is not planned again, but runs that were planned and
+            have not ended come first.
+        strategy: Chooses the values.
+        axes: What varies.
+
+    Raises:
+        UsageError: The strategy cannot be used with these axes, or a file of the folder is invalid.
+    """
+
+    def __init__(self, folder: CampaignFolder, strategy: Strategy, axes: Sequence[Axis]) -> None:
+        self._folder = folder
+        self._campaign = folder.campaign
+        self._strategy = strategy
+        self._batches: Batches | None = strategy.batches(axes, folder.campaign.seed)
+        self._has_begun = False
+        self._points: list[Point] = []  # of the strategy, the next at the end
+        self._repeats: list[Planned] = []  # of the last point, the next at the end
+        self._again: list[Planned] = []
+        self._open: dict[int, Point] = {}  # variants of the last batch of a strategy that learns
+        self._results: defaultdict[int, list[Row]] = defaultdict(list)  # of these
+        self._asked = self._variants = self._possible = self._impossible = 0
+        self._continue()
+
+    # ------------------------------------------------------------ an earlier session
+
+    def _continue(self) -> None:
+        """Plan what an earlier session has left, and bring the strategy to where it was."""
+        ended: set[int] = set()
+        for row in read_rows(self._folder.folder):
+            if row.run not in ended:
+                ended.add(row.run)
+                self.record(row)
+        last: Planned | None = None
+        for last in self._folder.asked():
+            self._asked += 1
+            if last.number not in ended:
+                self._again.append(last)
+        if last is None:
+            return
+        point: Point | None = None
+        for _ in range(last.variant):
+            point = self._next_point()
+        if point is None or dict(point.values) != dict(last.values):
+            raise UsageError(
+                f"{self._folder.folder} cannot be continued: the strategy `{self._strategy.name}` chooses other "
+                "values than before"
+            )
+        self._repeats = self._planned(point)[: -last.repeat or None]
+
+    # ------------------------------------------------------------ planning
+
+    @property
+    def total(self) -> int | None:
+        """Number of runs of the whole campaign; None if it is not known yet."""
+        return self._campaign.runs
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no more runs will be planned, unless some are returned."""
+        has_more = self._batches is not None or self._points or self._repeats
+        return not self._again and (not has_more or self._room() <= 0)
+
+    def take(self, most: int) -> list[Planned]:
+        """Plan the next runs, and note them in the folder.
+
+        Args:
+            most: Maximum number.
+
+        Returns:
+            The runs; none if there are no more, or if the results of earlier ones are needed first.
+        """
+        taken, self._again = self._again[:most], self._again[most:]
+        new: list[Planned] = []
+        while len(taken) + len(new) < most and (planned := self._next()) is not None:
+            new.append(planned)
+        if new:
+            self._folder.ask(new)
+        return taken + new
+
+    def give_back(self, planned: Planned) -> None:
+        """Plan a run again, whose worker has died."""
+        self._again.append(planned)
+
+    def record(self, row: Row) -> None:
+        """Take the result of a run.
+
+        Raises:
+            UsageError: No run is possible.
+        """
+        if row.status is End.IMPOSSIBLE:
+            self._impossible += 1
+            if self._impossible >= MOST_IMPOSSIBLE and not self._possible:
+                raise UsageError(
+                    f"the constraints of the scenario exclude all of the first {self._impossible} runs"
+                )
+        else:
+            self._possible += 1
+        if self._strategy.is_learning:
+            self._results[row.variant].append(row)
+
+    def _room(self) -> float:
+        """Return how many more runs are wanted; impossible ones do not count."""
+        runs = self._campaign.runs
+        return math.inf if runs is None else runs - (self._asked - self._impossible)
+
+    def _next(self) -> Planned | None:
+        if self._room() <= 0:
+            return None
+        if not self._repeats:
+            point = self._next_point()
+            if point is None:
+                return None
+            self._repeats = self._planned(point)
+        self._asked += 1
+        return self._repeats.pop()
+
+    def _planned(self, point: Point) -> list[Planned]:
+        """Return the repeats of the last point, the first at the end."""
+        campaign = self._campaign
+        why = f"{self._strategy.name}: {point.reason}" if point.reason else self._strategy.name
+        first = (self._variants - 1) * campaign.repeat + 1
+        return [
+            Planned(
+                number=first + repeat,
+                variant=self._variants,
+                repeat=repeat + 1,
+                seed=campaign.seed + repeat,
+                values=point.values,
+                strategy=why,
+                parent=point.parent,
+            )
+            for repeat in reversed(range(campaign.repeat))
+        ]
+
+    def _next_point(self) -> Point | None:
+        """Return the next point of the strategy; None at its end, or if it needs results first."""
+        while not self._points:
+            batch = self._next_batch()
+            if batch is None:
+                return None
+            self._points = list(reversed(batch))
+        self._variants += 1
+        point = self._points.pop()
+        if self._strategy.is_learning:
+            self._open[self._variants] = point
+        return point
+
+    def _next_batch(self) -> Sequence[Point] | None:
+        if self._batches is None:
+            return None
+        try:
+            if not self._has_begun or not self._strategy.is_learning:
+                self._has_begun = True
+                return next(self._batches)
+            if any(len(self._results[variant]) < self._campaign.repeat for variant in self._open):
+                return None
+            told = [
+                Told(point, tuple(sorted(self._results.pop(variant), key=lambda row: row.repeat)))
+                for variant, point in self._open.items()
+            ]
+            self._open.clear()
+            return self._batches.send(told)
+        except StopIteration:
+            self._batches = None
+            return None

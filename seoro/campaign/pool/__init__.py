@@ -1,0 +1,1 @@
+"""Engine of this machine: processes that a fork server makes, each with its own simulator."""

@@ -1,0 +1,221 @@
+"""The pool: slots of this machine, each with a worker process and, where runs need one, a simulator of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import os
+import platform
+import signal
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from pathlib import Path
+from typing import Final
+
+from seoro.bundle.unpack import limit_of
+from seoro.campaign.engine import WorkerDied
+from seoro.campaign.pool.simulators import Node, simulator_node
+from seoro.campaign.pool.worker import FATAL, STOP, Start
+from seoro.campaign.runs import End, Planned, Row
+from seoro.campaign.store.folder import CampaignFile
+from seoro.concurrency.forks.using import END_TIMEOUT, Forked, ForkServer, NoProcess, start_fork_server
+from seoro.embed.options import ROS_SIMULATOR
+from seoro.errors import BackendError, UsageError
+
+TEMPLATE: Final = "seoro.campaign.pool.template"
+AHEAD: Final = 8  # runs that a worker has in its pipe, which must not fill
+MARGIN: Final = 30.0  # [s] beyond the limit of wall time, for a run that does not end by itself
+
+
+@asynccontextmanager
+async def open_pool(campaign: CampaignFile, folder: Path, jobs: int) -> AsyncIterator[Pool]:
+    """Open a pool while the block lasts.
+
+    Args:
+        campaign: Content of `campaign.json`.
+        folder: Folder of the campaign.
+        jobs: Number of simultaneous runs.
+
+    Raises:
+        BackendError: No process can be started.
+    """
+    forks = await start_fork_server(TEMPLATE, arguments=[str(folder)])
+    slots = [_Slot(campaign, forks, f"{platform.node()}-{os.getpid():x}-{number}") for number in range(jobs)]
+    try:
+        yield Pool(slots)
+    finally:
+        await asyncio.gather(*(slot.close() for slot in slots))
+        await forks.close()
+
+
+class Pool:
+    """Engine of this machine.
+
+    Args:
+        slots: Its slots.
+    """
+
+    def __init__(self, slots: Sequence[_Slot]) -> None:
+        self._slots = slots
+        self._free = list(slots)
+
+    @property
+    def slots(self) -> int:
+        """Number of simultaneous chunks."""
+        return len(self._slots)
+
+    async def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
+        """Carry out a chunk; see `Engine`."""
+        slot = self._free.pop()
+        try:
+            async for row in slot.run(runs):
+                yield row
+        finally:
+            self._free.append(slot)
+
+    def stop(self) -> None:
+        """Stop the runs in progress; see `Engine`."""
+        for slot in self._slots:
+            slot.stop()
+
+
+class _Slot:
+    """A place for one run at a time; its worker and its simulator are replaced if they die."""
+
+    def __init__(self, campaign: CampaignFile, forks: ForkServer, name: str) -> None:
+        self._campaign = campaign
+        self._forks = forks
+        self._name = name
+        self._worker: Forked | None = None
+        self._stack = AsyncExitStack()  # of the simulator
+        self._node: Node | None = None
+        self._count = 0  # of workers
+        self._limit = limit_of(campaign.manifest.options).seconds + MARGIN
+
+    async def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
+        """Carry out a chunk."""
+        if self._campaign.isolation == "worker":
+            async for row in self._together(runs):
+                yield row
+            return
+        for each in runs:  # each in a new process
+            async for row in self._together([each]):
+                yield row
+            await self._end_worker()
+
+    async def _together(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
+        """Carry out runs in one worker, or in another one with a new simulator after each error."""
+        waiting = list(runs)
+        while waiting:
+            worker = self._worker = self._worker or await self._start_worker()
+            for each in waiting[:AHEAD]:
+                self._send(worker, each.to_line().encode())
+            has_failed = False
+            while waiting and not has_failed:
+                row = await self._row(worker)
+                if len(waiting) > AHEAD:
+                    self._send(worker, waiting[AHEAD].to_line().encode())
+                del waiting[0]
+                has_failed = row.status is End.ERROR
+                yield row
+            if has_failed:  # maybe of the simulator
+                await self._end_simulator()
+
+    async def _row(self, worker: Forked) -> Row:
+        """Wait for the next row.
+
+        Raises:
+            WorkerDied: There will be none.
+            UsageError: Rows cannot be written.
+        """
+        try:
+            async with asyncio.timeout(None if math.isinf(self._limit) else self._limit):
+                line = await worker.reader.readline()
+        except TimeoutError:
+            await self._kill(worker)
+            raise WorkerDied(f"the run did not end within {self._limit:g} s, and was killed") from None
+        if line.startswith(FATAL):
+            raise UsageError(f"cannot write results: {line[1:].decode(errors='replace').strip()}")
+        if not line.endswith(b"\n"):
+            self._worker = None
+            with suppress(ProcessLookupError):
+                os.killpg(worker.process, signal.SIGKILL)  # the programs that it has started
+            raise WorkerDied(_death(await self._ended(worker)))
+        return Row.from_line(line)
+
+    async def _start_worker(self) -> Forked:
+        """Start a worker, and its simulator if there is none.
+
+        Raises:
+            BackendError: One of them cannot be started.
+        """
+        simulator = self._campaign.manifest.options.simulator
+        is_own = simulator is not None and simulator.name is not None and simulator.name != ROS_SIMULATOR
+        if is_own and self._node is None and self._campaign.isolation != "process":
+            assert simulator is not None and simulator.name is not None, "checked before"
+            self._node = await self._stack.enter_async_context(simulator_node(simulator.name))
+        try:
+            worker = await self._forks.fork()
+        except NoProcess as error:
+            raise BackendError(f"no worker can be started: {error}") from error
+        self._count += 1
+        start = Start(name=f"{self._name}-{self._count}")
+        if self._node is not None:
+            start = Start(name=start.name, endpoint=self._node.endpoint, simulator=self._node.process)
+        self._send(worker, start.model_dump_json().encode() + b"\n")
+        return worker
+
+    def stop(self) -> None:
+        """Stop the present run."""
+        if self._worker is not None:
+            self._send(self._worker, STOP)
+
+    async def close(self) -> None:
+        """End the worker and the simulator."""
+        await self._end_worker()
+        await self._end_simulator()
+
+    async def _end_worker(self) -> None:
+        worker, self._worker = self._worker, None
+        if worker is not None:
+            os.close(worker.control)
+            await self._ended(worker)
+
+    async def _end_simulator(self) -> None:
+        """End the simulator and the worker, which knows only this one."""
+        if self._node is not None:
+            await self._end_worker()
+            self._node = None
+            await self._stack.aclose()
+
+    async def _ended(self, worker: Forked) -> int | None:
+        """Wait for the end of a worker, and kill it after a time; returns its exit status."""
+        try:
+            async with asyncio.timeout(END_TIMEOUT):
+                return await asyncio.shield(worker.ended)
+        except TimeoutError:
+            with suppress(ProcessLookupError):
+                os.killpg(worker.process, signal.SIGKILL)
+            return await worker.ended
+
+    async def _kill(self, worker: Forked) -> None:
+        self._worker = None
+        with suppress(ProcessLookupError):
+            os.killpg(worker.process, signal.SIGKILL)
+        os.close(worker.control)
+        await worker.ended
+
+    def _send(self, worker: Forked, data: bytes) -> None:
+        """Send to a worker; a dead one gets nothing, which its socket shows."""
+        with suppress(OSError):
+            while data:
+                data = data[os.write(worker.control, data) :]
+
+
+def _death(status: int | None) -> str:
+    """Describe the end of a worker."""
+    if status is None:
+        return "the worker died"
+    if status < 0:
+        return f"the run ended its process by {signal.Signals(-status).name}"
+    return f"the run ended its process with status {status}"

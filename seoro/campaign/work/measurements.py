@@ -1,0 +1,60 @@
+"""Columns of a row that come from the run: parameters, measurements of robots, samples of items."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from seoro.bridges.wire.outputs import Measurements
+
+_NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
+
+
+def values_of(texts: Mapping[str, str], parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of the parameters that vary, in SI base units.
+
+    Args:
+        texts: Their values by path, in the notation of the scenario.
+        parameters: Chosen values of all parameters; those of invocations are not among them, and stay texts.
+    """
+    return {path: _value(path, text, parameters) for path, text in texts.items()}
+
+
+def _value(path: str, text: str, parameters: Mapping[str, Any]) -> object:
+    value: object = parameters
+    for name in path.split("."):
+        if not isinstance(value, Mapping) or name not in value:
+            return _bare(text)
+        value = value[name]
+    return value
+
+
+def _bare(text: str) -> str:
+    """Strip the quotes of a string literal."""
+    is_string = len(text) > 1 and text[0] == text[-1] and text[0] in "'\""
+    return text[1:-1] if is_string else text
+
+
+def of_robots(measured: Measurements) -> Iterator[tuple[str, object]]:
+    """Yield the measurements of robots and of entities, as `ROBOT.NAME`; parts as `ROBOT.NAME.PART`."""
+    for entity, values in {**measured.robots, **measured.entities}.items():
+        for name, value in values.model_dump(mode="json").items():
+            if isinstance(value, dict):
+                yield from ((f"{entity}.{name}.{part}", single) for part, single in value.items())
+            else:
+                yield f"{entity}.{name}", value
+
+
+def of_item(record: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+    """Yield the columns of a record of an item: `record.ITEM`, or `cover.ITEM.PART` for combinations."""
+    column, value = f"{record['kind']}.{record['item']}", record.get("value")
+    if isinstance(value, dict):
+        yield from ((f"{column}.{part}", single) for part, single in value.items())
+    else:
+        yield column, value
+
+
+def reason_key(reason: str) -> str:
+    """Return a reason with `#` for numbers, so that alike failures have the same."""
+    return _NUMBER.sub("#", reason)

@@ -1,0 +1,196 @@
+"""One run of a campaign, from its plan to its row."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import time
+from contextlib import suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from seoro.bridges.wire.message import Empty
+from seoro.bridges.wire.outputs import GET_MEASUREMENTS
+from seoro.campaign.identity import run_id
+from seoro.campaign.runs import End, Planned, Row
+from seoro.campaign.store.folder import KEPT, shard
+from seoro.campaign.store.lines import Appender
+from seoro.campaign.work.job import Job
+from seoro.campaign.work.measurements import of_robots, reason_key, values_of
+from seoro.campaign.work.watching import Watching
+from seoro.embed.options import Options
+from seoro.embed.preparation import prepare
+from seoro.embed.runs import Run
+from seoro.errors import CONFLICT, BackendError, InvalidScenario, UsageError
+
+TRACE: Final = "trace.jsonl"
+_TICKS: Final = os.sysconf("SC_CLK_TCK")  # [1/s] of processor time in /proc
+_NOTHING: Final[dict[str, Any]] = {}
+
+
+class Stopped(Exception):
+    """The run was stopped with its campaign; it will be made again."""
+
+
+class Worker:
+    """Makes runs, one after another, and appends a row for each to its shard; close it at the end.
+
+    Args:
+        job: What all runs share.
+        name: Name of the worker, of its shard, too.
+        endpoint: Endpoint of its simulator; empty to let each run start its own.
+        simulator: Process id of that simulator.
+    """
+
+    def __init__(self, job: Job, name: str, endpoint: str = "", simulator: int | None = None) -> None:
+        self._job = job
+        self._name = name
+        self._endpoint = endpoint
+        self._simulator = simulator
+        self._host = platform.node()
+        self._rows = Appender(shard(job.folder, name))
+        self._run: Run | None = None
+        self._is_stopped = False
+
+    def close(self) -> None:
+        """Close the shard."""
+        self._rows.close()
+
+    def stop(self) -> None:
+        """Stop the present run, with its clean-up."""
+        self._is_stopped = True
+        if self._run is not None:
+            self._run.stop("the campaign is stopped")
+
+    async def make(self, planned: Planned) -> Row:
+        """Make a run, and append its row.
+
+        Raises:
+            Stopped: `stop` was called.
+        """
+        started = datetime.now(UTC).isoformat(timespec="milliseconds")
+        cpu, wall, of_simulator = time.process_time(), time.monotonic(), self._simulator_time()
+        end = await self._end(planned)
+        if self._is_stopped:
+            raise Stopped
+        row = Row(
+            run=planned.number,
+            id=run_id(self._job.campaign.digest, planned.values, planned.seed),
+            variant=planned.variant,
+            repeat=planned.repeat,
+            seed=planned.seed,
+            strategy=planned.strategy,
+            parent=planned.parent,
+            attempt=planned.attempt,
+            host=self._host,
+            worker=self._name,
+            started=started,
+            version=self._job.campaign.version,
+            cpu=round(time.process_time() - cpu, 6),
+            wall_duration=round(time.monotonic() - wall, 6),
+            sim_cpu=round(self._simulator_time() - of_simulator, 3),
+            **end,
+        )
+        self._rows.append(row.to_line())
+        return row
+
+    async def _end(self, planned: Planned) -> dict[str, Any]:
+        """Make a run; returns the fields of its row that depend on how it ends."""
+        folder = self._job.folder / KEPT / f"{planned.number:06}"
+        made = folder.with_name(f".{folder.name}-{self._name}")
+        made.mkdir(parents=True, exist_ok=True)
+        watching = Watching(made / TRACE if self._job.campaign.keep != "none" else None)
+        try:
+            fields = await self._watched(planned, watching, made)
+            if self._is_kept(fields["status"]):
+                watching.save()
+                shutil.rmtree(folder, ignore_errors=True)
+                made.replace(folder)
+                fields["folder"] = folder.relative_to(self._job.folder).as_posix()
+            return fields
+        finally:
+            watching.close()
+            with suppress(FileNotFoundError):
+                shutil.rmtree(made)
+
+    def _is_kept(self, end: End) -> bool:
+        keep = self._job.campaign.keep
+        if end is End.IMPOSSIBLE or keep == "none":
+            return False
+        return keep == "all" or end is not End.PASSED
+
+    async def _watched(self, planned: Planned, watching: Watching, folder: Path) -> dict[str, Any]:
+        options = self._options(planned, watching, folder)
+        try:
+            async with prepare(self._job.scenario, options) as run:
+                self._run = run
+                if self._is_stopped:
+                    return {"status": End.CANCELLED}
+                async with run.running(self._job.limit):
+                    verdict = await run.result()
+                measured = {**dict(await self._measured(run)), **watching.samples}
+        except UsageError as error:
+            if error.code == CONFLICT:
+                return {"status": End.IMPOSSIBLE, "values": planned.values, "reason": error.message}
+            return _error(planned, error.message, str(error.span or ""))
+        except (InvalidScenario, BackendError) as error:
+            return _error(planned, str(error).splitlines()[0])
+        finally:
+            self._run = None
+        return {
+            "status": End.of(verdict.status),
+            "values": values_of(planned.values, run.parameters),
+            "duration": verdict.duration,
+            "reason": verdict.reason,
+            "reason_key": reason_key(verdict.reason),
+            "where": str(verdict.span or ""),
+            "trace_sha": watching.digest,
+            "measured": measured,
+            "coverage": tuple(item.plain() for item in verdict.coverage),
+        }
+
+    def _options(self, planned: Planned, watching: Watching, folder: Path) -> Options:
+        options = self._job.options
+        simulator = options.simulator
+        if simulator is not None and self._endpoint:
+            simulator = replace(simulator, name=None, endpoint=self._endpoint)
+        return replace(
+            options,
+            seed=planned.seed,
+            overrides={**options.overrides, **planned.values},
+            simulator=simulator,
+            observers=(watching,),
+            output_directory=folder,
+        )
+
+    async def _measured(self, run: Run) -> dict[str, Any]:
+        """Fetch the measurements of the simulator; none without one, or if it is lost."""
+        if run.simulator is None:
+            return _NOTHING
+        try:
+            return dict(of_robots(await run.simulator.ask(GET_MEASUREMENTS, Empty())))
+        except BackendError:
+            return _NOTHING
+
+    def _simulator_time(self) -> float:
+        """Return the processor time of the simulator so far [s]; 0 without one."""
+        if self._simulator is None:
+            return 0.0
+        try:
+            fields = Path(f"/proc/{self._simulator}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+        except OSError:
+            return 0.0
+        return (int(fields[11]) + int(fields[12])) / _TICKS
+
+
+def _error(planned: Planned, reason: str, where: str = "") -> dict[str, Any]:
+    return {
+        "status": End.ERROR,
+        "values": planned.values,
+        "reason": reason,
+        "reason_key": reason_key(reason),
+        "where": where,
+    }
