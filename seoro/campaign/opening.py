@@ -24,6 +24,7 @@ from seoro.campaign.store.folder import (
     Keep,
     create_folder,
     read_campaign,
+    write_campaign,
 )
 from seoro.campaign.strategies.choice import make_strategy, text_of
 from seoro.campaign.strategies.contract import Strategy
@@ -139,7 +140,11 @@ def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scena
             f"{folder} cannot be continued: it began with seoro {campaign.version}, this is {__version__}",
             help=f"pip install 'seoro=={campaign.version}', or start another campaign in another folder",
         )
-    return CampaignFolder(folder, campaign), load(root / campaign.manifest.entry)
+    opened = CampaignFolder(folder, campaign)
+    if runs is not None:
+        opened.campaign = campaign.model_copy(update={"runs": runs})
+        write_campaign(folder, opened.campaign)
+    return opened, load(root / campaign.manifest.entry)
 
 
 @asynccontextmanager

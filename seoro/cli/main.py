@@ -20,6 +20,7 @@ from seoro.lang.diagnostics import near
 # Help texts of the commands, in the order of `--help`; modules of commands are loaded on demand.
 COMMANDS: Final[Mapping[str, str]] = {
     "exec": "run a scenario in this process or on an executor",
+    "campaign": "run a scenario many times, with planned values of its parameters",
     "sweep": "run a scenario once per combination of varied parameters",
     "check": "parse and check scenario files without running them",
     "trace": "print, filter, summarise or convert the trace of a run",

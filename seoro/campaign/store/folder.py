@@ -1,6 +1,6 @@
 """Folder of a campaign.
 
-campaign.json       what was asked: the bundle of the scenario, strategy, seed, versions; written once
+campaign.json       what was asked: the bundle of the scenario, strategy, seed, versions; written by rename
 asked.jsonl         planned runs, each before it is handed out
 runs/WORKER.jsonl   a row for each ended run, one file per worker
 kept/000123/        trace and files of runs that did not pass, or of all
@@ -127,10 +127,19 @@ def create_folder(folder: Path, campaign: CampaignFile, *, overwrite: bool) -> C
         for name in (ASKED, *DERIVED, CAMPAIGN):
             (folder / name).unlink(missing_ok=True)
     (folder / RUNS).mkdir(parents=True, exist_ok=True)
+    write_campaign(folder, campaign)
+    return CampaignFolder(folder, campaign)
+
+
+def write_campaign(folder: Path, campaign: CampaignFile) -> None:
+    """Write `campaign.json`, whole or not at all.
+
+    Raises:
+        OSError: It cannot be written.
+    """
     written = folder / f".{CAMPAIGN}"
     written.write_text(campaign.model_dump_json(indent=1) + "\n", encoding="utf-8")
     written.replace(folder / CAMPAIGN)
-    return CampaignFolder(folder, campaign)
 
 
 def read_campaign(folder: Path) -> CampaignFile:

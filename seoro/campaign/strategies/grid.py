@@ -1,4 +1,4 @@
-"""Grid: all combinations of the values of all axes, the last of which varies fastest."""
+"""Grid: all combinations of the values of axes, the last of which varies fastest."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Grid(Value):
     """All combinations.
 
     Args:
-        levels: Number of values of each axis with bounds, both included; 0 to refuse such axes.
+        levels: Number of values of each axis with bounds, both included; 0 to let each run draw its value.
     """
 
     levels: int = 0
@@ -27,20 +27,20 @@ class Grid(Value):
 
     def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
         """Return the combinations; see `Strategy`."""
-        combinations = product(*(self._texts(axis) for axis in axes))
-        paths = [axis.path for axis in axes]
-        yield from batches_of(Point(dict(zip(paths, texts, strict=True))) for texts in combinations)
-
-    def _texts(self, axis: Axis) -> Sequence[str]:
-        if isinstance(axis, Choices):
-            return axis.texts
-        if not self.levels:
+        listed = [axis for axis in axes if isinstance(axis, Choices) or self.levels]
+        if axes and not listed:
+            axis = axes[0]
             raise UsageError(
                 f"`{axis.path}` varies within a range, of which a grid has no values",
                 axis.span,
-                help="add `--levels 5` for five values of each range, or choose `--strategy sobol --runs 200`",
+                help="add `--levels 5` for five values of each range, or choose `--strategy random --runs 200`",
             )
-        return axis.levels(self.levels)
+        combinations = product(*map(self._texts, listed))
+        paths = [axis.path for axis in listed]
+        yield from batches_of(Point(dict(zip(paths, texts, strict=True))) for texts in combinations)
+
+    def _texts(self, axis: Axis) -> Sequence[str]:
+        return axis.texts if isinstance(axis, Choices) else axis.levels(self.levels)
 
 
 def batches_of(points: Iterable[Point]) -> Iterator[Sequence[Point]]:

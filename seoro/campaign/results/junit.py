@@ -1,0 +1,43 @@
+"""The runs as JUnit XML, for CI servers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from seoro.campaign.results.rows import final_rows
+from seoro.campaign.runs import Row, title_of
+from seoro.runtime.trace.junit import TAGS, Case, junit
+from seoro.runtime.verdict import RunStatus
+
+JUNIT: Final = "test.xml"
+
+
+def write_junit(folder: Path, file: str) -> Path:
+    """Write the JUnit file of a campaign.
+
+    Args:
+        folder: Folder of the campaign.
+        file: Scenario file, as the user named it.
+    """
+    path = folder / JUNIT
+    path.write_text(junit([_case(row, file) for row in final_rows(folder)]), encoding="utf-8")
+    return path
+
+
+def _case(row: Row, file: str) -> Case:
+    texts = {name: str(value) for name, value in row.values.items()}
+    return Case(
+        name=f"{row.run}: {title_of(texts)}",
+        file=file,
+        tag=TAGS.get(RunStatus(row.status.value)),
+        kind=row.status.value,
+        message=row.reason,
+        text=f"{row.where}: {row.reason}" if row.where else row.reason,
+        duration=row.wall_duration,
+        properties={
+            "seed": row.seed,
+            "duration": row.duration,
+            **{f"parameter.{path}": value for path, value in row.values.items()},
+        },
+    )

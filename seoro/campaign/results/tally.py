@@ -1,0 +1,41 @@
+"""Counts of a campaign so far, in constant memory."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import field
+
+from seoro.campaign.runs import End, Row
+from seoro.lang.lazy_dataclass import lazy_dataclass
+
+
+@lazy_dataclass
+class Tally:
+    """Counts the runs of a campaign by how they ended.
+
+    Args:
+        ends: Number of runs by end.
+        impossible: Number of planned runs that constraints exclude.
+    """
+
+    ends: Counter[End] = field(default_factory=Counter)
+    impossible: int = 0
+
+    def count(self, row: Row) -> None:
+        """Count a row."""
+        if row.status is End.IMPOSSIBLE:
+            self.impossible += 1
+        else:
+            self.ends[row.status] += 1
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return self.ends.total()
+
+    @property
+    def text(self) -> str:
+        """The counts, for people: `12 passed, 3 failed`."""
+        shown = [f"{self.ends[end]:,} {end.value}" for end in End if self.ends[end]]
+        excluded = [f"{self.impossible:,} excluded by constraints"] if self.impossible else []
+        return ", ".join([*shown, *excluded]) or "no runs"

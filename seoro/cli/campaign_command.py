@@ -1,0 +1,201 @@
+"""`seoro campaign`: many runs of one scenario."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import signal
+import sys
+from pathlib import Path
+
+import anyio
+
+from seoro.bundle.unpack import read_options
+from seoro.campaign.coordinator import Coordinator
+from seoro.campaign.opening import Asked, axes_of, new_campaign, open_campaign, reopen
+from seoro.campaign.results.junit import write_junit
+from seoro.campaign.results.table import write_table
+from seoro.campaign.results.tally import Tally
+from seoro.campaign.runs import End
+from seoro.campaign.space.axes import Axis
+from seoro.campaign.store.folder import CampaignFolder, StrategyText, read_rows
+from seoro.campaign.strategies.choice import make_strategy
+from seoro.cli.arguments import add_command, add_option
+from seoro.cli.campaign_progress import Progress, print_status
+from seoro.cli.exit_status import Exit
+from seoro.cli.files import count, write_errors
+from seoro.cli.run_arguments import add_run_arguments, settings_of, use_file_settings
+from seoro.concurrency.background import background
+from seoro.embed import SEED_BITS, load
+from seoro.errors import UsageError
+
+EXAMPLES = """examples:
+  seoro campaign run noise.osc --sim mujoco --rate max -o out/
+  seoro campaign run noise.osc --strategy random --runs 2000 -o out/
+  seoro campaign status out/
+  seoro campaign resume out/ --runs 5000
+
+A campaign varies each parameter with a constraint `in`, such as `keep(noise in [0.0, 0.1, 0.2])` or
+`keep(noise in [0.0..0.2])`, that is not set with `--set` or `--params`.
+
+exit status: 0 all passed, 1 some failed, 2 the command line or the scenario is invalid, 3 some ended without a
+verdict, 130 by Ctrl-C, after which `resume` continues"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    commands = parser.add_subparsers(title="subcommands", dest="what", metavar="SUBCOMMAND", required=True)
+    run_it = add_command(commands, "run", "start a campaign")
+    run_it.add_argument("file", metavar="FILE", help="scenario file (.osc)")
+    add_run_arguments(run_it)
+    add_option(
+        run_it, "-o --output-dir DIR", "folder of the campaign (default: campaign)", default=Path("campaign")
+    )
+    add_option(run_it, "--overwrite", "replace another campaign in the folder")
+    add_option(
+        run_it,
+        "--strategy NAME",
+        "what chooses the values: grid (all combinations) or random (default: grid)",
+        default="grid",
+    )
+    add_option(run_it, "--levels N", "with a grid: number of values of each range", default=0)
+    add_option(run_it, "--runs N", "number of runs (default: all of the strategy)")
+    add_option(run_it, "--repeat N", "runs of the same values, with the seeds SEED, SEED + 1, ...", default=1)
+    add_option(
+        run_it,
+        "--keep",
+        "runs that keep their trace and files (default: failed, which is all that did not pass)",
+        choices=("failed", "all", "none"),
+        default="failed",
+    )
+    add_option(
+        run_it,
+        "--isolation",
+        "what runs share: a warm worker, or for each run a process of its own (default: worker)",
+        choices=("worker", "run"),
+    )
+    resume = add_command(commands, "resume", "continue a campaign that was interrupted, or extend it")
+    resume.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
+    add_option(resume, "--runs N", "new number of runs")
+    for each in (run_it, resume):
+        add_option(each, "-j --jobs N", "number of simultaneous runs (default: number of processors)")
+    status = add_command(commands, "status", "show how far a campaign is")
+    status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    if options.what == "status":
+        print_status(options.folder)
+        return Exit.PASSED
+    return anyio.run(_run if options.what == "run" else _resume, options)
+
+
+async def _run(options: argparse.Namespace) -> int:
+    scenario = load(options.file)
+    found = use_file_settings(options, scenario, repeats=True)
+    if options.seed is None:
+        options.seed = secrets.randbits(SEED_BITS)
+    given = {"levels": options.levels} if options.levels else {}
+    asked = Asked(
+        strategy=make_strategy(StrategyText(name=options.strategy, options=given)),
+        seed=options.seed,
+        runs=options.runs,
+        repeat=options.repeat,
+        keep=options.keep,
+        isolation=options.isolation or "worker",
+        limit=found.limit,
+    )
+    settings = settings_of(options)
+    jobs = _jobs(options)
+    with write_errors(options.output_dir):
+        folder = new_campaign(scenario, settings, asked, options.output_dir, overwrite=options.overwrite)
+    return await _carry_out(folder, axes_of(scenario, settings), jobs)
+
+
+async def _resume(options: argparse.Namespace) -> int:
+    folder, scenario = reopen(options.folder, options.runs)
+    manifest = folder.campaign.manifest
+    settings = read_options(manifest, Path(manifest.root or "."))
+    return await _carry_out(folder, axes_of(scenario, settings), options.jobs or _processors())
+
+
+async def _carry_out(folder: CampaignFolder, axes: tuple[Axis, ...], jobs: int) -> int:
+    """Carry out a campaign, and write its results, also when it is interrupted."""
+    tally = Tally()
+    for row in read_rows(folder.folder):
+        tally.count(row)
+    progress = Progress(tally, folder.campaign.runs)
+    file = folder.campaign.manifest.shown
+    seed, repeat = folder.campaign.seed, folder.campaign.repeat
+    seeds = f"seed {seed}" if repeat == 1 else f"seeds {seed} to {seed + repeat - 1}"
+    print(f"{file}: {folder.campaign.strategy.name} over {count(len(axes), 'parameter')}, {seeds}", flush=True)
+    try:
+        with progress.showing() as show:
+            async with open_campaign(folder, axes, jobs, show) as coordinator, background() as group:
+                interrupted = _Interruption(coordinator)
+                group.start_soon(interrupted.listen, group.cancel_scope)
+                await coordinator.run()
+    finally:
+        files = (write_table(folder.folder), write_junit(folder.folder, file))
+        folder.close()
+    print(f"\n{progress.text()}")
+    for path in files:
+        print(f"  {path}")
+    if interrupted.has_come:
+        print(f"  continue with `seoro campaign resume {folder.folder}`")
+        return Exit.INTERRUPTED
+    return _status(tally)
+
+
+def _status(tally: Tally) -> Exit:
+    if set(tally.ends) <= {End.PASSED}:
+        return Exit.PASSED
+    return Exit.FAILED if set(tally.ends) <= {End.PASSED, End.FAILED} else Exit.ERROR
+
+
+class _Interruption:
+    """Stops a campaign at the first signal, and drops it at the second."""
+
+    def __init__(self, coordinator: Coordinator) -> None:
+        self._coordinator = coordinator
+        self.has_come = False
+
+    async def listen(self, scope: anyio.CancelScope) -> None:
+        """Wait for signals."""
+        with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
+            async for _ in signals:
+                if self.has_come:
+                    scope.cancel()
+                    return
+                self.has_come = True
+                print("stopping active runs; press again to stop at once", file=sys.stderr, flush=True)
+                self._coordinator.stop()
+
+
+def _jobs(options: argparse.Namespace) -> int:
+    """Return the number of simultaneous runs; what they share allows only one."""
+    if options.ros is not None:
+        place, hint = "on one robot", "use `--jobs 1`"
+    elif options.connect is not None:
+        place, hint = "on one simulator", "use `--sim`, or `--jobs 1`"
+    elif options.lab is not None and _is_shared(options.lab):
+        place, hint = "in this lab", "leave out `--jobs`"
+    else:
+        return int(options.jobs or _processors())
+    if options.jobs not in (None, 1):
+        raise UsageError(f"runs {place} are sequential", help=hint)
+    return 1
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+def _is_shared(lab: Path) -> bool:
+    """Return whether all runs share the robots or the simulator of a lab."""
+    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
+
+    read = read_lab(lab)
+    return bool(read.bridges) or (read.simulator is not None and read.simulator[1].connect is not None)

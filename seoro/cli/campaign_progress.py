@@ -1,0 +1,120 @@
+"""Progress and results of a campaign, on the terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final, Protocol
+
+from seoro.campaign.results.rows import final_rows
+from seoro.campaign.results.tally import Tally
+from seoro.campaign.runs import End, Row
+from seoro.campaign.store.folder import read_campaign
+from seoro.cli.output import is_terminal
+
+PERIOD: Final = 10.0  # [s] between lines, where there is no terminal
+MOST_LINES: Final = 20  # of runs that did not pass; the table has all
+
+
+class Show(Protocol):
+    """Shows the row of a run that has ended."""
+
+    def __call__(self, row: Row) -> None:
+        """Show it."""
+
+
+class Progress:
+    """Progress of a session of a campaign.
+
+    Args:
+        before: Counts of earlier sessions.
+        total: Number of runs of the campaign; None if unknown.
+    """
+
+    def __init__(self, before: Tally, total: int | None) -> None:
+        self.tally = before
+        self._before = before.runs
+        self._total = total
+        self._begun = time.monotonic()
+        self._shown = 0
+
+    @contextmanager
+    def showing(self) -> Iterator[Show]:
+        """Show rows while the block lasts: a bar on a terminal, otherwise a line now and then."""
+        if is_terminal(sys.stdout):
+            with self._bar() as show:
+                yield show
+            return
+        last = self._begun
+
+        def show_line(row: Row) -> None:
+            nonlocal last
+            self.tally.count(row)
+            for line in self._line(row):
+                print(line, flush=True)
+            if time.monotonic() - last > PERIOD:
+                last = time.monotonic()
+                print(self.text(), flush=True)
+
+        yield show_line
+
+    @contextmanager
+    def _bar(self) -> Iterator[Show]:
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn  # noqa: PLC0415 - slow to load
+        from rich.progress import Progress as Bar  # noqa: PLC0415 - the same
+
+        with Bar(BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[last]}")) as bar:
+            task = bar.add_task("", total=self._total, completed=self._before, last="")
+
+            def show(row: Row) -> None:
+                self.tally.count(row)
+                for line in self._line(row):
+                    bar.console.print(line, markup=False, highlight=False)
+                bar.update(task, completed=self.tally.runs, last=f"{self.tally.text}{self._pace()}")
+
+            yield show
+
+    def _line(self, row: Row) -> Iterator[str]:
+        """Yield a line for a run that did not pass, up to a number."""
+        if row.status in (End.PASSED, End.IMPOSSIBLE):
+            return
+        self._shown += 1
+        if self._shown <= MOST_LINES:
+            values = " ".join(f"{path}={value}" for path, value in row.values.items())
+            yield f"{row.run:>6}  {row.status.value:9}  {values}  {row.reason}".rstrip()
+        if self._shown == MOST_LINES:
+            yield "        more runs that did not pass are in the table only"
+
+    def _pace(self) -> str:
+        """Return the rate and the time left, of which nothing is known before the first run."""
+        ended, taken = self.tally.runs - self._before, time.monotonic() - self._begun
+        if not ended or taken <= 0.0:
+            return ""
+        rate = ended / taken
+        text = f", {rate:.1f}/s" if rate >= 1.0 else f", {60.0 * rate:.1f}/min"
+        if self._total is not None:
+            text += f", {_duration((self._total - self.tally.runs) / rate)} left"
+        return text
+
+    def text(self) -> str:
+        """Return the progress in one line."""
+        of = f" of {self._total:,}" if self._total is not None else ""
+        return f"{self.tally.runs:,}{of} runs: {self.tally.text}{self._pace()}"
+
+
+def print_status(folder: Path) -> None:
+    """Print how far a campaign is."""
+    campaign, tally = read_campaign(folder), Tally()
+    for row in final_rows(folder):
+        tally.count(row)
+    of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
+    print(f"{campaign.manifest.shown}: {tally.runs:,}{of} runs: {tally.text}")
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{max(seconds, 0.0):.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
