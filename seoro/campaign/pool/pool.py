@@ -18,7 +18,7 @@ from seoro.campaign.pool.simulators import Node, simulator_node
 from seoro.campaign.pool.worker import FATAL, STOP, Start
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import CampaignFile
-from seoro.concurrency.forks.using import END_TIMEOUT, Forked, ForkServer, NoProcess, start_fork_server
+from seoro.concurrency.forks.using import END_TIMEOUT, Forked, Forks, NoProcess, open_forks
 from seoro.embed.options import ROS_SIMULATOR
 from seoro.errors import BackendError, UsageError
 
@@ -39,13 +39,12 @@ async def open_pool(campaign: CampaignFile, folder: Path, jobs: int) -> AsyncIte
     Raises:
         BackendError: No process can be started.
     """
-    forks = await start_fork_server(TEMPLATE, arguments=[str(folder)])
-    slots = [_Slot(campaign, forks, f"{platform.node()}-{os.getpid():x}-{number}") for number in range(jobs)]
-    try:
-        yield Pool(slots)
-    finally:
-        await asyncio.gather(*(slot.close() for slot in slots))
-        await forks.close()
+    async with open_forks(TEMPLATE, arguments=[str(folder)]) as forks:
+        slots = [_Slot(campaign, forks, f"{platform.node()}-{os.getpid():x}-{number}") for number in range(jobs)]
+        try:
+            yield Pool(slots)
+        finally:
+            await asyncio.gather(*(slot.close() for slot in slots))
 
 
 class Pool:
@@ -82,7 +81,7 @@ class Pool:
 class _Slot:
     """A place for one run at a time; its worker and its simulator are replaced if they die."""
 
-    def __init__(self, campaign: CampaignFile, forks: ForkServer, name: str) -> None:
+    def __init__(self, campaign: CampaignFile, forks: Forks, name: str) -> None:
         self._campaign = campaign
         self._forks = forks
         self._name = name

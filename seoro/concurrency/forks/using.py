@@ -7,8 +7,9 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
+from functools import partial
 from typing import Final, NamedTuple
 
 from seoro.concurrency.forks.reports import REPORT, ProcessReport
@@ -36,8 +37,8 @@ class Forked(NamedTuple):
     reader: asyncio.StreamReader
 
 
-class ForkServer:
-    """User's side of a fork server. Created by `start_fork_server`.
+class _ForkServer:
+    """User's side of a fork server.
 
     Args:
         process: Process of the fork server.
@@ -53,11 +54,10 @@ class ForkServer:
         self._reports = reports
         self._ended: dict[int, asyncio.Future[int | None]] = {}
         self._started: asyncio.Future[int] | None = None
-        self._making = asyncio.Lock()  # the server reports one start after another
         self._listening = asyncio.create_task(self._listen())
 
     async def fork(self) -> Forked:
-        """Fork a process, with a pipe to it and a socket from it.
+        """Fork a process; one at a time.
 
         Raises:
             NoProcess: The fork server has died.
@@ -65,8 +65,7 @@ class ForkServer:
         control_read, control = os.pipe()
         data, data_write = socket.socketpair()
         try:
-            async with self._making:
-                process, ended = await self._make(control_read, data_write.fileno())
+            process, ended = await self._make(control_read, data_write.fileno())
         except BaseException:
             os.close(control)
             data.close()
@@ -90,7 +89,7 @@ class ForkServer:
         return process, self._ended[process]
 
     async def _listen(self) -> None:
-        with suppress(asyncio.IncompleteReadError):
+        with suppress(asyncio.IncompleteReadError, OSError):
             while True:
                 what, process, code = REPORT.unpack(await self._reports.readexactly(REPORT.size))
                 if what == ProcessReport.ENDED:
@@ -105,7 +104,7 @@ class ForkServer:
             self._started.set_exception(BrokenPipeError())
 
     async def close(self) -> None:
-        """End the fork server; its processes continue."""
+        """End it; its processes continue."""
         self._requests.close()
         try:
             async with asyncio.timeout(END_TIMEOUT):
@@ -116,16 +115,60 @@ class ForkServer:
         await self._listening
 
 
-async def start_fork_server(
+class Forks:
+    """Source of forked processes: a fork server, and another one if it dies. Created by `open_forks`.
+
+    Args:
+        start: Starts a fork server.
+        server: The first one.
+    """
+
+    def __init__(self, start: Callable[[], Awaitable[_ForkServer]], server: _ForkServer) -> None:
+        self._start = start
+        self._server = server
+        self._taking = asyncio.Lock()
+
+    async def fork(self) -> Forked:
+        """Fork a process, with a pipe to it and a socket from it.
+
+        Raises:
+            NoProcess: The fork server has died, and so has its successor.
+        """
+        async with self._taking:
+            try:
+                return await self._server.fork()
+            except NoProcess:
+                await self._server.close()
+                self._server = await self._start()
+                return await self._server.fork()
+
+    async def close(self) -> None:
+        """End the fork server; its processes continue."""
+        await self._server.close()
+
+
+@asynccontextmanager
+async def open_forks(
     module: str, environment: Mapping[str, str] | None = None, arguments: Sequence[str] = ()
-) -> ForkServer:
-    """Start a fork server.
+) -> AsyncIterator[Forks]:
+    """Run a fork server while the block lasts.
 
     Args:
         module: Its module, which gets the two descriptors of `serve_forks` as first arguments.
         environment: Environment variables of its processes; None for those of this process.
         arguments: Further arguments of the module.
     """
+    start = partial(_start_fork_server, module, environment, arguments)
+    forks = Forks(start, await start())
+    try:
+        yield forks
+    finally:
+        await forks.close()
+
+
+async def _start_fork_server(
+    module: str, environment: Mapping[str, str] | None, arguments: Sequence[str]
+) -> _ForkServer:
     ours, theirs = socket.socketpair()
     reports, reports_write = socket.socketpair()
     command = [sys.executable, "-m", module, str(theirs.fileno()), str(reports_write.fileno()), *arguments]
@@ -140,7 +183,7 @@ async def start_fork_server(
     finally:
         theirs.close()
         reports_write.close()
-    return ForkServer(process, ours, await socket_reader(reports))
+    return _ForkServer(process, ours, await socket_reader(reports))
 
 
 class _Told(asyncio.StreamReaderProtocol):

@@ -13,7 +13,7 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Final
 
-from seoro.concurrency.forks.using import ForkServer, NoProcess, start_fork_server
+from seoro.concurrency.forks.using import Forks, open_forks
 from seoro.executor.process.frames import HEADER, Frame, frame
 
 MAX_FRAME: Final = 256 << 20  # [bytes]
@@ -86,14 +86,11 @@ class Pool:
     """Source of processes for runs. Created by `open_pool`.
 
     Args:
-        fork_server: Makes the processes.
-        environment: Environment variables for a new fork server, if this one dies.
+        forks: Makes the processes.
     """
 
-    def __init__(self, fork_server: ForkServer, environment: Mapping[str, str]) -> None:
-        self._fork_server = fork_server
-        self._environment = environment
-        self._taking = asyncio.Lock()
+    def __init__(self, forks: Forks) -> None:
+        self._forks = forks
 
     async def acquire(self) -> Worker:
         """Return a new process.
@@ -101,17 +98,7 @@ class Pool:
         Raises:
             NoProcess: The fork server cannot make one.
         """
-        async with self._taking:
-            try:
-                return Worker(*await self._fork_server.fork())
-            except NoProcess:
-                await self._fork_server.close()
-                self._fork_server = await start_fork_server(_MODULE, self._environment)
-                return Worker(*await self._fork_server.fork())
-
-    async def close(self) -> None:
-        """End the fork server."""
-        await self._fork_server.close()
+        return Worker(*await self._forks.fork())
 
 
 @asynccontextmanager
@@ -121,11 +108,8 @@ async def open_pool(environment: Mapping[str, str]) -> AsyncIterator[Pool]:
     Args:
         environment: Environment variables of the processes.
     """
-    pool = Pool(await start_fork_server(_MODULE, environment), environment)
-    try:
-        yield pool
-    finally:
-        await pool.close()
+    async with open_forks(_MODULE, environment) as forks:
+        yield Pool(forks)
 
 
 def _frames_in(waiting: bytearray) -> list[tuple[Frame, bytes]]:
