@@ -9,7 +9,7 @@ from seoro.campaign.runs import Planned, Row
 
 
 class WorkerDied(Exception):
-    """A worker has died, or did not answer any more; the message says how."""
+    """A worker has died or hangs; the message has the cause."""
 
 
 class Engine(Protocol):

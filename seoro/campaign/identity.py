@@ -1,6 +1,6 @@
 """Identities of runs: hashes of everything that determines them.
 
-Equal ids promise equal runs, so that doubles are harmless, and a campaign that goes on skips what is there.
+Equal ids promise equal runs. So runs that were made twice are harmless.
 """
 
 from __future__ import annotations

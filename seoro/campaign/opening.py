@@ -40,15 +40,15 @@ _BLOCK: Final = 1 << 20  # [bytes]
 
 
 class Asked(Value):
-    """What a campaign shall do.
+    """Request for a campaign.
 
     Args:
         strategy: Chooses the values.
         seed: Seed of the strategy and of the first repeat of each point.
         runs: Number of runs; None for all of the strategy.
         repeat: Runs of each point.
-        keep: Which runs keep their trace and files.
-        isolation: What runs share.
+        keep: Runs that keep their trace and files.
+        isolation: Isolation of runs from each other.
         limit: Limit of the wall time of a run.
     """
 
@@ -65,7 +65,7 @@ def axes_of(scenario: Scenario, options: Options) -> tuple[Axis, ...]:
     """Find what varies in a scenario, apart from parameters that the options set.
 
     Raises:
-        InvalidScenario, UsageError: There is no such scenario, or an option is invalid.
+        InvalidScenario, UsageError: The scenario is unknown, or an option is invalid.
     """
     entry = scenario.entry(options.name).name
     given = {*options.overrides}
@@ -82,7 +82,7 @@ def new_campaign(
     Args:
         scenario: Result of `load`.
         options: Options that all runs share.
-        asked: What the campaign shall do.
+        asked: The request.
         folder: Its folder.
         overwrite: Whether to replace another campaign there.
 
@@ -96,6 +96,7 @@ def new_campaign(
             f"no parameter varies in `{scenario.entry(options.name).name}`",
             help="list values in the scenario, `keep(noise in [0.0, 0.1])`, or repeat it with `--repeat 10`",
         )
+    asked.strategy.batches(axes, asked.seed)  # refuses axes that it cannot use
     manifest = pack(scenario, options, asked.limit).manifest
     simulator = manifest.options.simulator
     named = "" if simulator is None else simulator.name or simulator.endpoint or ""
@@ -125,7 +126,7 @@ def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scena
         The folder, and the loaded scenario.
 
     Raises:
-        UsageError: It is no such folder, or files of the scenario have changed.
+        UsageError: The folder is not that of a campaign, or files of the scenario have changed.
     """
     campaign = read_campaign(folder)
     root = Path(campaign.manifest.root or ".")
@@ -159,7 +160,7 @@ async def open_campaign(
 
     Args:
         folder: Its folder.
-        axes: What varies.
+        axes: Axes of the campaign.
         jobs: Number of simultaneous runs.
         on_row: Called with each row.
         is_enough: Called after each row; returns whether no more runs shall begin.

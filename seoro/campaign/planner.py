@@ -19,10 +19,9 @@ class Planner:
     """Plans the runs of a campaign.
 
     Args:
-        folder: Folder of the campaign. What it holds already is not planned again, but runs that were planned and
-            have not ended come first.
+        folder: Folder of the campaign. Planned runs of an earlier session that have not ended come first.
         strategy: Chooses the values.
-        axes: What varies.
+        axes: Axes of the campaign.
 
     Raises:
         UsageError: The strategy cannot be used with these axes, or a file of the folder is invalid.

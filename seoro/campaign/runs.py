@@ -1,4 +1,4 @@
-"""Runs of a campaign: what is planned, and the row of the table for each that has ended."""
+"""Planned runs of a campaign, and rows for runs that have ended."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Point(Value):
 
     Args:
         values: Values of parameters by path, in the notation of the scenario; the solver draws all others.
-        reason: Why: the bucket that lacks samples, for instance. Empty if the strategy has nothing to say.
+        reason: Reason, such as a bucket that lacks samples; may be empty.
         parent: Number of the run that it was derived from; 0 without one.
     """
 
@@ -38,7 +38,7 @@ class Planned(Value):
         values: Values of parameters by path, in the notation of the scenario.
         strategy: Strategy that asked for it, with its reason.
         parent: Number of the run that it was derived from; 0 without one.
-        attempt: How often it was tried, from 1: a run whose worker died is tried once more.
+        attempt: Number of the attempt, from 1. A run whose worker died is tried once more.
     """
 
     number: int
@@ -75,7 +75,7 @@ def title_of(values: Mapping[str, str]) -> str:
 
 
 class End(Enum):
-    """How a run of a campaign ended: the statuses of verdicts, or never begun."""
+    """Ends of runs of a campaign: the statuses of verdicts, and one for runs that never begin."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -96,7 +96,7 @@ class Row(Value):
         run: Number in the campaign.
         id: Identity of the run: equal ids promise equal runs.
         variant, repeat, seed, strategy, parent, attempt: As planned.
-        status: How it ended.
+        status: Its end.
         values: Values of the parameters that vary, by path, in SI base units.
         duration: Duration on the run's clock [s].
         wall_duration: Duration on the machine's clock [s].
@@ -105,9 +105,9 @@ class Row(Value):
         reason: Reason of the verdict.
         reason_key: Reason without numbers and names of instances, to group failures by.
         where: Place in the text that decided: `file:line:column`; empty without one.
-        margin: How far the nearest limit was, negative if exceeded; None if nothing was measured.
+        margin: Distance to the nearest limit, negative beyond it; None without a limit.
         host, worker: Machine and process.
-        started: When it began (UTC, ISO 8601).
+        started: Time of its start (UTC, ISO 8601).
         version: Version of seoro.
         folder: Folder with its trace and its files, relative to that of the campaign; empty if not kept.
         trace_sha: SHA-256 of its trace without times of the machine; equal runs have equal ones.

@@ -175,7 +175,7 @@ class _Interruption:
 
 
 def _jobs(options: argparse.Namespace) -> int:
-    """Return the number of simultaneous runs; what they share allows only one."""
+    """Return the number of simultaneous runs: one if they share robots or a simulator."""
     if options.ros is not None:
         place, hint = "on one robot", "use `--jobs 1`"
     elif options.connect is not None:

@@ -15,7 +15,7 @@ from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import read_campaign
 from seoro.cli.output import is_terminal
 
-PERIOD: Final = 10.0  # [s] between lines, where there is no terminal
+PERIOD: Final = 10.0  # [s] between lines, without a terminal
 MOST_LINES: Final = 20  # of runs that did not pass; the table has all
 
 

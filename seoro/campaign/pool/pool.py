@@ -124,7 +124,7 @@ class _Slot:
         """Wait for the next row.
 
         Raises:
-            WorkerDied: There will be none.
+            WorkerDied: The worker has died or hangs.
             UsageError: Rows cannot be written.
         """
         try:
@@ -143,7 +143,7 @@ class _Slot:
         return Row.from_line(line)
 
     async def _start_worker(self) -> Forked:
-        """Start a worker, and its simulator if there is none.
+        """Start a worker, and first its simulator if it needs one.
 
         Raises:
             BackendError: One of them cannot be started.

@@ -44,7 +44,7 @@ def work(job: Job, control: int, data: int) -> None:
     """Make runs until the pipe closes, and end the process.
 
     Args:
-        job: What all runs share.
+        job: Shared data of all runs.
         control: Descriptor of the pipe.
         data: Descriptor of the socket.
     """

@@ -1,9 +1,11 @@
 """Folder of a campaign.
 
-campaign.json       what was asked: the bundle of the scenario, strategy, seed, versions; written by rename
-asked.jsonl         planned runs, each before it is handed out
-runs/WORKER.jsonl   a row for each ended run, one file per worker
-kept/000123/        trace and files of runs that did not pass, or of all
+| file | content |
+|---|---|
+| `campaign.json` | the bundle of the scenario, strategy, seed and versions |
+| `asked.jsonl` | planned runs, written before they begin |
+| `runs/WORKER.jsonl` | a row for each ended run, one file per worker |
+| `kept/000123/` | trace and files of a run |
 """
 
 from __future__ import annotations
@@ -48,12 +50,12 @@ class CampaignFile(BaseModel):
 
     Attributes:
         manifest: Bundle of the scenario, with the options that all runs share.
-        strategy: What chooses the values.
+        strategy: Strategy that chooses the values.
         runs: Number of runs; None for as many as the strategy has.
         repeat: Runs of each point, with the seeds `seed`, `seed + 1`, and so on.
         seed: Seed of the strategy and of the first repeat.
-        keep: Which runs keep their trace and files.
-        isolation: What runs share: a worker process, only a simulator, or nothing.
+        keep: Runs that keep their trace and files; `failed` is all that did not pass.
+        isolation: `worker` for runs in one process, `run` for a process per run, `process` for own simulators.
         digest: Hash of all that determines the runs, see `seoro.campaign.identity`.
         simulator: Name and version of the simulator; empty without one.
         version: Version of seoro.

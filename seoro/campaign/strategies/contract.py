@@ -42,10 +42,10 @@ class Strategy(Protocol):
         """Whether it needs the results of each batch before the next."""
 
     def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
-        """Return the batches of points.
+        """Return the batches of points; refuses axes at once, not with the first batch.
 
         Args:
-            axes: What varies.
+            axes: Axes of the campaign.
             seed: Seed of all its random numbers.
 
         Raises:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice, product
+from typing import TypeVar
 
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis, Choices
@@ -12,6 +13,8 @@ from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
 BATCH = 256  # points made at a time
+
+T = TypeVar("T")
 
 
 class Grid(Value):
@@ -35,16 +38,19 @@ class Grid(Value):
                 axis.span,
                 help="add `--levels 5` for five values of each range, or choose `--strategy random --runs 200`",
             )
-        combinations = product(*map(self._texts, listed))
-        paths = [axis.path for axis in listed]
-        yield from batches_of(Point(dict(zip(paths, texts, strict=True))) for texts in combinations)
+        return self._combinations(listed)
+
+    def _combinations(self, axes: Sequence[Axis]) -> Batches:
+        paths = [axis.path for axis in axes]
+        for batch in batches_of(product(*map(self._texts, axes))):
+            yield [Point(dict(zip(paths, texts, strict=True))) for texts in batch]
 
     def _texts(self, axis: Axis) -> Sequence[str]:
         return axis.texts if isinstance(axis, Choices) else axis.levels(self.levels)
 
 
-def batches_of(points: Iterable[Point]) -> Iterator[Sequence[Point]]:
-    """Group points into batches, without making them earlier than needed."""
-    rest = iter(points)
+def batches_of(items: Iterable[T]) -> Iterator[Sequence[T]]:
+    """Group items into batches, without making them earlier than needed."""
+    rest = iter(items)
     while batch := list(islice(rest, BATCH)):
         yield batch

@@ -1,4 +1,4 @@
-"""What all runs of a campaign share, read once per process: the loaded scenario, and the options."""
+"""Shared data of all runs of a campaign, loaded once per process: the scenario and the options."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from pathlib import Path
 from seoro.bundle.unpack import limit_of, read_options
 from seoro.campaign.store.folder import CampaignFile
 from seoro.embed.options import Options
-from seoro.embed.scenarios import Scenario, load
+from seoro.embed.scenarios import Scenario, check_file
 from seoro.embed.time_limit import WallLimit
 from seoro.lang.frozen import Value
 
 
 class Job(Value):
-    """What all runs of a campaign share.
+    """Shared data of all runs of a campaign.
 
     Args:
         campaign: Content of `campaign.json`.
@@ -42,5 +42,5 @@ def load_job(campaign: CampaignFile, folder: Path) -> Job:
     """
     manifest = campaign.manifest
     root = Path(manifest.root or ".")
-    scenario = load(root / manifest.entry)
+    scenario = check_file(root / manifest.entry, name=manifest.shown).without_errors()
     return Job(campaign, folder, scenario, read_options(manifest, root), limit_of(manifest.options))

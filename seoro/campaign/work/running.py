@@ -39,7 +39,7 @@ class Worker:
     """Makes runs, one after another, and appends a row for each to its shard; close it at the end.
 
     Args:
-        job: What all runs share.
+        job: Shared data of all runs.
         name: Name of the worker, of its shard, too.
         endpoint: Endpoint of its simulator; empty to let each run start its own.
         simulator: Process id of that simulator.

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 from seoro.concurrency.forks.reports import REPORT, ProcessReport
 
-END_TIMEOUT: Final = 10.0  # [s] for a process to end after it was told so
+END_TIMEOUT: Final = 10.0  # [s] time limit of a process to end
 
 
 class NoProcess(Exception):
@@ -28,7 +28,7 @@ class Forked(NamedTuple):
         process: Process id.
         ended: Its exit status once it has ended; None if unknown.
         control: Descriptor of the pipe to it, which the receiver of this value owns.
-        reader: Reader of what it sends.
+        reader: Reader of its output.
     """
 
     process: int

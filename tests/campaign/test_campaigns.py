@@ -1,0 +1,216 @@
+"""Campaigns in real processes, on the command line."""
+
+import csv
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as Xml
+
+import pytest
+
+from seoro.campaign.runs import OF_THE_MACHINE
+from seoro.cli.main import main
+from tests.integration.conftest import wait_until
+
+Write = Callable[..., str]
+
+TEXT = """import osc.types
+import osc.helpers
+
+scenario main:
+    noise: float with:
+        keep(it in [0.0, 0.2])
+    way: length
+    keep(way in [1m, 2m])
+    keep(noise == 0.0 or way == 1m)
+    shift: float
+    keep(shift in [0.0..1.0])
+    record(shift)
+    do serial:
+        wait elapsed({pause})
+        compare(noise, "<", 0.1)
+"""
+VIRTUAL = ("--clock", "virtual", "--seed", "5", "-o", "out", "-j", "1")
+
+DEADLY = """import osc.helpers
+import osc.deadly
+scenario main:
+    number: int
+    keep(number in [1, 2, 3, 4])
+    do die(number)
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    monkeypatch.chdir(tmp_path)
+
+    def write_file(pause: str = "1h") -> str:
+        (tmp_path / "main.osc").write_text(TEXT.format(pause=pause))
+        return "main.osc"
+
+    return write_file
+
+
+def table(path: str = "out/runs.csv") -> list[dict[str, str]]:
+    """The lines of a table of results."""
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_each_possible_combination_is_run_once(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["campaign", "run", write(), *VIRTUAL]) == 1
+    out = capsys.readouterr().out
+    assert "3 runs: 2 passed, 1 failed, 1 excluded by constraints" in out
+    rows = table()
+    shown = [(row["noise"], row["way"], row["seed"], row["status"], row["duration"]) for row in rows]
+    assert shown == [
+        ("0.0", "1.0", "5", "passed", "3600.0"),
+        ("0.0", "2.0", "5", "passed", "3600.0"),
+        ("0.2", "1.0", "5", "failed", "3600.0"),
+    ]
+    assert rows[2]["reason"] == "`compare` failed: `0.2 < 0.1` is false"
+    assert rows[2]["reason_key"] == "`compare` failed: `# < #` is false"
+    assert rows[2]["where"].startswith("main.osc:15")
+    assert all(0.0 <= float(row["record.shift"]) <= 1.0 for row in rows)
+    assert len({row["trace_sha"] for row in rows}) == 3
+    assert [bool(row["folder"]) for row in rows] == [False, False, True], "only what did not pass is kept"
+    assert (Path("out") / rows[2]["folder"] / "trace.jsonl").is_file()
+    assert sorted(path.name for path in Path("out/kept").iterdir()) == [Path(rows[2]["folder"]).name]
+    cases = Xml.parse("out/test.xml").getroot().findall(".//testcase")
+    assert [case.find("failure") is not None for case in cases] == [False, False, True]
+
+
+def test_the_same_runs_result_from_other_workers(write: Write) -> None:
+    tables = []
+    for jobs in ("1", "2"):
+        command = ["campaign", "run", write("0s"), "--strategy", "random", "--runs", "12", "--overwrite", *VIRTUAL]
+        main([*command, "-j", jobs])
+        tables.append([{key: row[key] for key in row if key not in OF_THE_MACHINE} for row in table()])
+    assert len(tables[0]) == 12 and len({row["id"] for row in tables[0]}) == 12
+    assert tables[0] == tables[1]
+    assert len({row["shift"] for row in tables[0]}) == 12, "ranges vary"
+
+
+def test_points_are_repeated_with_other_seeds(write: Write) -> None:
+    assert main(["campaign", "run", write("0s"), "--repeat", "2", "--set", "noise=0.0", *VIRTUAL]) == 0
+    assert [(row["way"], row["variant"], row["seed"]) for row in table()] == [
+        ("1.0", "1", "5"), ("1.0", "1", "6"), ("2.0", "2", "5"), ("2.0", "2", "6")
+    ]  # fmt: skip
+    fixed = ["--set", "noise=0.0", "--set", "way=1m", "--set", "shift=0.5", "--repeat", "3", "--overwrite"]
+    assert main(["campaign", "run", "main.osc", *fixed, *VIRTUAL]) == 0, "nothing varies"
+    assert [row["seed"] for row in table()] == ["5", "6", "7"]
+
+
+def test_a_campaign_is_extended(write: Write) -> None:
+    command = ["campaign", "run", write("0s"), "--strategy", "random", "--set", "noise=0.0", *VIRTUAL]
+    assert main([*command, "--runs", "3"]) == 0
+    before = table()
+    assert main(["campaign", "resume", "out", "--runs", "5", "-j", "1"]) == 0
+    assert len(table()) == 5 and table()[:3] == before
+
+
+def test_a_changed_scenario_is_not_continued(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["campaign", "run", write("0s"), *VIRTUAL])
+    write("1s")
+    assert main(["campaign", "resume", "out"]) == 2
+    assert "main.osc changed since it began" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--set", "noise=0.0", "--set", "way=1m", "--set", "shift=0.5"], "no parameter varies in `main`"),
+        (["--set", "noise=0.0", "--set", "way=1m"], "of which a grid has no values"),
+        (["--strategy", "gird"], "did you mean `grid`"),
+        (["--world", "maze"], "`--world` needs a simulator"),
+        (["--connect", "tcp/127.0.0.1:1", "-j", "2"], "are sequential"),
+        (["--scenario", "other"], "other"),
+        (["-o", "main.osc"], "main.osc"),
+    ],
+)
+def test_invalid_campaigns_are_rejected(
+    arguments: list[str], message: str, write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["campaign", "run", write(), "-o", "out", *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_folder_without_a_campaign_is_refused(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    write()
+    assert main(["campaign", "status", "."]) == 2
+    assert "is not the folder of a campaign" in capsys.readouterr().err
+
+
+@pytest.fixture
+def deadly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scenario of four runs, whose third ends its process."""
+    folder = tmp_path / "seoro.libraries"
+    folder.mkdir()
+    monkeypatch.chdir(tmp_path)
+    (folder / "deadly.osc").write_text("action die:\n    number: int\n")
+    (folder / "deadly.py").write_text("""import os
+
+from seoro import ActionContext, action
+
+
+@action("die")
+async def die(ctx: ActionContext, number: int) -> None:
+    if number == 3:
+        os.abort()
+""")
+    (tmp_path / "main.osc").write_text(DEADLY)
+
+
+@pytest.mark.parametrize("isolation", ["worker", "run"])
+def test_a_run_that_ends_its_process_costs_itself_only(deadly: None, isolation: str) -> None:
+    assert main(["campaign", "run", "main.osc", "--isolation", isolation, *VIRTUAL]) == 3
+    assert [(row["number"], row["status"]) for row in table()] == [
+        ("1", "passed"), ("2", "passed"), ("3", "error"), ("4", "passed")
+    ]  # fmt: skip
+    assert table()[2]["reason"] == "the run ended its process by SIGABRT" and table()[2]["attempt"] == "2"
+
+
+def start(*arguments: str, **more: Any) -> subprocess.Popen[bytes]:
+    """Start a campaign."""
+    command = [sys.executable, "-m", "seoro.cli.main", "campaign", *arguments]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more)
+
+
+def rows_so_far() -> int:
+    """Return the number of rows in all shards."""
+    return sum(path.read_bytes().count(b"\n") for path in Path("out/runs").glob("*.jsonl"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_nothing_is_lost_when_the_campaign_is_ended(write: Write, number: signal.Signals) -> None:
+    write("0s")
+    process = start("run", "main.osc", "--strategy", "random", "--runs", "300", "--set", "noise=0.0", *VIRTUAL)
+    try:
+        wait_until(lambda: rows_so_far() > 20, 60.0)
+        process.send_signal(number)
+        assert process.wait(60) == (130 if number == signal.SIGINT else -signal.SIGKILL)
+    finally:
+        process.kill()
+        process.wait()
+    ended = rows_so_far()
+    assert main(["campaign", "resume", "out", "-j", "2"]) == 0
+    assert [int(row["run"]) for row in table()] == list(range(1, 301))
+    assert ended <= rows_so_far() <= 300 + 1, "at most the open run was made again"
+
+
+def test_the_memory_of_the_machine_is_not_needed_for_a_large_plan(write: Write) -> None:
+    text = "".join(f"    p{number}: int\n    keep(p{number} in [0..9])\n" for number in range(6))
+    write()
+    Path("main.osc").write_text(f"import osc.helpers\nscenario main:\n{text}    do log('x')\n")
+    process = start("run", "main.osc", "--levels", "10", *VIRTUAL)
+    try:
+        wait_until(lambda: rows_so_far() > 0, 60.0)
+        assert Path("out/asked.jsonl").read_bytes().count(b"\n") < 1000, "of a million"
+    finally:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 130
+    assert not [path for path in Path("out/kept").iterdir() if path.name.startswith(".")]
