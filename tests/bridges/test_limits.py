@@ -13,6 +13,7 @@ from seoro.bridges import wire
 from seoro.bridges.executor import messages
 from seoro.bridges.executor.verbs import EXECUTOR_VERBS
 from seoro.bridges.wire.limits import MAX_REQUEST, SMALL, LimitExceeded, Limits, check_limits
+from sim_nodes import codec
 from sim_nodes.codec import CodecError, pack, unpack
 
 MEBIBYTE = 1 << 20
@@ -136,8 +137,10 @@ def test_a_large_snapshot_is_accepted() -> None:
     assert wire.RESTORE_STATE.read(wire.encode(restore)) == restore
 
 
-def test_the_state_of_a_snapshot_has_limits() -> None:
-    nested = msgpack.ExtType(1, msgpack.packb([msgpack.ExtType(1, bomb(6_000_000))] * 2))
+def test_the_state_of_a_snapshot_has_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(codec, "MAX_ELEMENTS", 10_000)  # of ten million
+    assert unpack(msgpack.packb(msgpack.ExtType(1, bomb(6_000)))) == ({},) * 6_000
+    nested = msgpack.ExtType(1, msgpack.packb([msgpack.ExtType(1, bomb(6_000))] * 2))
     with pytest.raises(CodecError, match="elements"):
         unpack(msgpack.packb(nested))
     assert unpack(pack(((1, 2), {"a": (3,)}))) == ((1, 2), {"a": (3,)})

@@ -27,7 +27,7 @@ from tests.generated.strategies import programs
 
 MAX_SECONDS = 20.0  # of the wall clock, for one run
 QUICK = settings(
-    max_examples=60, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+    max_examples=40, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
 )
 LONG = settings(
     QUICK, derandomize=False, max_examples=int(os.environ.get("SEORO_FUZZ_EXAMPLES", "25000")), print_blob=True
@@ -93,7 +93,7 @@ def test_a_run_is_the_same_again_on_any_loop_and_in_any_order_of_steps(program: 
     keeps_its_promises(program, order)
 
 
-@settings(QUICK, max_examples=40)
+@settings(QUICK, max_examples=25)
 @given(programs(drawn=False))
 def test_the_order_of_parallel_members_changes_nothing(program: Program) -> None:
     is_the_same_mirrored(program)

@@ -26,7 +26,7 @@ from tests.lang.programs import PROGRAMS
 MAX_WORK = 60.0
 SOON = 0.5  # [s] of a processor; shorter times are not compared
 MAX_MEMORY = 300 * 2**10  # [KiB] growth of the process
-QUICK = settings(max_examples=40, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
+QUICK = settings(max_examples=25, deadline=None, derandomize=True, database=None, phases=[Phase.generate])
 LONG = settings(
     QUICK,
     derandomize=False,

@@ -44,7 +44,8 @@ from tests.plan_outline import outline
 ROOT = Path(__file__).parents[2]
 FILES = (SourceFile("a.osc", "one"), SourceFile("b.osc", "twenty two"))
 SPAN = Span(FILES[1], 2, 5)
-QUICK = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+QUICK = settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+LONG = settings(QUICK, max_examples=2000)
 
 
 def copied(value: Any) -> Any:
@@ -69,6 +70,18 @@ def test_plans_of_scenarios_are_decoded_with_their_shared_nodes(path: Path) -> N
 @QUICK
 @given(program=programs())
 def test_plans_of_generated_programs_are_decoded_with_their_shared_nodes(program: Program) -> None:
+    is_decoded(program)
+
+
+@pytest.mark.slow
+@LONG
+@given(program=programs())
+def test_plans_of_very_many_programs_are_decoded_with_their_shared_nodes(program: Program) -> None:
+    is_decoded(program)
+
+
+def is_decoded(program: Program) -> None:
+    """Check that the decoded plan of a program equals the encoded one."""
     made = load_text(program.text()).plan
     files = tuple({id(node.file): node.file for node in plan_data.nodes(made) if isinstance(node, Span)}.values())
     assert outline(decode(encode(made, files), files)) == outline(made)
