@@ -74,6 +74,8 @@ class MeasureWatch(Watch):
         """Return the watch with the same sum, from the present position."""
         state = now.state_of(self.entity)
         place = self.position if state is None else state.position[:2]
+        if self.limit.measure is Measure.WORK:
+            now.measure_work(self.entity)
         work = now.work(self.entity) or 0.0
         return replace(self, tick=now.tick, position=(place[0], place[1]), work=work)
 

@@ -150,7 +150,6 @@ class RobotMetrics(Stateful):
         "_deviation",
         "_speed",
         "_smoothness",
-        "_work",
         "_stays",
         "_closest",
         "_contacts",
@@ -171,7 +170,6 @@ class RobotMetrics(Stateful):
         self._driving_ticks = 0
         self._error, self._error_driving, self._deviation, self._speed = Mean(), Mean(), Mean(), Mean()
         self._smoothness = Smoothness()
-        self._work: float | None = None  # [J]
         self._stays = Stays(rooms)
         self._closest = clearance(pose, math.inf)
         self._contacts: dict[str, int] = {}
@@ -187,7 +185,6 @@ class RobotMetrics(Stateful):
         believed: Pose2 | None,
         deviation: float | None,
         tick: int,
-        power: float | None = None,
     ) -> None:
         """Update with the pose of the robot.
 
@@ -197,7 +194,6 @@ class RobotMetrics(Stateful):
             believed: Localised pose; None before localisation.
             deviation: Standard deviation of the position by the localisation [m].
             tick: Present tick; idle robots are updated less often.
-            power: Mechanical power of its motors [W]; None if the engine does not know it.
         """
         x, y, yaw = pose
         last_x, last_y, last_yaw = self._pose
@@ -208,8 +204,6 @@ class RobotMetrics(Stateful):
         interval = ticks * TICK
         moving = way > MOVING[0] * interval or turn > MOVING[1] * interval
         self._pose = pose
-        if power is not None:
-            self._work = (self._work or 0.0) + power * TICK  # robots at rest do no work between updates
         self._stays.add(x, y, ticks)
         if not moving or ticks != 1:
             self._smoothness.interrupt()
@@ -251,22 +245,22 @@ class RobotMetrics(Stateful):
         self._goals[outcome] += 1
 
     @property
-    def work(self) -> float | None:
-        """Mechanical work of its motors so far [J]; None if the engine does not know it."""
-        return self._work
-
-    @property
     def drives(self) -> tuple[EndedDrive, ...]:
         """Goals that were reached or aborted, at most `MAX_DRIVES`."""
         return tuple(self._drives)
 
     def result(
-        self, recoveries: int, energy: float | None = None, efficiency: float | None = None
+        self,
+        recoveries: int,
+        work: float | None = None,
+        energy: float | None = None,
+        efficiency: float | None = None,
     ) -> RobotMeasurements:
         """Return the measurements so far.
 
         Args:
             recoveries: Number of recoveries.
+            work: Mechanical work of its motors [J]; None if the engine does not know it.
             energy: Energy drawn from the battery [J].
             efficiency: Success weighted by path length.
         """
@@ -292,7 +286,7 @@ class RobotMetrics(Stateful):
             energy=energy,
             smoothness=self._smoothness.value,
             path_efficiency=efficiency,
-            work=self._work,
+            work=work,
         )
 
 

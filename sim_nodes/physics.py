@@ -497,15 +497,18 @@ class DrivesBodies(Protocol):
 
 
 @runtime_checkable
-class MeasuresPower(Protocol):
-    """Optional: knows the power of motors, for the mechanical work of robots."""
+class MeasuresWork(Protocol):
+    """Optional: knows the mechanical work of the motors of robots."""
 
-    def motor_power(self, robot: str) -> float:
-        """Return the mechanical power that the motors of a robot delivered in the last step [W].
+    def motor_work(self, robot: str) -> float:
+        """Return the work that the motors of a robot have delivered since the scene was built or reset [J].
 
-        It is the sum of force times speed over motors that drive their joint; motors that brake count as 0. After
-        a state is restored, it is valid from the next step.
+        It is the sum over steps, and over motors that drive their joint, of force times mean speed times duration.
+        Motors that brake count as 0. It may lack the last step. Saved states include it.
         """
+
+    def measure_work(self, robot: str) -> None:
+        """Measure the work of a robot in each step from now on; before, the engine may sample it at 50 Hz."""
 
 
 @runtime_checkable

@@ -17,7 +17,7 @@ from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.path_efficiency import efficiency
-from sim_nodes.physics import Engine, MeasuresPower
+from sim_nodes.physics import Engine, MeasuresWork
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
 from sim_nodes.trajectories import Trajectories
@@ -74,7 +74,7 @@ class RunData(Stateful):
         trajectories: Samples of poses, commands and joints over time.
     """
 
-    STATE = ("records", "trails", "trajectories", "_since", "_measuring", "_entity_metrics")
+    STATE = ("records", "trails", "trajectories", "_since", "_measuring", "_entity_metrics", "_work_before")
 
     def __init__(
         self,
@@ -99,8 +99,8 @@ class RunData(Stateful):
         self._since: dict[str, float] = {}  # times at which the bodies of the trails were spawned [s]
         self._bases = {name: robot.mobile.declaration for name, robot in robots.items() if robot.drives}
         self.clearances = Clearances(engine, world.walls, entities, self._bases, known)
-        # Looked up once: a check against a protocol takes longer than a measurement.
-        self._power = engine.motor_power if isinstance(engine, MeasuresPower) else None
+        self._working = engine if isinstance(engine, MeasuresWork) else None
+        self._work_before = {name: self._total_work(name) for name in robots}  # of the run [J]
         self._rooms = Rooms({pose.name: pose.room for pose in world.poses if pose.room is not None})
         self._mobiles = {name: robot.mobile for name, robot in robots.items() if robot.drives}
         self._measuring = {
@@ -134,8 +134,7 @@ class RunData(Stateful):
         believed = deviation = None
         if (base := self._mobiles.get(name)) is not None:
             believed, deviation = base.localised_pose(), base.deviation()
-        power = None if self._power is None else self._power(name)
-        self._measuring[name].update(pose, math.hypot(vx, vy), believed, deviation, tick, power)
+        self._measuring[name].update(pose, math.hypot(vx, vy), believed, deviation, tick)
 
     def record_positions(self, tick: int, *, at_rest: bool) -> None:
         """Record the positions of tools and movable bodies.
@@ -188,7 +187,12 @@ class RunData(Stateful):
 
     def work_of(self, robot: str) -> float | None:
         """Return the mechanical work of a robot's motors so far [J]; None if it is unknown."""
-        return self._measuring[robot].work if robot in self._measuring else None
+        if self._working is None or robot not in self._work_before:
+            return None
+        return self._total_work(robot) - self._work_before[robot]
+
+    def _total_work(self, robot: str) -> float:
+        return 0.0 if self._working is None else self._working.motor_work(robot)
 
     def record_result(self, robot: str, end: GoalResult) -> None:
         """Record the result of a robot's goal."""
@@ -208,10 +212,10 @@ class RunData(Stateful):
         )
 
     def _measured(self, name: str) -> RobotMeasurements:
-        metrics, robot = self._measuring[name], self._robots[name]
+        metrics, robot, work = self._measuring[name], self._robots[name], self.work_of(name)
         if not robot.drives:
-            return metrics.result(0)
+            return metrics.result(0, work)
         base = robot.mobile
         energy = None if base.battery is None else base.battery.drawn
         shortest = efficiency(metrics.drives, self._known, self._bases[name].radius)
-        return metrics.result(base.recoveries, energy, shortest)
+        return metrics.result(base.recoveries, work, energy, shortest)

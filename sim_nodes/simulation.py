@@ -36,7 +36,7 @@ from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
-from sim_nodes.physics import BodyState, DrivesBodies, Engine, PlacedRobot
+from sim_nodes.physics import BodyState, DrivesBodies, Engine, MeasuresWork, PlacedRobot
 from sim_nodes.recording import Recording
 from sim_nodes.robots.drive import COMMAND_TIMEOUT, VelocityCommand
 from sim_nodes.robots.fleet import navigate, sense
@@ -176,6 +176,11 @@ class Simulation(Stateful):
     def work(self, robot: str) -> float | None:
         """Return the mechanical work of a robot's motors [J]; None if it is unknown."""
         return self.run_data.work_of(robot)
+
+    def measure_work(self, robot: str) -> None:
+        """Measure the work of a robot in each step from now on, if the engine can."""
+        if isinstance(self.engine, MeasuresWork) and robot in self.robots:
+            self.engine.measure_work(robot)
 
     def pipeline(self, robot: str, sensor: str) -> SensorPipeline[Any]:
         """Return the pipeline of a robot's sensor.

@@ -67,6 +67,9 @@ class Watched(Protocol):
     def work(self, robot: str) -> float | None:
         """Return the mechanical work of a robot's motors so far [J]; None if it is unknown."""
 
+    def measure_work(self, robot: str) -> None:
+        """Measure the work of a robot in each step from now on, if the engine can."""
+
 
 class Watch(ABC):
     """A condition on a simulation; frozen data."""

@@ -20,15 +20,15 @@ from sim_nodes.check import (
     casting,
     driven_bodies,
     drives,
-    power,
     repeating,
     robots,
     saving,
     sensing,
     terrain,
+    work,
 )
 from sim_nodes.check.bench import Make
-from sim_nodes.physics import DrivesBodies, Engine, MeasuresPower, Rewinds, SavesState
+from sim_nodes.physics import DrivesBodies, Engine, MeasuresWork, Rewinds, SavesState
 from sim_nodes.ray_bundles import CastsTogether
 from sim_nodes.unsupported import WithoutArms, WithoutDynamics, WithoutRendering, WithoutTerrain
 
@@ -58,7 +58,7 @@ OPTIONAL: tuple[tuple[type, tuple[Rule, ...]], ...] = (
     (SavesState, tuple(rule for rule in _rules_of(saving) if rule not in REWINDING)),
     (Rewinds, REWINDING),
     (DrivesBodies, _rules_of(driven_bodies)),
-    (MeasuresPower, _rules_of(power)),
+    (MeasuresWork, _rules_of(work)),
     (CastsTogether, _rules_of(casting)),
 )
 

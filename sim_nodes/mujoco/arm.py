@@ -90,9 +90,6 @@ class MujocoArm:
         urdf: Canonical URDF of the robot.
         command: The last command; None at the start.
         hangs_on_base: Whether the weight of the arm acts on a base that moves.
-
-    Attributes:
-        speeds: Degrees of freedom of its joints and fingers.
     """
 
     def __init__(
@@ -120,7 +117,6 @@ class MujocoArm:
             np.zeros(len(names)), 0.0 if arm.gripper is None else arm.gripper.effort_of(arm.gripper.max_force)
         )
         self._limit_force(model, self.command.force)
-        self.speeds: list[int] = self._speeds.tolist()
         self._followers = _followers(model, prefix, urdf, arm.fingers)
         bodies = {body: model.body(body).name for body in range(model.nbody)}
         own = {body: name.removeprefix(prefix) for body, name in bodies.items() if name.startswith(prefix)}

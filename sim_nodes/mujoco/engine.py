@@ -19,10 +19,10 @@ from sim_nodes.mujoco.files import detach_file
 from sim_nodes.mujoco.joint_values import JointValues
 from sim_nodes.mujoco.model import TIMESTEP, WALL_PREFIX, add_body, load_sensors, scene_spec
 from sim_nodes.mujoco.planar import PlanarMotors
-from sim_nodes.mujoco.power import MotorPower
 from sim_nodes.mujoco.rays import Cast, Rays
 from sim_nodes.mujoco.stepping import LastStep, Stepper, digest_of, set_state, state_of
 from sim_nodes.mujoco.terrain import TERRAIN_BODY
+from sim_nodes.mujoco.work import MotorWork
 from sim_nodes.physics import (
     FLOOR,
     MAX_OVERLAP,
@@ -90,6 +90,7 @@ class MujocoEngine:
         """Bind a new state, and set arms to their initial positions."""
         self._arms: dict[str, MujocoArm] = {}
         self._without_power: set[str] = set()  # robots
+        self._work = MotorWork(self._model, self._data, self._robots)
         self._bind()
         for arm in self._arms.values():
             arm.go_home(self._data)
@@ -125,7 +126,6 @@ class MujocoEngine:
             for robot in self._scene.robots
             if robot.declaration.arm is not None
         }
-        self._powers = {name: self._power_of(name) for name in self._bases}
         self._bases |= {name: model.body(name).id for name in self._added}
         joints = {name: _free_joint(model, body) for name, body in self._bases.items()}
         self._free_joints = {name: addresses for name, addresses in joints.items() if addresses is not None}
@@ -137,12 +137,16 @@ class MujocoEngine:
         self._owners = [
             names[int(root)] if root else _static_owner(model.geom(geom).name) for geom, root in enumerate(roots)
         ]
-        self._stepper = Stepper(model, self._data, self._owners)
+        self._stepper = Stepper(model, self._data, self._owners, self._work)
         self._rays = Rays(model, self._data)
         self._links: dict[tuple[str, str], int] = {}  # bodies of links that cast rays
         self._prediction: Any = None  # second data, for predicted overlaps
         self._last: LastStep | None = None
         self._forget_states()
+
+    @property
+    def _robots(self) -> tuple[str, ...]:
+        return tuple(robot.name for robot in self._scene.robots)
 
     def _forget_states(self) -> None:
         """Drop cached states, values and frames, because positions or velocities change."""
@@ -155,11 +159,6 @@ class MujocoEngine:
         if not self._is_placed:
             mujoco.mj_kinematics(self._model, self._data)
             self._is_placed = True
-
-    def _power_of(self, robot: str) -> MotorPower:
-        drive, arm = self._drives.get(robot), self._arms.get(robot)
-        joints = [*(drive.wheel_angular_speeds if drive else ()), *(arm.speeds if arm else ())]
-        return MotorPower(self._model, self._bases[robot], joints, drive is not None and drive.planar is not None)
 
     def reset(self) -> None:
         """See `Engine.reset`."""
@@ -180,6 +179,7 @@ class MujocoEngine:
             "without_power": set(self._without_power),
             "arms": {name: (arm.command.rates.copy(), arm.command.force) for name, arm in self._arms.items()},
             "last": LastStep(self.touching(), links, self._data.qfrc_actuator.copy()),
+            "work": self._work.done,
         }
 
     def restore(self, saved: Mapping[str, Any]) -> None:
@@ -208,7 +208,8 @@ class MujocoEngine:
         """Set the state of a checkpoint."""
         set_state(self._model, self._data, checkpoint["state"])
         self._last = checkpoint["last"]
-        self._stepper = Stepper(self._model, self._data, self._owners, self._last.touching)
+        self._work.resume(checkpoint["work"])
+        self._stepper = Stepper(self._model, self._data, self._owners, self._work, self._last.touching)
         self._data.qfrc_actuator[:] = self._last.efforts
         self._forget_states()
 
@@ -281,6 +282,9 @@ class MujocoEngine:
 
     def _recompile(self) -> None:
         self._model, self._data = self._spec.recompile(self._model, self._data)
+        work = MotorWork(self._model, self._data, self._robots)
+        work.resume(self._work.done)
+        self._work = work
         self._bind()
 
     def body_state(self, name: str) -> BodyState:
@@ -344,12 +348,16 @@ class MujocoEngine:
 
     def power_wheels(self, robot: str, on: bool) -> None:
         """See `Engine.power_wheels`."""
+        self._work.read()
         (self._without_power.discard if on else self._without_power.add)(robot)
         self._drives[robot].power(self._model, on=on)
 
-    def motor_power(self, robot: str) -> float:
-        """See `MeasuresPower.motor_power`."""
-        return self._powers[robot].delivered(self._values)
+    def motor_work(self, robot: str) -> float:
+        """See `MeasuresWork.motor_work`."""
+        return self._work.total(robot)
+
+    def measure_work(self, robot: str) -> None:
+        """See `MeasuresWork.measure_work`; the work of all robots is always exact."""
 
     def cast_rays(
         self, robot: str, link: str, directions: Array, limit: float, position: Vector = (0.0, 0.0, 0.0)
@@ -379,6 +387,7 @@ class MujocoEngine:
 
     def command_fingers(self, robot: str, position: float, force: float) -> None:
         """See `Engine.command_fingers`."""
+        self._work.read()
         self._arms[robot].command_fingers(self._model, self._data, position, force)
 
     def link_contacts(self, robot: str) -> frozenset[tuple[str, str]]:

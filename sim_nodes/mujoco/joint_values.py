@@ -27,9 +27,3 @@ class JointValues:
         """Generalized velocities (`qvel`) [m/s, rad/s]."""
         values: list[float] = self._data.qvel.tolist()
         return values
-
-    @cached_property
-    def powers(self) -> list[float]:
-        """Powers of actuators: their forces (`qfrc_actuator`) times the velocities [W]."""
-        values: list[float] = (self._data.qfrc_actuator * self._data.qvel).tolist()
-        return values

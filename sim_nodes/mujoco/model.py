@@ -20,6 +20,7 @@ from sim_nodes.mujoco.native import native_spec
 from sim_nodes.mujoco.planar import add_planar_drive
 from sim_nodes.mujoco.stepping import add_counters
 from sim_nodes.mujoco.terrain import LOOSE_PRIORITY, ROLLING, TERRAIN_BODY, TORSIONAL, add_terrain, ground_priority
+from sim_nodes.mujoco.work import add_work_sensors
 from sim_nodes.physics import (
     FLOOR,
     BodyModel,
@@ -133,6 +134,7 @@ def scene_spec(scene: Scene) -> Any:
         _add_robot(spec, robot, scene.ground.friction)
     if any(robot.declaration.arm is not None for robot in scene.robots):
         configure_grip_contacts(spec)
+    add_work_sensors(spec)
     add_counters(spec, has_terrain=not scene.ground.is_flat)
     return spec
 

@@ -20,9 +20,9 @@ import numpy as np
 from sim_nodes.geometry import Array
 from sim_nodes.mujoco.arm import MujocoArm
 from sim_nodes.mujoco.terrain import TERRAIN_BODY
+from sim_nodes.mujoco.work import BATCH, MotorWork
 from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
 
-BATCH = 50  # maximum steps of a batch, and number of values that the sensors keep
 ALL_CONTACTS, FLOOR_CONTACTS, TERRAIN_CONTACTS = "contacts/all", "contacts/floor", "contacts/terrain"  # sensors
 COUNT = [1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1]  # a contact sensor that only counts
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)  # for later steps; includes the warm start of the solver
@@ -87,13 +87,19 @@ class Stepper:
         model: The model, with the sensors of `add_counters`.
         data: Its data.
         owners: Entity of each geom.
+        work: Counts the steps, to sum the work of motors.
         touching: Pairs in contact in the last step.
     """
 
     def __init__(
-        self, model: Any, data: Any, owners: Sequence[str], touching: frozenset[tuple[str, str]] = NOTHING
+        self,
+        model: Any,
+        data: Any,
+        owners: Sequence[str],
+        work: MotorWork,
+        touching: frozenset[tuple[str, str]] = NOTHING,
     ) -> None:
-        self._model, self._data, self._owners = model, data, owners
+        self._model, self._data, self._owners, self._work = model, data, owners, work
         self._timestep: float = model.opt.timestep
         self._time: float = data.time
         self._contacts = np.zeros((0, 2), dtype=np.int32)  # a view of MuJoCo's array, which does not move
@@ -122,11 +128,13 @@ class Stepper:
         made = 0
         while made < count:
             wanted = min(count - made, BATCH)
+            self._work.make_room(wanted)
             if not arms and self._batch(wanted):
                 some, changed = wanted, False
             else:
                 some, changed = self._singly(wanted, arms)
             self._check_time(some)
+            self._work.count(some)
             made += some
             if changed:
                 break

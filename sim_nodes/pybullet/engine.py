@@ -64,6 +64,7 @@ from sim_nodes.pybullet.rewinding import AT_ONCE, BroadPhase, Checkpoint, LastSt
 from sim_nodes.pybullet.stepping import RETRY, Stepper
 from sim_nodes.pybullet.terrain import add_terrain
 from sim_nodes.pybullet.textures import Textures
+from sim_nodes.pybullet.work import Motors, MotorWork, WorkDone
 from sim_nodes.robots.drive_declaration import PlanarDrive
 from sim_nodes.robots.traction import traction_of
 from sim_nodes.views import WALL, DepthImage, Picture, View, colour_of
@@ -107,13 +108,14 @@ class PybulletEngine:
 
     def save(self) -> Mapping[str, Any]:
         """See `SavesState.save`."""
-        return {"added": self._at_start, **self.journal.save()}
+        return {"added": self._at_start, "work": self._work.done, **self.journal.save()}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """See `SavesState.restore`."""
         self._added = dict(saved["added"])
         self._load()
         replay(saved, self, partial(self._make_steps, self._stepper.repeat))
+        self._resume_work(saved["work"])
 
     def _load(self) -> None:
         self.journal = Journal()
@@ -162,6 +164,10 @@ class PybulletEngine:
         self._jointed |= jointed
         driven = {drive.body: drive.motors[0] for drive in self._drives.values()}
         join_islands(bullet, driven | {body: joints[0] for body, joints in jointed.items()})
+        self._work = MotorWork(
+            self._client, 1.0 / STEPS_PER_SECOND, {name: self._motors_of(name) for name in self._links}
+        )
+        self._sums: list[MotorWork] = []  # once the work of a robot is measured
         self._states = StateStore(bullet)
         self._last: LastStep | None = None  # after a rewind
         self._stepper = Stepper(
@@ -171,6 +177,7 @@ class PybulletEngine:
             self._static,
             self._jointed,
             (self._weightless, *self._planar.values()),
+            self._sums,
         )
 
     def _register(self, name: str, number: int, *, static: bool) -> None:
@@ -194,7 +201,9 @@ class PybulletEngine:
             if isinstance(mobile.drive, PlanarDrive):
                 traction = traction_of(robot.declaration, mobile.drive, self._scene.ground.friction)
                 state = partial(self._read_state, robot.name)  # in each step
-                self._planar[robot.name] = PlanarForces(self._bullet, drive, traction, state)
+                self._planar[robot.name] = PlanarForces(
+                    self._bullet, drive, traction, state, 1.0 / STEPS_PER_SECOND
+                )
         if robot.declaration.arm is not None:
             self._arms[robot.name] = PybulletArm(self._bullet, number, links, robot.declaration.arm)
 
@@ -222,6 +231,7 @@ class PybulletEngine:
         self._body_states = {}
         made = make(count, [arm for arm in self._arms.values() if arm.is_moving])
         self.journal.step(made)
+        self._work.sample(made)
         return made
 
     def checkpoint(self) -> Checkpoint | None:
@@ -242,6 +252,7 @@ class PybulletEngine:
                 {name: self.link_contacts(name) for name in self._arms},
                 {name: self.joint_states(name).efforts for name in self._arms},
             ),
+            self._work.done,
         )
 
     def rewind(self, checkpoint: Checkpoint) -> None:
@@ -258,6 +269,7 @@ class PybulletEngine:
         for name, command in checkpoint.arms.items():
             self._arms[name].apply_command(command)
         self._body_states = {}
+        self._resume_work(checkpoint.work)
         self._last = checkpoint.last
         self._stepper.touching = self._last.touching
         self._stepper.invalidate()
@@ -342,6 +354,7 @@ class PybulletEngine:
             self._broadphase.add_static(body.number, self._added[name][0].parts, state)
         if name in self._drives:
             self._drives[name].stop()
+        self._work.read_speeds()
 
     def _set_state(self, body: _Body, state: BodyState) -> None:
         bullet = self._bullet
@@ -414,11 +427,27 @@ class PybulletEngine:
         origin = np.add(place, turn @ position)
         return limit * self._rays.cast(robot, vector(origin), origin + limit * directions @ turn.T)
 
-    def motor_power(self, robot: str) -> float:
-        """See `MeasuresPower.motor_power`."""
-        parts = (self._drives.get(robot), self._arms.get(robot))
-        pull = self._planar[robot].power if robot in self._planar else 0.0
-        return pull + sum(part.power() for part in parts if part is not None)
+    def _motors_of(self, robot: str) -> Motors:
+        drive, arm = self._drives.get(robot), self._arms.get(robot)
+        joints = (*(drive.motors if drive is not None else ()), *(arm.all_joints if arm is not None else ()))
+
+        def is_commanded() -> bool:
+            return (drive is not None and drive.is_commanded) or (arm is not None and arm.is_moving)
+
+        return Motors(self._bodies[robot].number, joints, self._planar.get(robot), is_commanded)
+
+    def motor_work(self, robot: str) -> float:
+        """See `MeasuresWork.motor_work`."""
+        return self._work.total(robot)
+
+    def measure_work(self, robot: str) -> None:
+        """See `MeasuresWork.measure_work`."""
+        self._work.measure(robot)
+        self._sums[:] = [self._work]
+
+    def _resume_work(self, done: WorkDone) -> None:
+        self._work.resume(done)
+        self._sums[:] = [self._work] if done.measured else []
 
     def joint_states(self, robot: str) -> JointStates:
         """See `Engine.joint_states`."""

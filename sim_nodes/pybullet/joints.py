@@ -43,11 +43,6 @@ class DriveCommand:
     has_power: bool = True
 
 
-def delivered_power(states: Sequence[Sequence[Any]]) -> float:
-    """Return the sum of torque times speed over joints that are driven, by results of getJointStates [W]."""
-    return float(sum(max(0.0, state[1] * state[3]) for state in states))
-
-
 class PybulletDrive:
     """The wheels of a robot.
 
@@ -95,9 +90,10 @@ class PybulletDrive:
         states = pybullet.getJointStates(self.body, self.motors, self._bullet._client)
         return tuple([state[0] for state in states])
 
-    def power(self) -> float:
-        """Return the mechanical power that the motors delivered in the last step [W]."""
-        return delivered_power(pybullet.getJointStates(self.body, self.motors, self._bullet._client))
+    @property
+    def is_commanded(self) -> bool:
+        """Whether a command moves the wheels."""
+        return self.command.has_power and any(self.command.targets)
 
     def stop(self) -> None:
         """Stop the wheels at once."""
@@ -217,10 +213,6 @@ class PybulletArm:
         states = self._bullet.getJointStates(self._body, self.all_joints)
         positions, velocities, _, efforts = zip(*states, strict=True)
         return JointStates(np.array(positions), np.array(velocities), np.array(efforts))
-
-    def power(self) -> float:
-        """Return the mechanical power that the motors delivered in the last step [W]."""
-        return delivered_power(self._bullet.getJointStates(self._body, self.all_joints))
 
     def command_joints(self, positions: Array, velocities: Array) -> None:
         """See `Engine.command_joints`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,28 @@ from sim_nodes.robots.kinematics import AT_REST, base_motion
 from sim_nodes.robots.traction import COASTING, RESPONSE, Traction
 
 
+@dataclass(frozen=True)
+class BaseWork:
+    """Work of the motors on a base up to the step before the last.
+
+    Attributes:
+        total: Work [J].
+        forces: Forces ahead, to the left, and torque of the last step [N], [N m].
+        speeds: Velocities in its beginning [m/s], [rad/s].
+    """
+
+    total: float = 0.0
+    forces: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    speeds: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def followed(
+        self, forces: tuple[float, float, float], speeds: tuple[float, float, float], timestep: float
+    ) -> BaseWork:
+        """Return the work when the next step begins; motors that brake count as 0."""
+        power = sum([f * (v + w) for f, v, w in zip(self.forces, self.speeds, speeds, strict=True)]) / 2.0
+        return BaseWork(self.total + max(0.0, power) * timestep, forces, speeds)
+
+
 class PlanarForces:
     """The forces on the base of a robot.
 
@@ -23,16 +46,23 @@ class PlanarForces:
         drive: Wheels of the robot.
         traction: Motor of its base.
         state: Reads the state of its base.
+        timestep: Length of a step [s].
 
     Attributes:
-        power: Mechanical power of the motors on the base in the last step, at least 0 [W].
+        done: Work of the motors on the base.
     """
 
     def __init__(
-        self, bullet: Any, drive: PybulletDrive, traction: Traction, state: Callable[[], BodyState]
+        self,
+        bullet: Any,
+        drive: PybulletDrive,
+        traction: Traction,
+        state: Callable[[], BodyState],
+        timestep: float,
     ) -> None:
         self._bullet, self._drive, self._traction, self._state = bullet, drive, traction, state
-        self.power = 0.0
+        self._timestep = timestep
+        self.done = BaseWork()
 
     def apply(self) -> None:
         """Apply the forces of one step; Bullet removes them after it."""
@@ -47,7 +77,8 @@ class PlanarForces:
         force = _within(traction.mass * (wanted.linear - ahead) / response, traction.force)
         side = _within(traction.mass * (wanted.lateral - left) / sideways, traction.side_force)
         torque = _within(traction.inertia * (wanted.angular - rate) / response, traction.torque)
-        self.power = max(0.0, force * ahead + side * left + torque * rate) if on else 0.0
+        forces = (force, side, torque) if on else (0.0, 0.0, 0.0)
+        self.done = self.done.followed(forces, (ahead, left, rate), self._timestep)
         # Bullet's torques on a base are not in the frame that they are documented for; a pair of forces is.
         half = torque / (2.0 * traction.lever)
         for pushes, place in (

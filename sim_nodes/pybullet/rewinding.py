@@ -32,6 +32,7 @@ from sim_nodes.journal import Mark
 from sim_nodes.physics import BodyState, ContactPoint, Part
 from sim_nodes.pybullet.joints import ArmCommand, DriveCommand
 from sim_nodes.pybullet.model import BASE, link_frame
+from sim_nodes.pybullet.work import WorkDone
 
 NEAR = 0.05  # [m] between bounding boxes; covers a relative speed of 10 m/s in one step
 FLOOR_BOX = np.array([[[-np.inf, -np.inf, -np.inf], [np.inf, np.inf, 0.0]]])
@@ -154,6 +155,7 @@ class Checkpoint:
         drives: Commands of wheels.
         arms: Commands of arms.
         last: Results of the last step.
+        work: Work of motors.
     """
 
     saved: Saved
@@ -161,6 +163,7 @@ class Checkpoint:
     drives: Mapping[str, DriveCommand]
     arms: Mapping[str, ArmCommand]
     last: LastStep
+    work: WorkDone
 
 
 class Saved:

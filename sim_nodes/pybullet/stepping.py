@@ -42,6 +42,13 @@ class StepForces(Protocol):
         """Apply the forces of one step."""
 
 
+class StepSum(Protocol):
+    """Sums something over steps."""
+
+    def add_step(self) -> None:
+        """Add the step that was made."""
+
+
 @dataclass(frozen=True)
 class Clearance:
     """Poses of bodies when their distances were measured, and how far each may move from there [m]."""
@@ -60,6 +67,7 @@ class Stepper:
         static: Bodies with a static base; updated by the owner.
         jointed: Bodies with movable joints, and these joints.
         forces: Forces to apply before each step.
+        sums: Sums to add each step to; updated by the owner.
 
     Attributes:
         touching: Pairs in contact in the last step.
@@ -74,11 +82,12 @@ class Stepper:
         static: Set[int],
         jointed: Mapping[int, tuple[int, ...]],
         forces: Sequence[StepForces] = (),
+        sums: Sequence[StepSum] = (),
     ) -> None:
         self._client = client
         self._timestep = timestep
         self._owners, self._static, self._jointed = owners, static, jointed
-        self._forces = forces
+        self._forces, self._sums = forces, sums
         self.touching: frozenset[tuple[str, str]] = frozenset()
         self.has_diverged = False
         self.invalidate()
@@ -121,6 +130,8 @@ class Stepper:
         for each in self._forces:
             each.apply()
         pybullet.stepSimulation(self._client)
+        for total in self._sums:
+            total.add_step()
 
     def repeat(self, count: int, arms: Sequence[PybulletArm]) -> int:
         """Repeat `count` steps with the same contacts as before, without looking for them."""

@@ -9,7 +9,7 @@ from seoro.bridges.wire.refusal import check_finite
 from seoro.robotics.measures import ONLY_DRIVING, Measure
 from sim_nodes.measure_watch import MeasureWatch
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
-from sim_nodes.physics import MeasuresPower
+from sim_nodes.physics import MeasuresWork
 from sim_nodes.simulation import Simulation
 from sim_nodes.simulator import Simulator
 
@@ -24,7 +24,7 @@ def watch_measure(simulator: Simulator, request: wire.WatchMeasure) -> None:
     if limit.measure in ONLY_DRIVING:
         _ = simulation.robot(name).mobile  # refuses robots that do not drive
     if limit.measure is Measure.WORK:
-        _check_power(simulation, name)
+        _measure_work(simulation, name)
     known = simulation.run_data.clearances.names
     if limit.measure is Measure.CLEARANCE and limit.other and limit.other not in known:
         raise unknown(f"entity {limit.other!r} to keep clear of", "walls, bodies and driving robots", known)
@@ -35,8 +35,9 @@ def watch_measure(simulator: Simulator, request: wire.WatchMeasure) -> None:
     simulation.watch(request.id, MeasureWatch(name, limit, simulation.tick, (x, y), work))
 
 
-def _check_power(simulation: Simulation, name: str) -> None:
-    """Refuse entities that are not robots, and engines that do not know the power of motors."""
+def _measure_work(simulation: Simulation, name: str) -> None:
+    """Measure the work of a robot exactly; refuse other entities, and engines that do not know it."""
     simulation.robot(name)
-    if not isinstance(simulation.engine, MeasuresPower):
+    if not isinstance(simulation.engine, MeasuresWork):
         raise feature_unsupported(f"the engine {simulation.engine.name} does not measure the work of motors")
+    simulation.measure_work(name)

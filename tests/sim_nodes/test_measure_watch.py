@@ -132,6 +132,19 @@ def test_the_work_of_motors_is_measured_and_limited(engine: str) -> None:
     assert client.ask(wire.GET_MEASUREMENTS, wire.Empty()).robots[ROBOT].work == work
 
 
+@engines
+def test_work_does_not_depend_on_the_size_of_grants(engine: str) -> None:
+    works = []
+    for grant in (0.004, 0.7):
+        client = Client("empty", engine=engine)
+        drive(client)
+        watch(client, MeasureLimit(Measure.WORK, 100.0, above=True))
+        for number in range(1, round(1.4 / grant) + 1):
+            client.advance(round(number * grant, 3))
+        works.append(client.ask(wire.GET_MEASUREMENTS, wire.Empty()).robots[ROBOT].work or 0.0)
+    assert works[0] == works[1] > 0.5
+
+
 def test_arms_do_work() -> None:
     client = Client("arm_cell")
     client.advance(1.0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim_nodes.check.bench import CUBE, ORIGIN, OTHER, ROBOT, at, body, built, scene
+from sim_nodes.check.bench import CUBE, ORIGIN, OTHER, ROBOT, at, body, built, scene, steps
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.physics import IDENTITY, BodyState, UnstablePhysics
 from sim_nodes.views import Lens, NoRendering, View
@@ -129,9 +129,23 @@ def test_values_of_all_joints_are_converted_once_in_a_step(monkeypatch: pytest.M
         engine.command_wheels(robot, 5.0, 5.0)
     engine.step()
     before = [engine.wheel_angles(robot) for robot in (ROBOT, OTHER)]
-    power = [engine.motor_power(robot) for robot in (ROBOT, OTHER)]
     assert len(made) == 1
-    assert min(power) > 0.0
     engine.step()
     assert all(engine.wheel_angles(robot) > angles for robot, angles in zip((ROBOT, OTHER), before, strict=True))
-    assert [engine.motor_power(robot) for robot in (ROBOT, OTHER)] != power
+
+
+def test_work_has_the_same_bits_however_often_it_is_read() -> None:
+    totals = []
+    for every in (1, 7, 120):
+        engine = built(MujocoEngine, ORIGIN, Pose2(2.0, 0.0, 0.0))
+        assert isinstance(engine, MujocoEngine)
+        engine.command_wheels(OTHER, 5.0, 3.0)
+        for step in range(1, 121):
+            steps(engine, 1)
+            if step % every == 0:
+                work = [engine.motor_work(robot) for robot in (ROBOT, OTHER)]
+        totals.append([engine.motor_work(robot) for robot in (ROBOT, OTHER)])
+        engine.add_body("cube", body(CUBE), at(5.0, 5.0, 0.1))
+        assert [engine.motor_work(robot) for robot in (ROBOT, OTHER)] == totals[-1]
+    assert totals[0] == totals[1] == totals[2] == work
+    assert totals[0][0] < 1e-3 < 0.1 < totals[0][1]
