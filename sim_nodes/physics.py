@@ -136,6 +136,7 @@ class BodyModel:
     static: bool = False  # not moved by forces; `set_body_state` still moves it
     driven: bool = False  # moves upright by `DrivesBodies.drive_bodies`; never static
     built_in: bool = False  # a driven part of the building: without weight; passes through walls and the floor
+    yields: bool = False  # a driven body whose mass alone limits the impulses that it gives
     colour: Colour | None = None  # in rendered pictures; None to derive it from the name
     urdf: Urdf | None = None
     mjcf: Mjcf | None = None
@@ -186,7 +187,7 @@ class BodyState:
 
 @dataclass(frozen=True)
 class Wall:
-    """A box that stands on the floor; walls of the same name are one entity."""
+    """A box; walls of the same name are one entity."""
 
     name: str
     x: float  # centre [m]
@@ -195,12 +196,13 @@ class Wall:
     length: float  # along its own x [m]
     thickness: float
     height: float
+    z: float = 0.0  # of its lower side [m]
 
     @property
     def part(self) -> Part:
         """The wall as a part of a body at the origin of `map`."""
         size = (self.length, self.thickness, self.height)
-        return Part(Box(size), (self.x, self.y, self.height / 2), quaternion(0.0, 0.0, self.yaw))
+        return Part(Box(size), (self.x, self.y, self.z + self.height / 2), quaternion(0.0, 0.0, self.yaw))
 
 
 @dataclass(frozen=True)

@@ -214,7 +214,7 @@ class Recording:
 
     def _whole(self, lens: Lens) -> View:
         """Return a view of the whole world, including the space above arms."""
-        height = max((wall.height for wall in self._world.walls), default=LOWEST)
+        height = max((wall.z + wall.height for wall in self._world.walls), default=LOWEST)
         reached: list[Vector] = []
         for robot in self._world.robots:
             if robot.declaration.arm is not None:

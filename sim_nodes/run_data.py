@@ -14,12 +14,12 @@ from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2, Vector
 from sim_nodes.metrics import EntityMetrics, RobotMetrics, Rooms
 from sim_nodes.navigation.goals import Goal
-from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.path_efficiency import efficiency
 from sim_nodes.physics import Engine, MeasuresWork
 from sim_nodes.robots.robot import Robot
 from sim_nodes.stateful import Stateful
+from sim_nodes.terrain.surface import Surface
 from sim_nodes.trajectories import Trajectories
 from sim_nodes.worlds.loader import World
 
@@ -63,7 +63,7 @@ class RunData(Stateful):
         entities: Entities of the world.
         robots: Robots by name.
         frames: Frames with the true poses of robots.
-        known: Map of the world.
+        surface: The ground, and the map of the world.
         starts: Initial poses of robots.
         touches: Returns whether an entity is in contact.
         tick: Present tick.
@@ -83,7 +83,7 @@ class RunData(Stateful):
         entities: Entities,
         robots: Mapping[str, Robot],
         frames: Frames,
-        known: NavigationMap,
+        surface: Surface,
         starts: Mapping[str, Pose2],
         touches: Callable[[str], bool],
         tick: int,
@@ -93,12 +93,12 @@ class RunData(Stateful):
         self._entities = entities
         self._robots = robots
         self._frames = frames
-        self._known = known
+        self._surface = surface
         self.records = {name: RobotTrack(start) for name, start in starts.items()}
         self.trails: dict[str, list[Vector]] = {}
         self._since: dict[str, float] = {}  # times at which the bodies of the trails were spawned [s]
         self._bases = {name: robot.mobile.declaration for name, robot in robots.items() if robot.drives}
-        self.clearances = Clearances(engine, world.walls, entities, self._bases, known)
+        self.clearances = Clearances(engine, world.walls, entities, self._bases, surface.known)
         self._working = engine if isinstance(engine, MeasuresWork) else None
         self._work_before = {name: self._total_work(name) for name in robots}  # of the run [J]
         self._rooms = Rooms({pose.name: pose.room for pose in world.poses if pose.room is not None})
@@ -217,5 +217,5 @@ class RunData(Stateful):
             return metrics.result(0, work)
         base = robot.mobile
         energy = None if base.battery is None else base.battery.drawn
-        shortest = efficiency(metrics.drives, self._known, self._bases[name].radius)
+        shortest = efficiency(metrics.drives, self._surface.passable(self._bases[name]), self._bases[name].radius)
         return metrics.result(base.recoveries, work, energy, shortest)

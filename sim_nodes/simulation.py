@@ -33,7 +33,7 @@ from sim_nodes.geometry import Array, Pose2
 from sim_nodes.manipulation.arm import Arm
 from sim_nodes.messages import contact_message, feedback_message
 from sim_nodes.navigation.goals import Goal
-from sim_nodes.navigation.maps import build_map
+from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, operation_failed, unknown
 from sim_nodes.pace import Batches
 from sim_nodes.physics import BodyState, DrivesBodies, Engine, MeasuresWork, PlacedRobot
@@ -129,6 +129,8 @@ class Simulation(Stateful):
         self.departures = Departures(self.world.extent)
         self.frames = Frames(self.engine, self.robots, self.entities)
         self.strikes = Strikes(self.engine, self.entities, self.robots, self._tick_steps)
+        for name, path in self.world.paths.items():
+            self.robots[name].mobile.follow_path(path.points, path.speed, self.tick, NO_CLIENT, repeat=path.repeat)
         self.run_data = self._new_run_data({robot.name: robot.pose for robot in placed})
         self.streams.activate_sensors(self.robots)
 
@@ -139,11 +141,16 @@ class Simulation(Stateful):
             self.entities,
             self.robots,
             self.frames,
-            self.known,
+            self._surface,
             starts,
             self._touched.touches,
             self.tick,
         )
+
+    @property
+    def shown_map(self) -> NavigationMap:
+        """The map of walls, fixed props and terrain that no robot of the world can pass."""
+        return self._surface.common(robot.mobile.declaration for robot in self.robots.values() if robot.drives)
 
     def travelled(self, robot: str) -> float:
         """Return the distance travelled by a robot's odometry [m]."""

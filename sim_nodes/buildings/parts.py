@@ -7,15 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from sim_nodes.buildings.schema import AutomaticFile, DoorFile, LiftFile
 from sim_nodes.buildings.travel import Limits
 from sim_nodes.geometry import Pose2, quaternion, wrap
 from sim_nodes.physics import BodyModel, BodyState, Box, Part
+from sim_nodes.terrain.ground import FLAT, Ground
+from sim_nodes.ticks import TICK
 from sim_nodes.views import Colour
 
 GAP = 0.01  # [m] beside a leaf, and below it
 SUNK = 0.001  # [m] below the floor, of a lift at the height 0: robots do not touch its edges there
 LEAF_MASS, LIFT_MASS = 100.0, 2000.0  # [kg]
+SAMPLES = 21  # points of the ground below a door
 ACCELERATION = 1.0  # [m/s^2] of the edge of a leaf, and of a lift
 FRICTION = 1.0
 
@@ -146,22 +151,30 @@ def initial_state(place: Place) -> BodyState:
     return BodyState((place.x, place.y, place.z), quaternion(0.0, 0.0, place.yaw))
 
 
-def make_door(file: DoorFile, wall_height: float) -> Door:
-    """Return the door of an entry of a world file; `wall_height` [m] is its height by default."""
+def make_door(file: DoorFile, wall_height: float, ground: Ground = FLAT) -> Door:
+    """Return the door of an entry of a world file, on the ground.
+
+    Args:
+        file: The entry.
+        wall_height: Height of a door by default [m].
+        ground: The ground of the world.
+    """
     at = Pose2(file.pose.x, file.pose.y, file.pose.yaw)
+    floor = _highest_in_opening(file, at, ground) if file.z is None else file.z
     width = file.width / file.leaves - GAP
     size = (file.thickness, width, file.height or wall_height)
     model = BodyModel(
         (Part(Box(size), (0.0, 0.0, size[2] / 2.0)),),
-        LEAF_MASS,
+        LEAF_MASS if file.force is None else file.force * TICK / file.speed,
         FRICTION,
         driven=True,
         built_in=True,
+        yields=file.force is not None,
         colour=_paint(file.colour),
     )
     sides = (1.0, -1.0) if file.leaves == 2 else (-1.0 if file.side == "right" else 1.0,)
     leaves = tuple(
-        _leaf(file, name, side, at, model, width) for name, side in zip(file.bodies, sides, strict=True)
+        _leaf(file, name, side, at, floor, model, width) for name, side in zip(file.bodies, sides, strict=True)
     )
     [leaf, *_] = leaves
     edge = abs(leaf.angle) * width if leaf.hinge is not None else math.hypot(*leaf.way)
@@ -169,26 +182,33 @@ def make_door(file: DoorFile, wall_height: float) -> Door:
     return Door(file.name, leaves, (at.x, at.y), limits, file.opening, file.locked, file.automatic, file.tags)
 
 
-def _leaf(file: DoorFile, name: str, side: float, at: Pose2, model: BodyModel, width: float) -> Leaf:
+def _highest_in_opening(file: DoorFile, at: Pose2, ground: Ground) -> float:
+    """Return the greatest height of the ground below a closed door [m]."""
+    across = [at.compose(Pose2(0.0, y, 0.0)) for y in np.linspace(-file.width / 2.0, file.width / 2.0, SAMPLES)]
+    return max(ground.height(point.x, point.y) for point in across)
+
+
+def _leaf(file: DoorFile, name: str, side: float, at: Pose2, floor: float, model: BodyModel, width: float) -> Leaf:
     """Return a leaf at the left (1.0) or right (-1.0) side, which it is hinged to or slides to."""
     middle = side * (file.width - width) / 2.0
     closed = at.compose(Pose2(0.0, middle, 0.0))
     if file.kind == "sliding":
         way = file.way or width
         open_ = at.compose(Pose2(0.0, middle + side * way, 0.0))
-        return Leaf(name, model, closed, file.z + GAP, None, 0.0, (open_.x - closed.x, open_.y - closed.y))
+        return Leaf(name, model, closed, floor + GAP, None, 0.0, (open_.x - closed.x, open_.y - closed.y))
     hinge = at.compose(Pose2(0.0, side * file.width / 2.0, 0.0))
     angle = side * (math.pi / 2.0 if file.angle is None else file.angle)
-    return Leaf(name, model, closed, file.z + GAP, (hinge.x, hinge.y), angle, (0.0, 0.0))
+    return Leaf(name, model, closed, floor + GAP, (hinge.x, hinge.y), angle, (0.0, 0.0))
 
 
-def make_lift(file: LiftFile) -> Lift:
-    """Return the lift of an entry of a world file."""
+def make_lift(file: LiftFile, ground: Ground = FLAT) -> Lift:
+    """Return the lift of an entry of a world file, whose floors are above the ground."""
     size = (*file.size, file.thickness)
     part = Part(Box(size), (0.0, 0.0, -file.thickness / 2.0))
     model = BodyModel((part,), LIFT_MASS, FRICTION, driven=True, built_in=True, colour=_paint(file.colour))
     pose = Pose2(file.pose.x, file.pose.y, file.pose.yaw)
-    floors = tuple(height if height > 0.0 else -SUNK for height in file.floors)
+    base = ground.height(pose.x, pose.y)
+    floors = tuple(base + (height if height > 0.0 else -SUNK) for height in file.floors)
     limits = Limits(file.speed, ACCELERATION, floors[-1] - floors[0])
     return Lift(file.name, model, pose, floors, limits, floors[file.start], file.tags)
 

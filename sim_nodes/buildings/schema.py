@@ -38,7 +38,7 @@ class DoorFile(Declared):
 
     name: Annotated[Name, Field(max_length=58)]
     pose: FloorPoseFile = FloorPoseFile()
-    z: Height = 0.0  # of the floor below it [m]
+    z: Height | None = None  # of the floor below it [m]; that of the ground by default
     kind: Literal["hinged", "sliding"] = "hinged"
     leaves: Literal[1, 2] = 1
     side: Literal["left", "right"] | None = None  # of the hinge, or to which one leaf slides; left by default
@@ -48,6 +48,7 @@ class DoorFile(Declared):
     angle: Annotated[float, Field(ge=-MOST_ANGLE, le=MOST_ANGLE)] | None = None  # [rad] of hinged leaves
     way: Annotated[float, Field(ge=0.1, le=10.0)] | None = None  # [m] of sliding leaves
     speed: Speed = 0.5  # of the outer edge of a leaf [m/s]
+    force: Annotated[float, Field(ge=10.0, le=2000.0)] | None = None  # limit of a leaf against obstacles [N]
     opening: Share = 0.0  # at the start: 0 closed, 1 open
     locked: bool = False
     automatic: AutomaticFile | None = None
@@ -83,7 +84,8 @@ class LiftFile(Declared):
     pose: FloorPoseFile = FloorPoseFile()
     size: tuple[Edge, Edge] = (1.5, 1.5)  # length and width of the platform [m]
     thickness: Annotated[float, Field(ge=0.02, le=0.5)] = 0.1  # [m]
-    floors: Annotated[tuple[Height, ...], Field(min_length=2, max_length=MAX_FLOORS)]  # heights, upwards [m]
+    # Heights above the ground under its middle, upwards [m].
+    floors: Annotated[tuple[Height, ...], Field(min_length=2, max_length=MAX_FLOORS)]
     speed: Speed = 0.3  # [m/s]
     start: Annotated[int, Field(ge=0, lt=MAX_FLOORS)] = 0
     colour: Colour | None = None  # red, green, blue, from 0 to 1

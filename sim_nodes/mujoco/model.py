@@ -143,7 +143,7 @@ def _add_wall(spec: Any, index: int, wall: Wall) -> None:
     spec.worldbody.add_geom(
         name=f"{WALL_PREFIX}{wall.name}/{index}",
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        pos=[wall.x, wall.y, wall.height / 2],
+        pos=[wall.x, wall.y, wall.z + wall.height / 2],
         quat=quaternion(0.0, 0.0, wall.yaw),
         size=[wall.length / 2, wall.thickness / 2, wall.height / 2],
         rgba=WALL,
@@ -223,7 +223,7 @@ def add_body(spec: Any, name: str, model: BodyModel, state: BodyState) -> None:
     """Add a body to a specification; a static one is a mocap body, whose pose can be set."""
     body = spec.worldbody.add_body(name=name, pos=state.position, quat=state.orientation, mocap=model.static)
     if model.driven:
-        body.add_joint(type=mujoco.mjtJoint.mjJNT_FREE, armature=FOOTING)
+        body.add_joint(type=mujoco.mjtJoint.mjJNT_FREE, armature=0.0 if model.yields else FOOTING)
     elif not model.static:
         body.add_freejoint()
     if model.built_in:

@@ -9,7 +9,7 @@ import numpy as np
 
 from sim_nodes.extents import bounding_box, outline, points_of
 from sim_nodes.geometry import Array, Quaternion, multiply, quaternion, rotated
-from sim_nodes.physics import IDENTITY, START_CLEARANCE, BodyModel, BodyState
+from sim_nodes.physics import IDENTITY, START_CLEARANCE, BodyModel, BodyState, Wall
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.terrain.ground import Ground
 
@@ -17,6 +17,8 @@ RINGS, SPOKES = (0.5, 1.0), 12  # points of a disc: shares of its radius, and po
 STANDING_RADIUS = 0.3  # [m] of ground under a robot without wheels
 SUNK = 0.005  # [m] below the ground from which a pose is raised
 SAMPLES = 9  # points along each axis under a body
+SPACING = 0.05  # [m] between points under a wall
+MAX_SAMPLES = 2000  # along a wall
 
 
 def disc(radius: float) -> Array:
@@ -119,6 +121,28 @@ def height_under(ground: Ground, model: BodyModel, state: BodyState) -> float:
     axes = [np.linspace(low, high, SAMPLES) for low, high in zip(seen.min(axis=0), seen.max(axis=0), strict=True)]
     xs, ys = np.meshgrid(*axes)
     return float(ground.heights(xs, ys).max())
+
+
+def grounded(ground: Ground, wall: Wall) -> Wall:
+    """Return a wall from the lowest ground under it to its height above the highest."""
+    if ground.is_flat:
+        return wall
+    heights = ground.heights(*_under(wall))
+    low, high = float(heights.min()), float(heights.max())
+    return replace(wall, z=wall.z + low, height=wall.height + high - low)
+
+
+def _under(wall: Wall) -> tuple[Array, Array]:
+    """Return points under a wall, x and y [m]."""
+    counts = (min(MAX_SAMPLES, 2 + math.ceil(edge / SPACING)) for edge in (wall.length, wall.thickness))
+    along, left = np.meshgrid(
+        *(
+            np.linspace(-edge / 2.0, edge / 2.0, count)
+            for edge, count in zip((wall.length, wall.thickness), counts, strict=True)
+        )
+    )
+    cos, sin = math.cos(wall.yaw), math.sin(wall.yaw)
+    return wall.x + cos * along - sin * left, wall.y + sin * along + cos * left
 
 
 def spread(model: BodyModel) -> float:

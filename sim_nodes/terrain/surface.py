@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -44,6 +44,13 @@ class Surface:
         if (slope, step) not in self._maps:
             self._maps[slope, step] = _with_terrain(self.known, self._ground, slope, step)
         return self._maps[slope, step]
+
+    def common(self, declarations: Iterable[MobileDeclaration]) -> NavigationMap:
+        """Return the map in which terrain that none of some bases can pass is an obstacle."""
+        maps = [self.passable(declaration) for declaration in declarations]
+        if self._ground.is_flat or not maps:
+            return self.known
+        return replace(self.known, distance=np.maximum.reduce([each.distance for each in maps]))
 
     def without_ground(self, robot: str, lidar: LidarDeclaration, engine: Engine) -> WithoutGround | None:
         """Return a filter of scans that removes returns from the ground; None on a flat floor.

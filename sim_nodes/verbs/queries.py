@@ -100,7 +100,7 @@ def get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
 
 
 def get_map(simulator: Simulator, _: Empty) -> wire.OccupancyGrid:
-    known = simulator.simulation.known
+    known = simulator.simulation.shown_map
     grid = known.grid
     occupied = np.where(known.distance <= grid.resolution / 2.0, OCCUPIED, 0).astype(np.uint8)
     return wire.OccupancyGrid(

@@ -23,9 +23,10 @@ from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.reading import available_robots, load_robot, read_robot
 from sim_nodes.robots.sensor_declarations import GpsDeclaration
 from sim_nodes.terrain.ground import FLAT, Ground
-from sim_nodes.terrain.placing import radius_of, stance, steepness
+from sim_nodes.terrain.placing import grounded, radius_of, stance, steepness
 from sim_nodes.terrain.reading import read_ground
 from sim_nodes.views import DAYLIGHT, Lens, Light, View, looking_at
+from sim_nodes.worlds.paths import RobotPath, read_paths
 from sim_nodes.worlds.poses import START_RADIUS, NamedPose, free_start, read_pose
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
 from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
@@ -68,6 +69,7 @@ class World:
     origin: GeoPoint | None = None  # of the map
     ground: Ground = FLAT
     light: Light = DAYLIGHT
+    paths: Mapping[str, RobotPath] = field(default_factory=dict)  # of robots by name
 
     @property
     def scene(self) -> Scene:
@@ -77,7 +79,7 @@ class World:
     @property
     def outlines(self) -> tuple[Array, ...]:
         """Outlines in the map besides walls; see `static_outlines`."""
-        return static_outlines(self.props)
+        return static_outlines(self.props, self.ground)
 
 
 def available_worlds() -> tuple[str, ...]:
@@ -181,6 +183,7 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
     extent = surroundings.extent
     check_names(file, surroundings)
     ground = read_ground(file.floor, file.terrain, folder, seed, extent)
+    walls = tuple(grounded(ground, wall) for wall in surroundings.walls)
     placed = _props(file, folder, ground)
     props = (*surroundings.props, *chain.from_iterable(placed))
     poses = (
@@ -188,16 +191,18 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         *(read_pose(pose, index, extent, ground) for index, pose in enumerate(file.poses)),
     )
     starts = {pose.name: pose.place.planar for pose in poses}
+    outlines = static_outlines(props, ground)
     if START not in starts and any(robot.pose.at == START for robot in file.robots):
-        outlines = static_outlines(props)
-        starts[START] = free_start(build_map(extent, surroundings.walls, outlines), START_RADIUS)
+        starts[START] = free_start(build_map(extent, walls, outlines), START_RADIUS)
     robots = _robots(file, folder, starts, ground)
     check_placement(robots, extent)
-    building = _building(file, surroundings)
+    building = _building(file, surroundings, ground)
+    has_paths = any(robot.path is not None for robot in file.robots)
+    paths = read_paths(file.robots, robots, build_map(extent, walls, outlines)) if has_paths else {}
     return World(
         file.name,
         extent,
-        surroundings.walls,
+        walls,
         robots,
         {camera.name: _camera(camera) for camera in file.cameras},
         props,
@@ -211,10 +216,11 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
         None if file.geo_origin is None else file.geo_origin.point,
         ground,
         file.light.light,
+        paths,
     )
 
 
-def _building(file: WorldFile, surroundings: Surroundings) -> tuple[BuildingPart, ...]:
+def _building(file: WorldFile, surroundings: Surroundings, ground: Ground) -> tuple[BuildingPart, ...]:
     doors = ((f"doors.{index}", door.name, door.pose) for index, door in enumerate(file.doors))
     lifts = ((f"lifts.{index}", lift.name, lift.pose) for index, lift in enumerate(file.lifts))
     for place, name, pose in (*doors, *lifts):
@@ -227,7 +233,10 @@ def _building(file: WorldFile, surroundings: Surroundings) -> tuple[BuildingPart
     found = (*surroundings.doors, *file.doors)
     if (count := len(found) + len(file.lifts)) > MAX_PARTS:
         raise FileError(f"generate: found {count} doors and lifts; expected at most {MAX_PARTS}")
-    return (*(make_door(door, file.wall_height) for door in found), *map(make_lift, file.lifts))
+    return (
+        *(make_door(door, file.wall_height, ground) for door in found),
+        *(make_lift(lift, ground) for lift in file.lifts),
+    )
 
 
 def _notes(robots: Sequence[PlacedRobot], props: Sequence[Sequence[Prop]]) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sim_nodes.agents.schema import CartFile, CrowdFile, PersonFile, agent_names
+from sim_nodes.agents.schema import CartFile, CrowdFile, PathFile, PersonFile, Speed, agent_names
 from sim_nodes.buildings.schema import DoorFile, LiftFile, building_names
 from sim_nodes.files import Declared
 from sim_nodes.geodesy import GeoPoint
@@ -157,7 +157,15 @@ class RobotFile(Declared):
     robot: str
     pose: PoseFile = PoseFile()
     battery: BatteryDeclaration | None = None  # replaces that of the declaration
+    path: PathFile | None = None  # that it follows by its true pose, until a scenario commands it
+    speed: Speed | None = None  # on the path [m/s]; its maximum by default
     tags: Tags = ()
+
+    @model_validator(mode="after")
+    def _speed_of_path(self) -> Self:
+        if self.speed is not None and self.path is None:
+            raise ValueError("unexpected `speed` without `path`; add a path, or remove it")
+        return self
 
 
 class CameraFile(Declared):

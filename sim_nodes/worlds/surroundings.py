@@ -13,6 +13,7 @@ from sim_nodes.buildings.schema import DoorFile
 from sim_nodes.extents import highest_of, lowest_of, outline
 from sim_nodes.geometry import Array, quaternion
 from sim_nodes.physics import BodyState, Wall
+from sim_nodes.terrain.ground import FLAT, Ground
 from sim_nodes.worlds.poses import NamedPose
 from sim_nodes.worlds.props import Prop
 from sim_nodes.worlds.schema import WallFile, WorldFile
@@ -114,13 +115,14 @@ def check_names(file: WorldFile, surroundings: Surroundings) -> None:
             raise FileError(f"poses.{index}.name: {pose.name!r} is in use by a generated pose")
 
 
-def static_outlines(props: Sequence[Prop]) -> tuple[Array, ...]:
-    """Return the outlines of parts of static props, except those above all wheeled robots, or in the floor."""
+def static_outlines(props: Sequence[Prop], ground: Ground = FLAT) -> tuple[Array, ...]:
+    """Return the outlines of parts of static props, except those above all wheeled robots, or in the ground."""
     static = [(part, prop.state) for prop in props if prop.model.static for part in prop.model.parts]
     return tuple(
         outline(part, state)
         for part, state in static
-        if lowest_of(part, state) < OVERHEAD and highest_of(part, state) > FLUSH
+        if lowest_of(part, state) - (floor := ground.height(*state.position[:2])) < OVERHEAD
+        and highest_of(part, state) - floor > FLUSH
     )
 
 

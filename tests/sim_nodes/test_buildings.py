@@ -348,3 +348,20 @@ def test_generated_rooms_have_doors(doors: str, world: Path) -> None:
 def test_a_door_stands_on_the_floor_of_its_height(world: Path) -> None:
     client = open_world(world, DOOR.replace("MORE", "z: 0.5"))
     assert place(client, "front")[2] == pytest.approx(0.51)
+
+
+@on_both
+def test_the_force_of_a_door_limits_the_push_of_an_obstacle(world: Path, engine: str) -> None:
+    crate = "props:\n  - {name: crate, box: [0.3, 0.3, 0.3], mass: 10, friction: 0.01, pose: {x: 0, y: -0.1}}\n"
+    pushes = []
+    for force in ("", ", force: 50"):
+        client = open_world(world, DOOR.replace("MORE", f"kind: sliding, opening: 1{force}") + crate, engine)
+        move(client, 0.0)
+        fastest = 0.0
+        for _ in range(150):
+            advance(client, 0.02)
+            fastest = max(fastest, -client.simulator.simulation.engine.body_state("crate").linear[1])
+        pushes.append(10.0 * fastest)  # [N s]
+    free, limited = pushes
+    assert limited < 2 * 50.0 * 0.02 < 2.5 < free  # two ticks of the force at most
+    assert opening(client) > 0.1
