@@ -4,8 +4,9 @@ Own code, because engines differ in theirs or have none. Steps follow Levenberg 
 at their limits. The solution depends on the start: a search from the present configuration stays on its branch.
 
 If the first starts fail, many more are tried: for arms of seven joints with narrow limits, one start in ten leads
-to a solution. The last ones are the nearest of a table of postures by the pose of the tool. Poses beyond the
-stretched arm are not searched.
+to a solution. These searches hold joints at the limits that they push against, and move the others, as an active
+set of constraints does. Otherwise postures with three joints near limits are hardly found. The last starts are the
+nearest of a table of postures by the pose of the tool. Poses beyond the stretched arm are not searched.
 """
 
 from __future__ import annotations
@@ -28,9 +29,11 @@ MIN_DAMPING, MAX_DAMPING = 1e-6, 1e3
 STARTS = 16  # random starts beside the given ones
 MORE_STARTS, BATCH = 512, 128  # further starts if those fail, and their batch size
 POSTURES, NEAREST = 4096, 128  # of the table of each arm, and how many of them are tried
+HOLDS = 3  # rounds in which joints are held at their limits
 LEVER = 0.3  # [m] that a turn of 1 rad counts as far as, in the distance of poses
 HALF_TURN = 1e-6  # sine of an angle at which a rotation is near none or half a turn
-NEAR = 1e-2  # [m], [rad] error from which `solve` reaches a solution
+NEAR = 1e-2  # [m], [rad] error from which a search reaches a solution
+EXACT = 5e-7  # [m], [rad] error of each component, within the tolerances
 SAME = 1e-3  # [rad], [m] distance below which solutions are the same
 
 
@@ -95,13 +98,17 @@ def _solve_from(
     chain: Chain, target: Array, start: Array, starts: Iterable[Array], found: Sequence[Array] = ()
 ) -> list[Array]:
     """Return the solutions from several starts that differ from each other and from those found, near `start`."""
+    solved = (solve(chain, target, begin) for begin in starts)
+    return _distinct(chain, (solution for solution in solved if solution is not None), start, found)
+
+
+def _distinct(chain: Chain, solved: Iterable[Array], start: Array, found: Sequence[Array] = ()) -> list[Array]:
+    """Return the solutions that differ from each other and from those found, near `start`."""
     others: list[Array] = []
-    for begin in starts:
-        solution = solve(chain, target, begin)
-        if solution is not None:
-            near = nearest_turns(chain, solution, start)
-            if all(np.abs(near - other).max() > SAME for other in (*found, *others)):
-                others.append(near)
+    for solution in solved:
+        near = nearest_turns(chain, solution, start)
+        if all(np.abs(near - other).max() > SAME for other in (*found, *others)):
+            others.append(near)
     return others
 
 
@@ -115,10 +122,15 @@ def _search(chain: Chain, target: Array, start: Array, noise: Noise) -> list[Arr
     lower, upper = _postures_within(chain)
     for batch in range(MORE_STARTS // BATCH):
         drawn = noise.at(batch + 1).uniform(lower, upper, size=(BATCH, len(start)))
-        found = _solve_from(chain, target, start, _approach(chain, target, drawn))
+        found = _distinct(chain, _solve_all(chain, target, drawn), start)
         if found:
             return found
-    return _solve_from(chain, target, start, _approach(chain, target, _nearest_postures(chain, target)))
+    return _distinct(chain, _solve_all(chain, target, _nearest_postures(chain, target)), start)
+
+
+def _solve_all(chain: Chain, target: Array, starts: Array) -> Array:
+    """Return the solutions that searches from many starts reach, shape (m, n)."""
+    return _approach(chain, target, _approach(chain, target, starts, NEAR), EXACT)
 
 
 def _postures_within(chain: Chain) -> tuple[Array, Array]:
@@ -149,23 +161,21 @@ def _nearest_postures(chain: Chain, target: Array) -> Array:
     return np.asarray(postures[np.argsort((errors**2).sum(axis=1), kind="stable")[:NEAREST]])
 
 
-def _approach(chain: Chain, target: Array, starts: Array) -> Array:
-    """Search from many starts at once as `solve` does; returns the configurations near the target."""
+def _approach(chain: Chain, target: Array, starts: Array, tolerance: float) -> Array:
+    """Search from many starts at once; returns the configurations with smaller errors."""
     configurations, damping = starts, np.full(len(starts), 1e-3)
     poses, jacobians = chain.jacobians(configurations)
     errors = _errors(poses, target)
     near: list[Array] = []
     for _ in range(MAX_ITERATIONS):
-        is_near = np.abs(errors).max(axis=1) < NEAR
+        is_near = np.abs(errors).max(axis=1) < tolerance
         near.extend(configurations[is_near])
         goes_on = ~is_near & (damping <= MAX_DAMPING)
         if not goes_on.any():
             break
         configurations, damping = configurations[goes_on], damping[goes_on]
         jacobians, errors = jacobians[goes_on], errors[goes_on]
-        turned = jacobians.transpose(0, 2, 1)
-        system = jacobians @ turned + damping[:, None, None] * np.eye(6)
-        steps = (turned @ np.linalg.solve(system, errors[:, :, None]))[:, :, 0]
+        steps = _steps_within_limits(chain, configurations, jacobians, errors, damping)
         steps *= np.minimum(1.0, MAX_STEP / np.maximum(np.abs(steps).max(axis=1), 1e-12))[:, None]
         tried = np.clip(configurations + steps, chain.limits.lower, chain.limits.upper)
         poses, tried_jacobians = chain.jacobians(tried)
@@ -176,6 +186,24 @@ def _approach(chain: Chain, target: Array, starts: Array) -> Array:
         errors = np.where(better[:, None], tried_errors, errors)
         damping = np.where(better, np.maximum(damping / 10.0, MIN_DAMPING), damping * 10.0)
     return np.array(near).reshape(-1, starts.shape[1])
+
+
+def _steps_within_limits(
+    chain: Chain, configurations: Array, jacobians: Array, errors: Array, damping: Array
+) -> Array:
+    """Return damped steps that hold joints at limits which they would pass, shape (m, n)."""
+    at_lower, at_upper = configurations <= chain.limits.lower, configurations >= chain.limits.upper
+    moves = np.ones(configurations.shape, dtype=np.bool_)
+    for _ in range(HOLDS):
+        free = jacobians * moves[:, None, :]
+        turned = free.transpose(0, 2, 1)
+        system = free @ turned + damping[:, None, None] * np.eye(6)
+        steps: Array = (turned @ np.linalg.solve(system, errors[:, :, None]))[:, :, 0]
+        passing = (at_lower & (steps < 0.0)) | (at_upper & (steps > 0.0))
+        if not passing.any():
+            break
+        moves &= ~passing
+    return steps
 
 
 def _errors(poses: Array, target: Array) -> Array:

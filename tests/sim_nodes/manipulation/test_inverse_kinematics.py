@@ -113,6 +113,14 @@ def test_a_seven_joint_arm_reaches_a_pose_with_any_seed(seven: Chain) -> None:
             assert pose_error(seven.tool_pose(configuration), target)[0] < 1e-6
 
 
+def test_searches_hold_joints_at_their_limits(seven: Chain) -> None:
+    shares = np.array([0.2, 0.001, 0.999, 0.5, 0.3, 0.001, 0.9])  # three joints near limits
+    target = seven.tool_pose(seven.limits.lower + shares * (seven.limits.upper - seven.limits.lower))
+    found = _search(seven, target, np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]), Noise(0, "test"))
+    assert len(found) > 15  # of 128 starts; 6 without
+    assert max(max(pose_error(seven.tool_pose(each), target)) for each in found) < 1e-6
+
+
 @pytest.mark.slow
 def test_poses_of_seven_joint_arms_are_found(seven: Chain) -> None:
     draw, limits = np.random.default_rng(3), seven.limits
