@@ -74,6 +74,8 @@ class MotorWork:
         )
         self._joint_limits = np.array([_joint_limit(model, motor) for motor in self._motors])
         self._on_base = [bool(model.actuator_trntype[motor] == mujoco.mjtTrn.mjTRN_SITE) for motor in self._motors]
+        gears = np.where(self._on_base, 1.0, model.actuator_gear[self._motors, 0])
+        self._gears = np.abs(gears)  # forces and speeds of joints by those of their motors
         ends = np.cumsum([len(several) for several in motors.values()]).tolist()
         self._rows = {robot: range(end - len(motors[robot]), end) for robot, end in zip(motors, ends, strict=True)}
         self._totals = dict.fromkeys(motors, 0.0)
@@ -113,7 +115,7 @@ class MotorWork:
         forces = np.array([ring[kept[:-1]] for ring in self._forces])
         speeds = np.array([ring[kept] for ring in self._speeds])
         before, after = speeds[:, :-1], speeds[:, 1:]
-        gains = self._model.actuator_biasprm[self._motors, 2].reshape(-1, 1)
+        gains = (self._gears**2 * self._model.actuator_biasprm[self._motors, 2]).reshape(-1, 1)
         mean = forces + np.where(np.abs(forces) < self._limits(), gains * (after - before), 0.0)
         work = mean * (before + after) * self._half
         for robot, rows in self._rows.items():
@@ -122,7 +124,7 @@ class MotorWork:
     def _limits(self) -> Array:
         """Return the forces at which motors are limited, shape (n, 1) [N], [N m]."""
         limited = self._model.actuator_forcelimited[self._motors].astype(bool)
-        own = np.where(limited, self._model.actuator_forcerange[self._motors, 1], np.inf)
+        own = np.where(limited, self._gears * self._model.actuator_forcerange[self._motors, 1], np.inf)
         limits: Array = np.minimum(own, self._joint_limits).reshape(-1, 1)
         return limits
 
