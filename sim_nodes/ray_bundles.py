@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Protocol, runtime_checkable
+from functools import cache, cached_property
+from typing import Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 
@@ -41,8 +41,18 @@ class CastsTogether(Protocol):
 
 def cast(engine: Engine, bundles: Sequence[RayBundle]) -> list[Array]:
     """Return the distances along the rays of bundles; see `Engine.cast_rays`."""
-    if isinstance(engine, CastsTogether):
+    if _casts_together(engine):
         return engine.cast_together(bundles)
     return [
         engine.cast_rays(each.robot, each.link, each.directions, each.limit, each.position) for each in bundles
     ]
+
+
+def _casts_together(engine: Engine) -> TypeGuard[CastsTogether]:
+    return _is_subclass(type(engine))
+
+
+@cache
+def _is_subclass(kind: type) -> bool:
+    """Whether engines of a class cast together, which takes long to find out."""
+    return issubclass(kind, CastsTogether)

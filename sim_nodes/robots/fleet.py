@@ -34,10 +34,11 @@ def navigate(bases: Sequence[MobileBase], tick: int) -> Mapping[str, tuple[GoalR
         pose = base.localised_pose()
         if pose is not None:
             observations.append(Observation(base.obstacles, pose, scan))
-    update_together(observations)
+    if observations:
+        update_together(observations)
     navigating = [base for base in bases if base.is_navigating]
     inputs = [(base, now) for base in navigating if (now := base.control_input(tick)) is not None]
-    results = decide([(base.navigator, now) for base, now in inputs])
+    results = decide([(base.navigator, now) for base, now in inputs]) if inputs else []
     for base in navigating:
         base.follow_navigator()
     ended = zip(inputs, results, strict=True)
