@@ -1,0 +1,1 @@
+"""Statistics of campaigns, in pure Python: intervals, sequential tests and comparisons."""
