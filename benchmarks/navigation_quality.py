@@ -5,9 +5,9 @@
 
 Each run is in this process, without Zenoh. Runs are appended to the results, a file of JSON lines, and not
 repeated. So an interrupted benchmark continues when it is called again. After a change of the code, name a new
-file. `--table` prints the table of the results without runs. It has, over all seeds of a situation:
+file. `--table` prints the table of the results without runs. It has, over all seeds and engines of a situation:
 
-- ends: runs that end as expected;
+- a column for each engine: runs that end as expected;
 - contact: runs in which the robot touches something;
 - nearest: least distance of the robot's outline to anything;
 - path: longest path, relative to the shortest one that keeps the planner's clearance (`shortest_paths.py`);
@@ -250,9 +250,6 @@ def map_with(simulation: Simulation, boxes: Sequence[Pose2]) -> NavigationMap:
     return build_map(world.extent, [*world.walls, *sides], world.outlines)
 
 
-HEAD = ("situation", "engine", "ends", "contact", "nearest", "path", "error", "time", "recoveries")
-
-
 def carry_out(names: Sequence[str], engines: Sequence[str], seeds: range, results: Path) -> None:
     """Carry out the missing runs, seed by seed, and print runs with an unexpected end or contact."""
     done = {(run.situation, run.engine, run.seed) for run in read_results(results, Run)}
@@ -267,15 +264,16 @@ def carry_out(names: Sequence[str], engines: Sequence[str], seeds: range, result
 
 def table(runs: Sequence[Run]) -> Iterator[str]:
     """Yield the lines of the table, in the order of the situations."""
-    yield "| " + " | ".join(HEAD) + " |"
-    yield "|" + "---|" * len(HEAD)
     engines = sorted({run.engine for run in runs})
-    for (name, situation), engine in product(SITUATIONS.items(), engines):
-        found = [run for run in runs if (run.situation, run.engine) == (name, engine)]
+    head = ("situation", *engines, "contact", "nearest", "path", "error", "time", "recoveries")
+    yield "| " + " | ".join(head) + " |"
+    yield "|" + "---|" * len(head)
+    for name, situation in SITUATIONS.items():
+        found = [run for run in runs if run.situation == name]
         if not found:
             continue
         figures = (
-            f"{sum(run.ends for run in found)} of {len(found)}",
+            *(ends([run for run in found if run.engine == engine]) for engine in engines),
             f"{sum(run.contacts > 0 for run in found)}",
             f"{100 * min(run.nearest for run in found):.1f} cm",
             "" if situation.detour or not situation.succeeds else f"{max(run.path for run in found):.2f}",
@@ -283,7 +281,12 @@ def table(runs: Sequence[Run]) -> Iterator[str]:
             f"{max(run.time for run in found):.1f} s",
             f"{max(run.recoveries for run in found)}",
         )
-        yield f"| {name} | {engine} | " + " | ".join(figures) + " |"
+        yield f"| {name} | " + " | ".join(figures) + " |"
+
+
+def ends(runs: Sequence[Run]) -> str:
+    """Return the share of runs that end as expected."""
+    return f"{sum(run.ends for run in runs)} of {len(runs)}"
 
 
 def main() -> None:
