@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from sim_nodes.geometry import Array, Indices, lengths_along, wrap
+from sim_nodes.geometry import Array, Indices, Pose2, lengths_along, wrap
 from sim_nodes.navigation.braking import STOP_MARGIN, TURN_GAIN
 from sim_nodes.navigation.contracts import ControlInput, Path, Setup, UnsuitableRobot
 from sim_nodes.navigation.following import LARGEST_VIEW, WINDOW, PoseController
@@ -19,6 +19,7 @@ from sim_nodes.robots.kinematics import Velocity
 
 LOOKAHEAD = 0.2  # [m]
 LEVER = 0.2  # [m] distance that counts as much as a heading off by one radian
+AHEAD = np.array([0.1, 0.2, 0.3])  # [s] from now on in which a motion must be free: two decisions and braking
 REACHED = (0.004, 0.03)  # [m] and [rad] from the end of a turn, or of the way before one
 
 
@@ -40,7 +41,8 @@ class HolonomicController(PoseController):
         piece = poses[self._index : end + 1]
         lengths = lengths_along(piece[:, :2])
         view = piece[: LARGEST_VIEW + 1]
-        count = Surroundings.seen(now, self._reach, self._known).count_free(self._cover, view[1:])
+        around = Surroundings.seen(now, self._reach, self._known)
+        count = around.count_free(self._cover, view[1:])
         is_free = count == len(view) - 1
         if count == 0 and not is_free:
             return None
@@ -57,7 +59,20 @@ class HolonomicController(PoseController):
         limit = max(abs(ahead) / self._drive.max_speed, abs(left) / self._drive.max_lateral_speed)
         speed = min(speed, 1.0 / max(limit, 1e-9), TURN_GAIN * remaining)
         turn = TURN_GAIN * wrap(float(target[2]) - pose.yaw)
-        return Velocity(speed * ahead, min(max(turn, -self._turn_rate), self._turn_rate), speed * left)
+        turn = min(max(turn, -self._turn_rate), self._turn_rate)
+        return self._safe(Velocity(speed * ahead, turn, speed * left), around)
+
+    def _safe(self, velocity: Velocity, around: Surroundings) -> Velocity | None:
+        """Return a velocity, or that without turning or moving, whose next poses are free; None without one.
+
+        The base turns at another pace than the path, so a corner may leave the poses of the path.
+        """
+        v, w, u = velocity
+        for motion in (velocity, Velocity(v, 0.0, u), Velocity(0.0, w, 0.0)):
+            poses = _next_poses(around.pose, motion)
+            if around.count_free(self._cover, poses) == len(poses):
+                return motion
+        return None
 
     def _advance(self, poses: Array, ways: Indices, pose: Array) -> int:
         """Move on to the nearest pose ahead; returns the end of its piece: a turn, or the way before one."""
@@ -75,3 +90,11 @@ class HolonomicController(PoseController):
 
     def _approach(self, remaining: float) -> float:
         return self._parameters.min_approach_linear_velocity + self._braking.calm_speed(remaining)
+
+
+def _next_poses(pose: Pose2, velocity: Velocity) -> Array:
+    """Return the poses at some times of a constant velocity, by the midpoint rule, shape (n, 3)."""
+    yaw = pose.yaw + velocity.angular * AHEAD / 2.0
+    x = np.cos(yaw) * velocity.linear - np.sin(yaw) * velocity.lateral
+    y = np.sin(yaw) * velocity.linear + np.cos(yaw) * velocity.lateral
+    return np.column_stack([pose.x + x * AHEAD, pose.y + y * AHEAD, pose.yaw + velocity.angular * AHEAD])

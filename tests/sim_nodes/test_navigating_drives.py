@@ -18,6 +18,7 @@ from sim_nodes.geometry import Pose2, wrap
 from sim_nodes.navigation.contracts import ControlInput
 from sim_nodes.navigation.contracts import Path as Way
 from sim_nodes.navigation.goals import Goal
+from sim_nodes.navigation.holonomic import HolonomicController
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.navigation.pursuit import PursuitController
 from sim_nodes.robots.declaration import RobotDeclaration
@@ -188,3 +189,19 @@ def test_the_outline_decides_whether_a_robot_may_move(path: Way, thing: tuple[fl
     controller = PursuitController(setup_for(FLOOR, LONG_BASE))
     controller.set_plan(path)
     assert (controller.follow(path, seeing(*thing), stops=True) is not None) is moves
+
+
+@pytest.mark.parametrize(("thing", "turns"), [((2.0, 0.0), True), ((-0.3, -0.28), False)])
+def test_an_omnidirectional_robot_does_not_turn_a_corner_into_a_thing(
+    thing: tuple[float, float], turns: bool
+) -> None:
+    """It brakes before a thing beside the path, so it would turn faster than it moves on."""
+    mobile = omnidirectional(is_round=False).mobile
+    assert mobile is not None
+    ahead = np.linspace(0.0, 1.0, 41)
+    path = Way(np.column_stack([ahead, np.zeros(41)]), np.minimum(4.0 * ahead, 1.0))
+    controller = HolonomicController(setup_for(FLOOR, LONG_BASE.model_copy(update={"drive": mobile.drive})))
+    controller.set_plan(path)
+    velocity = controller.follow(path, seeing(*thing), stops=True)
+    assert velocity is not None and velocity.linear > 0.05
+    assert (velocity.angular > 0.0) is turns
