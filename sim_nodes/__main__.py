@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import gc
+import os
 
 if __name__ == "__main__":
     gc.disable()  # until `main` starts: imports leave no garbage
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # they are searched in all installed packages
 
 import argparse
 import math
@@ -83,6 +85,21 @@ def _engine(name: str) -> Callable[[], Engine]:
     return ENGINES.get(name) or next(iter(entry_points(group=INSTALLED, name=name))).load()
 
 
+def _engine_name(text: str) -> str:
+    """Check the name of an engine.
+
+    Raises:
+        argparse.ArgumentTypeError: The engine is unknown.
+    """
+    if text in ENGINES:  # reading the metadata of all installed packages takes long
+        return text
+    installed = entry_points(group=INSTALLED).names
+    if text not in installed:
+        names = ", ".join(sorted({*ENGINES, *installed}))
+        raise argparse.ArgumentTypeError(f"unknown engine: {text!r} (engines: {names})")
+    return text
+
+
 def _make(engine: Callable[[], Engine], options: argparse.Namespace) -> Simulator:
     beginning = options.world if options.from_snapshot is None else snapshots.read(options.from_snapshot)
     simulator = Simulator(engine(), beginning, options.seed, ModelPath(options.model_path))
@@ -112,9 +129,7 @@ def _announce(settings: NodeSettings, simulator: Simulator, *, quiet: bool) -> N
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="sim_nodes", description="Run a simulator node.")
-    parser.add_argument(
-        "engine", choices=sorted({*ENGINES, *entry_points(group=INSTALLED).names}), help="physics engine"
-    )
+    parser.add_argument("engine", type=_engine_name, help="mujoco, pybullet, or an installed engine")
     place = parser.add_mutually_exclusive_group()
     place.add_argument("--connect", metavar="ENDPOINT", help="connect to the Zenoh hub at ENDPOINT")
     place.add_argument(

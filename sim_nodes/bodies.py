@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import (
     Array,
     Frame,

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import io
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import assert_never
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from seoro.bridges.wire import CameraFault, Delay, Freeze
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Quaternion, Vector, compose_frames, vector
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, Pose2, rotation_matrix
 from sim_nodes.navigation.maps import NavigationMap

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 from seoro.bridges.wire import Category, SpawnResult, WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
+from seoro.deferred import dataclass
 from sim_nodes.agents.agent import Agent
 from sim_nodes.buildings.parts import Lift, initial_state
 from sim_nodes.cameras import Cameras

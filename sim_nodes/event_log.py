@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import islice
 
 from seoro.bridges import wire
 from seoro.bridges.session import Request
+from seoro.deferred import dataclass
 from sim_nodes.outcomes import incorrect_state
 from sim_nodes.worlds.loader import World
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, assert_never
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Hull, Part, Shape, Sphere
 

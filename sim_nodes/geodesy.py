@@ -7,10 +7,10 @@ Bowring [1976, Transformation from spatial to geographical coordinates], repeate
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Vector
 
 SEMI_MAJOR = 6_378_137.0  # [m]

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, assert_never
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Quaternion, Vector, quaternion_of, rotation_matrix, vector
 from sim_nodes.physics import IDENTITY, BodyModel, Box, Capsule, Cylinder, Hull, Part, Shape, Sphere
 

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,6 +23,7 @@ from seoro.bridges.leasing.event_filter import events_for, scoped_id
 from seoro.bridges.leasing.leases import CONNECTION_LOST, Hold, Leases, describe_silence, expire
 from seoro.bridges.serving.robot import robot_state
 from seoro.bridges.wire import EmergencyStop, SimulationState, StopAcknowledgement
+from seoro.deferred import dataclass
 from sim_nodes.outcomes import incorrect_state
 from sim_nodes.robots.robot import Robot
 from sim_nodes.simulator import Simulator

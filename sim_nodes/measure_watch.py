@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import assert_never
 
 from seoro.bridges.wire import Outcome
+from seoro.deferred import dataclass
 from seoro.robotics.measures import ONLY_ROBOTS, UNITS, Area, Measure, MeasureLimit
 from sim_nodes.geometry import Quaternion
 from sim_nodes.physics import BodyState

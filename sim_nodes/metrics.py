@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from seoro.bridges.wire import EntityMeasurements, Outcome, RobotMeasurements
+from seoro.deferred import dataclass
 from sim_nodes.clearance import Clearance
 from sim_nodes.geometry import Pose2, Vector, wrap
 from sim_nodes.navigation.goals import Goal

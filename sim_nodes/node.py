@@ -18,7 +18,6 @@ import threading
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from enum import Enum, auto
 from functools import partial
 from pathlib import Path
@@ -35,6 +34,7 @@ from seoro.bridges.wire import Empty
 from seoro.bridges.wire.holds import decode_sender
 from seoro.bridges.wire.keys import NAMESPACE, verb_of
 from seoro.bridges.wire.refusal import RequestRefused, read_request
+from seoro.deferred import dataclass
 from seoro.security.network.authorizer import NodeAuthorizer, open_authorizer
 from seoro.security.network.listener import Listener, node_listener
 from sim_nodes.event_log import LongPolls

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from seoro.bridges.wire import Outcome, Result
 from seoro.bridges.wire.refusal import RequestRefused, name_list
+from seoro.deferred import dataclass
 
 
 def operation_failed(message: str) -> RequestRefused:

@@ -7,9 +7,9 @@ Poses and velocities are in the world frame `map`, orientations are quaternions 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
+from seoro.deferred import dataclass
 from sim_nodes.bodies import (
     IDENTITY,
     BodyModel,

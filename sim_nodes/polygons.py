@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import product
 from typing import assert_never
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Pose2, rotation_matrix
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Hull, Part, Sphere
 from sim_nodes.robots.footprint import Footprint

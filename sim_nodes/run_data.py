@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 
 from seoro.bridges.wire import Measurements, RobotMeasurements
+from seoro.deferred import dataclass
 from sim_nodes.clearance import Clearance, Clearances
 from sim_nodes.entities import Entities
 from sim_nodes.frames import Frames

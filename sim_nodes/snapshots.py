@@ -9,7 +9,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 from time import monotonic
@@ -18,6 +17,7 @@ from typing import Any
 from seoro import __version__
 from seoro.bridges.wire import BYTES, SNAPSHOT_FORMAT, Purpose, Result, Snapshot, WireError, decode
 from seoro.bridges.wire.refusal import RequestRefused, name_list
+from seoro.deferred import dataclass
 from seoro.files.inputs import Kind, read_input
 from sim_nodes.codec import CodecError, deep_copy, pack, unpack
 from sim_nodes.outcomes import feature_unsupported, operation_failed

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import compose_frames, inverse_frame
 from sim_nodes.models.scenes import SceneBody
 from sim_nodes.physics import BodyModel, BodyState

@@ -14,8 +14,9 @@ objects of a running simulation and finds attributes that are missing.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import Any, ClassVar
+
+from seoro.deferred import dataclass
 
 
 class StateMismatch(Exception):

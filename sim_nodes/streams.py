@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from seoro.bridges import wire
 from seoro.bridges.session import SessionError
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.messages import flat_pose, sample_message
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown

@@ -23,10 +23,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, Vector
 from sim_nodes.physics import ContactPoint, Engine

@@ -8,12 +8,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Quaternion, Vector, quaternion, rotation_matrix, vector
 
 Picture = NDArray[np.uint8]

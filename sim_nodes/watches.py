@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Container
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from seoro.bridges.wire import DeadSector, Outcome, Quantity
+from seoro.deferred import dataclass
 from sim_nodes.clearance import Clearance
 from sim_nodes.geometry import Pose2
 from sim_nodes.outcomes import GoalResult, operation_failed, unknown

@@ -10,13 +10,14 @@ import os
 import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Final
 from urllib.parse import unquote
 
 from seoro.bridges.xacro_files import SUFFIX, InvalidXacro, expand, split_arguments
+from seoro.deferred import dataclass
 from seoro.files.inputs import Kind, failure_reason, read_input, read_input_text, resolved
 
 MAX_FILES: Final = 2000

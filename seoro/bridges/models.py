@@ -8,7 +8,6 @@ own models come last. `file://` names a file directly.
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +15,7 @@ from urllib.parse import quote, unquote
 
 from seoro.bridges.model_files import InvalidModel, ModelFiles, gather
 from seoro.bridges.xacro_files import MARK, SUFFIX
+from seoro.deferred import dataclass
 from seoro.files.path_mapping import Locate, unchanged_path
 
 OWN_MODELS = Path(__file__).resolve().parent.parent / "models"

@@ -10,11 +10,12 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 from urllib.parse import parse_qsl
+
+from seoro.deferred import dataclass
 
 SUFFIX: Final = ".xacro"
 MARK: Final = f"{SUFFIX}?"  # of a name with arguments

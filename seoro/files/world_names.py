@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+
+from seoro.deferred import dataclass
 
 SEPARATOR: Final = "?"
 WORLD_FILES: Final = frozenset({".yaml", ".yml"})

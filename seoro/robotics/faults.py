@@ -5,10 +5,11 @@ A device has at most one fault of each kind; a new fault replaces another of its
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import Literal, TypeAlias
 
+from seoro.deferred import dataclass
 from seoro.robotics.geometry import Record
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 from typing import Final
+
+from seoro.deferred import dataclass
 
 FAR: Final = 1e6  # [m] edge of an area that is not bounded
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from seoro.bridges.wire import Avoidance
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Part
 from sim_nodes.views import Colour

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
+from seoro.deferred import dataclass
 from sim_nodes.agents.agent import Agent, Follow, Motion, Point, Stand, Walk, Wander
 from sim_nodes.agents.walls import Walls
 from sim_nodes.noise import Noise

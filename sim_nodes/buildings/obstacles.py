@@ -6,10 +6,9 @@ So an entity is an obstacle if it touches a body at the side in the direction of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.buildings.parts import Place
 from sim_nodes.geometry import Array, rotation_matrix, wrap
 from sim_nodes.physics import BodyModel, BodyState, Box, ContactPoint

@@ -6,8 +6,9 @@ The position of a door is its opening, from 0 to 1; that of a lift its height [m
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from seoro.deferred import dataclass
 from sim_nodes.ticks import TICK
 
 BRAKING = 0.8  # share of the acceleration with which it brakes

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Generic, TypeVar
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes import codec
 from sim_nodes.check.bench import BASE, expect, expect_near
 from sim_nodes.geometry import Array, Pose2, lengths_along, wrap

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from seoro.bridges import wire
+from seoro.deferred import dataclass
 from sim_nodes.faults.checks import Check, Checking, Observation
 from sim_nodes.faults.devices import Device, sensor_check
 from sim_nodes.faults.motor_checks import AT_REST, Motion, SlipCheck, TorqueCheck

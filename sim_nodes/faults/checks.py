@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from seoro.bridges.wire import Delay, MessageLoss, SensorFault
+from seoro.deferred import dataclass
 from sim_nodes.faults.statistics import MESSAGES, Tally
 from sim_nodes.sensors.sensor_pipeline import Sample, Sensor
 from sim_nodes.stateful import Stateful

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from seoro.bridges.wire import WheelSlip
+from seoro.deferred import dataclass
 from sim_nodes.faults.checks import Check
 from sim_nodes.robots.drive import PerMotor
 from sim_nodes.ticks import TICK

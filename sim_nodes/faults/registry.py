@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from seoro.bridges.wire import Fault, Outcome, PowerLoss
+from seoro.deferred import dataclass
 from sim_nodes.faults.actuators import Actuator
 from sim_nodes.faults.checks import Check, Checking, SilenceCheck
 from sim_nodes.faults.devices import Device, Source

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.sensors.sensor_pipeline import BRIGHTEST
 from sim_nodes.stateful import Stateful

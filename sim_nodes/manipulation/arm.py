@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from seoro.bridges.wire import Outcome
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.manipulation.chain import inverse, pose_matrix
 from sim_nodes.manipulation.gripper import Gripper, HoldGoal

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations, takewhile
 from xml.etree.ElementTree import Element
 
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from defusedxml import ElementTree
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.models.urdf import read_origin
 from sim_nodes.models.xml_reading import vector

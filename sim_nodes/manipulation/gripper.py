@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from seoro.bridges.wire import Outcome
+from seoro.deferred import dataclass
 from sim_nodes.manipulation.servos import FingerCommand, Fingers
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, incorrect_state, operation_failed
 from sim_nodes.physics import Engine, JointStates

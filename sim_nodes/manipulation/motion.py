@@ -9,13 +9,14 @@ configurations also hold between them. A motion ends when the arm arrives, is bl
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from seoro.bridges.wire import Outcome
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.physics import JointStates

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from seoro.bridges.wire import ArmResult
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, quaternion_of, rotation_matrix, vector
 from sim_nodes.manipulation.chain import (
     Chain,

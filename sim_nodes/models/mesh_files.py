@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from seoro.bridges.model_files import virtual_path
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.decomposition import decomposed

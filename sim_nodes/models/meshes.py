@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import posixpath
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -21,6 +21,7 @@ from trimesh.exchange.stl import export_stl
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from seoro.bridges.model_files import virtual_path
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Vector
 from sim_nodes.models.pictures import UnusablePicture, mean_colour, read_picture, to_png
 from sim_nodes.models.xml_reading import invalid

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from seoro.bridges.wire import SpawnResult
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Frame
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.settings import FROM_FILE, ModelSettings

@@ -7,12 +7,12 @@ gives the pose of a joint in the frame of its parent link, and the child link ha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from seoro.bridges.model_files import virtual_path
 from seoro.bridges.wire.refusal import name_list
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Frame, compose_frames, inverse_frame, roll_pitch_yaw
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.gazebo_materials import COLOURS

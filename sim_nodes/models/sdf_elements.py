@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import posixpath
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from seoro.bridges.model_files import virtual_path
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Frame, quaternion
 from sim_nodes.models import xml_reading as xml
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from seoro.deferred import dataclass
 from sim_nodes.views import Colour
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
 from typing import Any
@@ -12,6 +11,7 @@ import mujoco
 import numpy as np
 from defusedxml import ElementTree
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.models.urdf import mimics_of
 from sim_nodes.physics import JointStates, Overlap

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from seoro.bridges.wire.refusal import name_list
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.mujoco.actuation import efforts_of, joints_of_tendon
 

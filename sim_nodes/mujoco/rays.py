@@ -7,13 +7,13 @@ lidar. So a cast hides them, which changes no distance.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices
 from sim_nodes.mujoco.groups import SEEN_BY_RAYS, VISUAL_GROUP
 from sim_nodes.ray_bundles import RayBundle

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
 import mujoco
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Frame, Quaternion, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.scenes import MAX_BODIES

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from hashlib import blake2b
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.mujoco.arm import MujocoArm
 from sim_nodes.mujoco.terrain import TERRAIN_BODY

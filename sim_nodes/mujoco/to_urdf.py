@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
@@ -13,6 +13,7 @@ import numpy as np
 import trimesh
 
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Quaternion, roll_pitch_yaw, rotated, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.meshes import Mesh, to_stl

@@ -9,12 +9,12 @@ the time step, which agrees with the kinetic energy to rounding.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 
 BATCH = 50  # maximum steps between two readings

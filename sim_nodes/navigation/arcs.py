@@ -11,11 +11,11 @@ robot do not depend on the others.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices
 from sim_nodes.sensors.lidar import Scan
 

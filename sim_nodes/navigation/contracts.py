@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices, Pose2
 from sim_nodes.navigation.maps import Grid, NavigationMap
 from sim_nodes.noise import Noise

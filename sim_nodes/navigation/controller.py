@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.arcs import arc_points, free_lengths
 from sim_nodes.navigation.braking import STOP_MARGIN, Braking, turn_rate

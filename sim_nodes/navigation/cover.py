@@ -7,11 +7,11 @@ motion planning"). No disc protrudes from the polygon by more than the margin.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.navigation.maps import Grid
 from sim_nodes.robots.declaration import MobileDeclaration

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.cover import Cover
 from sim_nodes.navigation.maps import Grid, NavigationMap

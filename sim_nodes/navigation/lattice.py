@@ -9,11 +9,11 @@ promising ones are connected with the goal. The estimate is the cost of a path o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices, wrap
 from sim_nodes.navigation.cover import Cover
 from sim_nodes.navigation.maps import Grid

@@ -18,12 +18,12 @@ declaration enables them, as in Nav2.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices, Pose2, wrap
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.motion_models import move_anywhere, move_forwards

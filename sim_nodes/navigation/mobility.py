@@ -6,10 +6,10 @@ All poses are (x, y, yaw); costs are lengths that time is proportional to [m].
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, wrap
 from sim_nodes.navigation.reeds_shepp import arc_motion, shortest_words
 from sim_nodes.robots.drive_declaration import DriveDeclaration, DriveKind

@@ -12,12 +12,12 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices, Pose2
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.sensors.lidar import Scan

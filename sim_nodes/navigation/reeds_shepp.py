@@ -8,10 +8,10 @@ reversing the order of a family give all 48 words. All lengths are in turning ra
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, wrap
 
 EXACT = 1e-6  # of the end of a word, in turning radii and radians

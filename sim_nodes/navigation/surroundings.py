@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.navigation.arcs import Points, solid_points
 from sim_nodes.navigation.contracts import ControlInput

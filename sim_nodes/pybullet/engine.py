@@ -11,7 +11,7 @@ another process is saved as the calls that led to it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from importlib import metadata
 from typing import Any
@@ -20,6 +20,7 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
+from seoro.deferred import dataclass
 from sim_nodes.driven import upright_velocities, yaws
 from sim_nodes.geometry import Array, Quaternion, Vector, conjugate, multiply, rotated, rotation_matrix, vector
 from sim_nodes.journal import Journal, journaled, replay

@@ -7,12 +7,12 @@ arm moves.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, assert_never
 
 import numpy as np
 import pybullet
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, multiply, rotation_matrix
 from sim_nodes.physics import (
     BodyModel,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import rotation_matrix
 from sim_nodes.physics import BodyState
 from sim_nodes.pybullet.joints import PybulletDrive

@@ -19,13 +19,13 @@ Motor commands and the results of the last step are not part of Bullet's state.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pybullet
 
+from seoro.deferred import dataclass
 from sim_nodes.extents import box_around
 from sim_nodes.geometry import Array, Quaternion, Vector
 from sim_nodes.journal import Mark

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import pybullet
 
+from seoro.deferred import dataclass
 from sim_nodes.physics import FLOOR, UnstablePhysics, entity_pairs
 from sim_nodes.pybullet.joints import BODY_A, BODY_B, DISTANCE, FORCE, LINK_A, LINK_B, PybulletArm
 from sim_nodes.pybullet.model import BASE, XYZW

@@ -7,11 +7,11 @@ Reading the torques takes a tenth of a step. They are read in each step for meas
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import pybullet
 
+from seoro.deferred import dataclass
 from sim_nodes.pybullet.planar import BaseWork, PlanarForces
 
 SAMPLE_STEPS = 4  # between two samples

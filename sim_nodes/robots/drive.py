@@ -14,12 +14,12 @@ charges it. At a charge of 0, the robot keeps working.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from operator import add
 
 import numpy as np
 
 from seoro.bridges.wire import Outcome, Quantity
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.outcomes import GoalResult, operation_failed
 from sim_nodes.physics import Engine

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
 
 import numpy as np
 from pydantic import ConfigDict, Field, TypeAdapter
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 
 Corner = tuple[float, float]

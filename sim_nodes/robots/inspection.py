@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 from seoro.bridges.model_files import gather
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.deferred import dataclass
 from sim_nodes.models import parse_model
 from sim_nodes.models.xml_reading import parse_xml
 from sim_nodes.physics import Urdf

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 from seoro.bridges.wire import Outcome
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Pose2, wrap
 from sim_nodes.outcomes import GoalResult
 from sim_nodes.robots.drive_declaration import DriveDeclaration

@@ -7,12 +7,12 @@ The friction of the wheels limits them, and so does the torque of the motors alo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from defusedxml import ElementTree
 
+from seoro.deferred import dataclass
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DriveKind, PlanarDrive
 from sim_nodes.terrain.ground import FLOOR_FRICTION

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from operator import sub
 from typing import NamedTuple
 
 import numpy as np
 
 from seoro.bridges.wire import Quantity
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Pose2, Vector, rotation_matrix, wrap
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyState, ContactPoint

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from seoro.bridges.wire import Quantity
+from seoro.deferred import dataclass
 from sim_nodes.geodesy import GeoPoint, from_local
 from sim_nodes.geometry import Array, Vector, vector
 from sim_nodes.noise import Noise

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seoro.bridges.wire import Quantity
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, compose_frames
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import feature_unsupported

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seoro.bridges.wire import Quantity
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from seoro.bridges.wire import Quantity
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Vector
 from sim_nodes.noise import Noise
 from sim_nodes.robots.sensor_declarations import ForceTorqueDeclaration

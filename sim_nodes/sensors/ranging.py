@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from seoro.bridges.wire import Quantity
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, rotation_matrix
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Engine

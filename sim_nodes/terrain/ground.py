@@ -6,11 +6,11 @@ Contacts with terrain are contacts with the floor, and never collisions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Pose2
 
 FLOOR_FRICTION = 1.0

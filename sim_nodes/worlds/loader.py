@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import chain
 from pathlib import Path
 
+from seoro.deferred import dataclass
 from seoro.files.inputs import Kind, read_input_text
 from seoro.files.world_names import WORLD_FILES, WorldName
 from seoro.files.yaml_lines import FileError, Lines, read_yaml

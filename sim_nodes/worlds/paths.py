@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
+from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError
 from sim_nodes.agents.walls import Walls
 from sim_nodes.navigation.maps import NavigationMap

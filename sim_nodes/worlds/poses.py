@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError
 from sim_nodes.geometry import Pose2, Vector, quaternion
 from sim_nodes.navigation.maps import NavigationMap

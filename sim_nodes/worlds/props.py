@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 from seoro.bridges.model_files import InvalidModel, gather
 from seoro.bridges.wire import WorldResult
 from seoro.bridges.wire.refusal import RequestRefused, name_list
+from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError
 from sim_nodes.extents import FLOOR_TOLERANCE, lowest_point
 from sim_nodes.geometry import quaternion, vector

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from seoro.bridges.model_files import InvalidModel, gather
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError
 from sim_nodes.extents import highest_of, outline
 from sim_nodes.models.scenes import split_scene

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError
 from sim_nodes.buildings.schema import DoorFile
 from sim_nodes.extents import highest_of, lowest_of, outline

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
 from seoro.embed.parameter_files import read_parameters
 from seoro.errors import UsageError
-from seoro.files.plain_yaml import MAX_DEPTH, read_yaml
+from seoro.files.plain_yaml import MAX_DEPTH, _load, _Loader, _PythonLoader, load_yaml, read_yaml
 from seoro.files.yaml_lines import FileError
 from seoro.files.yaml_lines import read_yaml as read_file
 
@@ -65,3 +66,40 @@ def test_invalid_yaml_is_rejected_with_its_line() -> None:
         read_file("robots:\n  - [", "hall.yaml")
     with pytest.raises(ValueError, match="line 2"):
         read_yaml("robots:\n  - [")
+
+
+TEXTS = (
+    "a: 1e-05\nb: 0x10\nc: 1_000\nd: 2001-01-01\ne: yes\n",
+    "a: &x [1]\nb: *x",
+    "x: {<<: {a: 1}, a: 2}",
+    "? a\n: b",
+    "k: >-\n  é\n  \U0001f600",
+    "",
+    "[a, b",
+    "a: 1\na: 2",
+    "a: " + "[" * 200,
+    "--- a\n--- b",
+    "a: \x01",
+    "- !!python/name:os.system x",
+)
+
+
+@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("references", [True, False])
+def test_both_parsers_read_alike(text: str, references: bool) -> None:
+    read = []
+    for loader in (_Loader, _PythonLoader):
+        try:
+            read.append(_load(loader(text, references=references)))
+        except yaml.YAMLError:
+            read.append("invalid")
+    assert read[0] == read[1]
+
+
+def test_what_the_fast_parser_refuses_is_read_by_the_other() -> None:
+    text = "%YAML 1.3\n---\na: 1"
+    with pytest.raises(yaml.YAMLError):
+        _load(_Loader(text, references=True))
+    assert load_yaml(text, references=True) == {"a": 1}
+    with pytest.raises(yaml.YAMLError, match="special characters are not allowed"):
+        load_yaml("a: \ud800", references=True)

@@ -12,7 +12,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from functools import cached_property
 from itertools import count
@@ -22,6 +22,7 @@ from seoro.bridges.wire.keys import public_holder_name
 from seoro.bridges.wire.lab import LONGEST_LEASE, MAX_TEXT, Lease, LeaseRobots, ReleaseLease
 from seoro.bridges.wire.refusal import RequestRefused, check_id, name_list
 from seoro.bridges.wire.results import LabResult, Result
+from seoro.deferred import dataclass
 from seoro.security.signing.replay_window import HolderKey, ReplayWindow
 
 MAX_WAITING = 1000  # clients in the wait queue

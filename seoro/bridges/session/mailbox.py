@@ -12,9 +12,10 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from typing import Generic, Literal, Self, TypeVar
+
+from seoro.deferred import dataclass
 
 T = TypeVar("T")
 

@@ -10,13 +10,15 @@ import queue
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
+
+from seoro.deferred import dataclass
 
 if TYPE_CHECKING:
     from seoro.security.signing.answers import AnswerSigner, Envelope

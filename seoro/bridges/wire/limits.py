@@ -6,8 +6,9 @@ without decoding them. The scan ends at the first header that exceeds the limit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
+
+from seoro.deferred import dataclass
 
 MAX_MESSAGE: Final = 64 * 1024 * 1024  # [bytes] of the largest message of any verb
 MAX_REQUEST: Final = 16 * 1024 * 1024  # [bytes]; executors and nodes drop larger messages while they arrive

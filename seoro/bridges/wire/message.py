@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, field
 from typing import Any, Generic, TypeVar
 
 import msgpack
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from seoro.bridges.wire.limits import ANSWER, SMALL, LimitExceeded, Limits, check_limits
+from seoro.deferred import dataclass
 from seoro.security.keys.roles import Role
 
 SHOWN = 3  # errors of a message that are listed

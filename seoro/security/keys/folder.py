@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from seoro.deferred import dataclass
 from seoro.security.keys import VARIABLE
 from seoro.security.keys.errors import InvalidKeys
 from seoro.security.keys.roles import Role

@@ -11,18 +11,18 @@ import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from seoro.bridges.executor.messages import RunInfo
-from seoro.bridges.executor.verbs import EXECUTOR_VERBS
 from seoro.bridges.wire.authentication import STALE, UNAVAILABLE
 from seoro.bridges.wire.lab import EMERGENCY_STOP
 from seoro.bridges.wire.refusal import RequestRefused, read_request
 from seoro.bridges.wire.results import Result
+from seoro.deferred import dataclass
 from seoro.security.network.rate_limiter import RateLimiter
 
 if TYPE_CHECKING:
+    from seoro.bridges.executor.messages import RunInfo
+    from seoro.bridges.wire.message import Verb
     from seoro.security.keys.certificates import Identity
     from seoro.security.signing.audit_log import AuditLog
 
@@ -46,7 +46,8 @@ class AuditedRequest:
     @property
     def is_stop(self) -> bool:
         """Whether it stops something, so that a failure of the log must not prevent it."""
-        return self.verb in EXECUTOR_VERBS and EXECUTOR_VERBS[self.verb].is_stop
+        known = _executor_verb(self.verb)
+        return known is not None and known.is_stop
 
 
 class AuditTrail:
@@ -192,13 +193,20 @@ def _entry(asked: AuditedRequest) -> dict[str, Any]:
     return {**entry, **_subject(asked.verb, asked.payload)}
 
 
+def _executor_verb(name: str) -> Verb[Any, Any] | None:
+    # Nodes without keys have no use for the messages of executors, which take long to load.
+    from seoro.bridges.executor.verbs import EXECUTOR_VERBS  # noqa: PLC0415
+
+    return EXECUTOR_VERBS.get(name)
+
+
 def _reason(text: str) -> dict[str, str]:
     return {"reason": text[:LONGEST]} if text else {}
 
 
 def _subject(verb: str, payload: bytes) -> dict[str, Any]:
     """Return the run of a request, or the robots of an emergency stop of some robots."""
-    known = EXECUTOR_VERBS.get(verb)
+    known = _executor_verb(verb)
     if known is None or not known.request.model_fields.keys() & {"run", "robots"}:
         return {}
     try:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import anyio
@@ -22,6 +21,7 @@ from seoro.bridges.wire.authentication import CHALLENGE
 from seoro.bridges.wire.keys import NAMESPACE, node_command, node_tokens_of
 from seoro.bridges.wire.limits import MAX_REQUEST
 from seoro.concurrency.background import background
+from seoro.deferred import dataclass
 from seoro.errors import UsageError
 from seoro.security.network.endpoint_keys import SERVING_NODES, node_keys, security_of
 from seoro.security.network.revocation_monitor import RevocationMonitor

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
+
+from seoro.deferred import dataclass
 
 SIZE: Final = 4096  # accepted numbers below the highest; a process numbers its requests to all servers
 _ALL: Final = (1 << SIZE) - 1

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from seoro.bridges.wire.refusal import name_list
+from seoro.deferred import dataclass
 from sim_nodes.geometry import wrap
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.robots.derive.model import ModelJoint, RobotModel

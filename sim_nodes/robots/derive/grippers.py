@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array
 from sim_nodes.robots.declaration import FingerMotion, GripperDeclaration
 from sim_nodes.robots.derive.model import ModelJoint, RobotModel

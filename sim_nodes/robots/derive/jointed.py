@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
@@ -13,6 +12,7 @@ from xml.etree.ElementTree import SubElement
 from defusedxml import ElementTree
 
 from seoro.bridges.wire.refusal import name_list
+from seoro.deferred import dataclass
 from sim_nodes.extents import lowest_of
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import IDENTITY, BodyState

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from seoro.deferred import dataclass
 from sim_nodes.robots.derive.jointed import DerivedJoints
 from sim_nodes.robots.derive.motors import limits_of
 from sim_nodes.robots.postures import MAX_POSTURES, Posture, postures_form

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from seoro.deferred import dataclass
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.physics import Urdf
 from sim_nodes.robots.declaration import ArmDeclaration, CameraDeclaration, MobileDeclaration, OdometryDeclaration

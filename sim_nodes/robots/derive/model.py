@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from defusedxml import ElementTree
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Frame, Vector, compose_frames, multiply, rotated, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from defusedxml import ElementTree
 from pydantic import Field, ValidationError
 
 from seoro.bridges.wire.refusal import name_list
+from seoro.deferred import dataclass
 from sim_nodes.files import NAME
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.urdf import write_joint

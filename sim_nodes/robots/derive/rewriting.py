@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 from defusedxml import ElementTree
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import conjugate, quaternion, rotated, vector
 from sim_nodes.models.urdf import text_of, write_joint, write_origin, write_shape
 from sim_nodes.physics import Cylinder

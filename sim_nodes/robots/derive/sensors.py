@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from seoro.deferred import dataclass
 from sim_nodes.geometry import rotated, wrap, yaw_of
 from sim_nodes.robots.declaration import CameraDeclaration, ImuDeclaration, LidarDeclaration
 from sim_nodes.robots.derive.model import RobotModel

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.extents import reach
 from sim_nodes.geometry import Array, Vector, rotation_matrix, wrap
 from sim_nodes.physics import Cylinder, Part, Sphere

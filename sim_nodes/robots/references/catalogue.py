@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from pydantic import Field
 
+from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
 from sim_nodes.files import Declared, bundled_names, validate
 

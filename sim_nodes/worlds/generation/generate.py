@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError
 from sim_nodes.extents import outline
 from sim_nodes.geometry import Array, quaternion

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.buildings.schema import DoorFile
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.agents.schema import FloorPoseFile
 from sim_nodes.buildings.schema import AutomaticFile, DoorFile
 from sim_nodes.geometry import Pose2
