@@ -6,7 +6,8 @@ For each engine:
 
 - start: processor time of a node process with the maze until it accepts requests, and its resident memory then;
 - loads: resident memory of one node after a tenth of many loads of two worlds, and after all of them;
-- at rest: simulated seconds per second of processor time with 16 and with 64 robots that stand.
+- at rest: simulated seconds per second of processor time with 16 and with 64 robots that stand;
+- people: processor time of a tick of 20 ms with 20 people of the social force model who walk around a robot.
 
 `--against` also measures the nodes of another checkout of the project with its own `.venv`, in turns with these.
 Processor times grow with other load on the machine; the smallest of the rounds depends on it least.
@@ -34,7 +35,9 @@ ROOT = Path(__file__).parents[1]
 WORLDS = ("rooms", "maze")
 CROWDS = (16, 64)  # numbers of robots
 SPACING = 2.0  # [m] between robots
-SIMULATED = 5  # [s] at rest
+PEOPLE = 20
+SIMULATED = 5  # [s] at rest, and with people
+TICK = 0.02  # [s]
 MIB = 1024.0  # [KiB]
 
 
@@ -97,15 +100,20 @@ async def measure_loads(root: Path, engine: str, count: int) -> tuple[float, flo
 
 async def measure_rest(root: Path, engine: str, robots: int) -> float:
     """Return simulated seconds per second of processor time."""
+    return SIMULATED / await measure_world(root, engine, crowd(robots))
+
+
+async def measure_world(root: Path, engine: str, text: str) -> float:
+    """Return the processor time that `SIMULATED` seconds of a world take [s]."""
     with tempfile.TemporaryDirectory() as folder:
         world = Path(folder) / "crowd.yaml"
-        world.write_text(crowd(robots))
+        world.write_text(text)
         async with opened(root, engine) as (node, address):
             await ask(address, wire.LOAD_WORLD, wire.LoadWorld(world=str(world)))
             before = node.processor_time()
             for second in range(1, SIMULATED + 1):  # each request has a time limit
                 await ask(address, wire.ADVANCE, wire.Advance(until=float(second)))
-            return SIMULATED / (node.processor_time() - before)
+            return node.processor_time() - before
 
 
 def crowd(robots: int) -> str:
@@ -116,6 +124,18 @@ def crowd(robots: int) -> str:
         x, y = (index % 8 + 1) * SPACING, (index // 8 + 1) * SPACING
         lines.append(f"  - {{name: robot{index}, robot: turtlebot4, pose: {{x: {x}, y: {y}}}}}")
     return "\n".join(lines)
+
+
+def hall() -> str:
+    """Return a world file of a hall with people and a robot."""
+    return f"""
+name: hall
+extent: [-10, -10, 10, 10]
+robots:
+  - {{name: robot, robot: turtlebot4}}
+crowds:
+  - {{name: people, count: {PEOPLE}, area: [-9, -9, 9, 9], wander: [-9, -9, 9, 9]}}
+"""
 
 
 def main() -> None:
@@ -147,9 +167,11 @@ async def measured(roots: list[Path], engine: str, rounds: int, loads: int) -> l
         time, memory = (min(values) for values in zip(*(each[index] for each in starts), strict=True))
         early, late = await measure_loads(root, engine, loads)
         rests = [await measure_rest(root, engine, robots) for robots in CROWDS]
+        people = 1000.0 * await measure_world(root, engine, hall()) * TICK / SIMULATED
         shown = ", ".join(f"{robots} robots {rest:.1f}" for robots, rest in zip(CROWDS, rests, strict=True))
         rows.append(
-            f"start {time:.2f} s, {memory:.0f} MiB; {loads} loads {early:.0f} -> {late:.0f} MiB; at rest {shown}"
+            f"start {time:.2f} s, {memory:.0f} MiB; {loads} loads {early:.0f} -> {late:.0f} MiB; at rest {shown}; "
+            f"{PEOPLE} people {people:.2f} ms"
         )
     return rows
 

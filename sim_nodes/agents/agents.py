@@ -7,12 +7,14 @@ from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seoro.bridges.wire import Avoidance, Outcome
+from seoro.deferred import dataclass
 from sim_nodes.agents import orca, social_force
 from sim_nodes.agents.agent import HOVER, Agent, Motion, Point, Stand, Wander
 from sim_nodes.agents.drawing import path_of
-from sim_nodes.agents.motions import PATIENCE, Task, advance, choose_target, wanted_velocity
+from sim_nodes.agents.motions import PATIENCE, RETRY_TICKS, Task, advance, choose_target, wanted_velocity
 from sim_nodes.agents.neighbourhood import Neighbourhood
 from sim_nodes.agents.stopping import stop_before_others, stop_before_walls, without_blocked
 from sim_nodes.agents.walls import Walls
@@ -33,6 +35,27 @@ PAUSE_TICKS = 250  # that an agent with `NONE` stands after it was blocked
 Pair = tuple[str, str]
 
 
+@dataclass(frozen=True)
+class Traits:
+    """Arrays of what agents keep.
+
+    Attributes:
+        agents: The agents.
+        radii: Their radii, shape (n,) [m].
+        avoids: Which of them avoid others in each way, shape (n,).
+    """
+
+    agents: tuple[Agent, ...]
+    radii: Array
+    avoids: Mapping[Avoidance, NDArray[np.bool_]]
+
+    @staticmethod
+    def of(agents: tuple[Agent, ...]) -> Traits:
+        """Return the traits of agents."""
+        ways = {way: np.array([agent.avoid is way for agent in agents], dtype=np.bool_) for way in Avoidance}
+        return Traits(agents, np.array([agent.radius for agent in agents]), ways)
+
+
 class Agents(Stateful):
     """The agents of a simulation.
 
@@ -45,6 +68,7 @@ class Agents(Stateful):
     """
 
     STATE = ("_tasks", "_velocities", "_paused")
+    DERIVED = ("_traits",)
 
     def __init__(
         self, engine: Engine, entities: Entities, robots: Mapping[str, float], walls: Walls, seed: int
@@ -54,6 +78,7 @@ class Agents(Stateful):
         self._tasks = {name: Task(agent.motion) for name, agent in entities.agents.items()}
         self._velocities: dict[str, Point] = dict.fromkeys(self._tasks, (0.0, 0.0))  # commanded last [m/s]
         self._paused: dict[str, int] = {}  # ticks until which agents stand
+        self._traits = Traits.of(())
 
     def __bool__(self) -> bool:
         return bool(self._entities.agents)
@@ -142,8 +167,7 @@ class Agents(Stateful):
         turns = _turn_rates(velocities, poses[:, 2])
         heights = np.full(len(poses), HOVER)
         if not (ground := self._entities.ground).is_flat:
-            radii = np.array([agent.radius for agent in self._entities.agents.values()])
-            heights += tops(ground, poses[:, :2], radii)
+            heights += tops(ground, poses[:, :2], self._traits.radii)
         return np.column_stack([velocities, turns]), heights
 
     def _drop_deleted(self) -> Iterator[GoalResult]:
@@ -159,17 +183,22 @@ class Agents(Stateful):
         """Update the motion of an agent at a place; yields the result of a goal that ended."""
         task = self._tasks.get(name, Task(Stand()))
         motion = advance(task.motion, place)
-        if isinstance(motion, Wander):
+        if isinstance(motion, Wander) and motion.target is None and tick % RETRY_TICKS == 0:
             noise = Noise(self._seed, f"{name}/wander")
             motion = choose_target(motion, self.agent(name), place, self._walls, noise, tick)
-        task = replace(task, motion=motion).track(place, tick)
+        if motion is not task.motion:
+            task = replace(task, motion=motion)
+        if (goal := task.goal) is None:
+            self._tasks[name] = task
+            return
+        task = task.track(place, tick)
         ended: GoalResult | None = None
-        if task.goal is not None and isinstance(motion, Stand):
-            ended = GoalResult(task.goal, Outcome.SUCCEEDED)
-        elif task.can_be_blocked and task.goal is not None and tick - task.since > PATIENCE:
+        if isinstance(motion, Stand):
+            ended = GoalResult(goal, Outcome.SUCCEEDED)
+        elif task.can_be_blocked and tick - task.since > PATIENCE:
             x, y = place
             ended = GoalResult(
-                task.goal,
+                goal,
                 Outcome.ABORTED,
                 f"{name} is blocked at ({x:.2f}, {y:.2f}): no progress in {PATIENCE * TICK:g} s",
             )
@@ -191,15 +220,17 @@ class Agents(Stateful):
 
     def _avoid(self, names: Sequence[str], places: Array, wanted: Array) -> Array:
         """Return the velocities by the model of each agent, limited in acceleration and before walls."""
+        agents = tuple(self._entities.agents.values())
+        if self._traits.agents != agents:
+            self._traits = Traits.of(agents)
         around = self._neighbourhood(names, places)
-        velocities = wanted.copy()
-        avoids = np.array([self._entities.agents[name].avoid for name in names])
+        velocities, walks = wanted.copy(), wanted.any(axis=1)
         for avoidance, model in MODELS.items():
-            chosen = wanted.any(axis=1) & (avoids == avoidance)
+            chosen = walks & self._traits.avoids[avoidance]
             if chosen.any():
                 velocities[chosen] = model(around.of(chosen), wanted[chosen], TICK)
         velocities = _limited(around.velocities, velocities)
-        careful = avoids != Avoidance.NONE
+        careful = ~self._traits.avoids[Avoidance.NONE]
         if careful.any():
             velocities[careful] = stop_before_others(around.of(careful), velocities[careful])
         return stop_before_walls(around, velocities)
@@ -220,7 +251,7 @@ class Agents(Stateful):
     def _neighbourhood(self, names: Sequence[str], places: Array) -> Neighbourhood:
         robots = [self._engine.body_state(name) for name in self._robots]
         velocities = np.array([self._velocities.get(name, (0.0, 0.0)) for name in names])
-        radii = np.array([self._entities.agents[name].radius for name in names])
+        radii = self._traits.radii
         distances, away = self._walls.nearest(places)
         count = len(names)
         return Neighbourhood(

@@ -73,8 +73,6 @@ def advance(motion: Motion, position: Point) -> Motion:
 
 def choose_target(motion: Wander, agent: Agent, position: Point, walls: Walls, noise: Noise, tick: int) -> Wander:
     """Return a wandering with a new destination in sight; without one, it stays for a while."""
-    if motion.target is not None or tick % RETRY_TICKS:
-        return motion
     left, bottom, right, top = motion.area
     draw = noise.at(tick).uniform((left, bottom), (right, top), (TRIES, 2))
     for x, y in draw.tolist():

@@ -37,6 +37,8 @@ class Neighbourhood:
 
     def of(self, chosen: NDArray[np.bool_]) -> Neighbourhood:
         """Return the neighbourhood of some of these agents, given as a mask of shape (n,)."""
+        if chosen.all():
+            return self
         return Neighbourhood(
             self.positions[chosen],
             self.velocities[chosen],

@@ -50,19 +50,19 @@ def velocities_after(around: Neighbourhood, wanted: Array, duration: float) -> A
 
 def _from_others(around: Neighbourhood, wanted: Array) -> Array:
     """Return the accelerations away from others, shape (n, 2) [m/s^2]."""
-    apart = around.positions[:, None] - around.other_positions
-    way = STRIDE * around.other_velocities
-    ahead = apart - way
-    near, far = (np.maximum(np.hypot(each[..., 0], each[..., 1]), TINY) for each in (apart, ahead))
+    # Matrices have a row for each other one and a column for each person. Sums over rows keep their order.
+    apart_x, apart_y = around.positions.T[:, None] - around.other_positions.T[:, :, None]
+    way_x, way_y = STRIDE * around.other_velocities.T[:, :, None]
+    ahead_x, ahead_y = apart_x - way_x, apart_y - way_y
+    near = np.maximum(np.hypot(apart_x, apart_y), TINY)
+    far = np.maximum(np.hypot(ahead_x, ahead_y), TINY)
     total = near + far
-    axis = np.sqrt(np.maximum(total * total - (way * way).sum(axis=1), TINY)) / 2.0
-    excess = around.radii[:, None] + around.other_radii - 2.0 * USUAL_RADIUS
+    axis = np.sqrt(np.maximum(total * total - (way_x * way_x + way_y * way_y), TINY)) / 2.0
+    excess = around.radii + around.other_radii[:, None] - 2.0 * USUAL_RADIUS
     size = OTHERS_STRENGTH / OTHERS_RANGE * np.exp((excess - axis) / OTHERS_RANGE) * total / (4.0 * axis)
-    size[around.is_self] = 0.0
-    forces = size[..., None] * (apart / near[..., None] + ahead / far[..., None])
-    heading = wanted / np.maximum(np.hypot(wanted[:, 0], wanted[:, 1]), TINY)[:, None]
-    towards = -(forces * heading[:, None]).sum(axis=2)
-    unseen = towards < VIEW * np.hypot(forces[..., 0], forces[..., 1])
-    forces[unseen] *= UNSEEN
-    summed: Array = forces.sum(axis=1)
-    return summed
+    size[around.is_self.T] = 0.0
+    x, y = size * (apart_x / near + ahead_x / far), size * (apart_y / near + ahead_y / far)
+    heading_x, heading_y = (wanted / np.maximum(np.hypot(wanted[:, 0], wanted[:, 1]), TINY)[:, None]).T
+    is_unseen = -(x * heading_x + y * heading_y) < VIEW * np.hypot(x, y)
+    share = np.where(is_unseen, UNSEEN, 1.0)
+    return np.array(((x * share).sum(axis=0), (y * share).sum(axis=0))).T

@@ -26,17 +26,22 @@ def stop_before_walls(around: Neighbourhood, velocities: Array) -> Array:
 
 def stop_before_others(around: Neighbourhood, velocities: Array) -> Array:
     """Return velocities of shape (n, 2) without the part that leads into the most urgent other one [m/s]."""
-    apart = around.other_positions - around.positions[:, None]
-    distance = np.maximum(np.hypot(apart[..., 0], apart[..., 1]), TINY)
-    towards = apart / distance[..., None]
-    own = (velocities[:, None] * towards).sum(axis=2)
-    approach = own - (around.other_velocities * towards).sum(axis=2)
-    limit = (distance - around.radii[:, None] - around.other_radii - GAP).clip(0.0) / REACTION
+    # Matrices have a row for each other one and a column for each agent.
+    apart_x, apart_y = around.other_positions.T[:, :, None] - around.positions.T[:, None]
+    distance = np.maximum(np.hypot(apart_x, apart_y), TINY)
+    towards_x, towards_y = apart_x / distance, apart_y / distance
+    own_x, own_y = velocities.T
+    other_x, other_y = around.other_velocities.T[:, :, None]
+    own = own_x * towards_x + own_y * towards_y
+    approach = own - (other_x * towards_x + other_y * towards_y)
+    limit = (distance - around.radii - around.other_radii[:, None] - GAP).clip(0.0) / REACTION
     excess = np.minimum(approach - limit, own)  # no walking back
-    excess[around.is_self] = 0.0
-    worst = excess.argmax(axis=1)
-    rows = np.arange(len(worst))
-    slowed: Array = velocities - towards[rows, worst] * excess[rows, worst].clip(0.0)[:, None]
+    excess[around.is_self.T] = 0.0
+    columns = np.arange(len(velocities))
+    worst = excess.argmax(axis=0), columns
+    slowed: Array = (
+        velocities - np.array((towards_x[worst], towards_y[worst])).T * excess[worst].clip(0.0)[:, None]
+    )
     return slowed
 
 

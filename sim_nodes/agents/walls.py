@@ -25,6 +25,9 @@ class Walls:
 
     def __init__(self, known: NavigationMap) -> None:
         self._grid, self._distance = known.grid, known.distance
+        step = known.grid.resolution
+        around = ((0.0, 0.0), (step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step))
+        self._around = np.array(around)[:, None]  # of a point, to find the slope there
 
     def distances(self, points: Array) -> Array:
         """Return the distances of points of shape (n, 2) to the nearest wall, shape (n,) [m]."""
@@ -35,12 +38,10 @@ class Walls:
 
         The directions are unit vectors, or zero where no wall is near.
         """
-        step, count = self._grid.resolution, len(points)
-        shifts = np.array([(0.0, 0.0), (step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)])
-        found = self.distances((shifts[:, None] + points).reshape(-1, 2)).reshape(5, count)
-        slope = np.column_stack([found[1] - found[2], found[3] - found[4]])
-        norm = np.hypot(slope[:, 0], slope[:, 1])
-        away: Array = slope / np.where(norm > 0.0, norm, 1.0)[:, None]
+        found = self.distances((self._around + points).reshape(-1, 2)).reshape(5, len(points))
+        slope = found[1::2] - found[2::2]
+        norm = np.hypot(*slope)
+        away: Array = (slope / np.where(norm > 0.0, norm, 1.0)).T
         return found[0], away
 
     def describe_block(self, line: Sequence[Point], needed: float) -> str:

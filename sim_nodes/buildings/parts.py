@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from seoro.deferred import dataclass
 from sim_nodes.buildings.schema import AutomaticFile, DoorFile, LiftFile
 from sim_nodes.buildings.travel import Limits
 from sim_nodes.geometry import Pose2, quaternion, wrap

@@ -336,14 +336,19 @@ class PybulletEngine:
 
     def _read_state(self, name: str) -> BodyState:
         body = self._bodies[name]
-        centre, turn = pybullet.getBasePositionAndOrientation(body.number, self._client)
-        linear, angular = pybullet.getBaseVelocity(body.number, self._client)
-        orientation = multiply(wxyz(turn), conjugate(body.axes))
-        x, y, z = rotated(orientation, body.centre)
-        (a, b, c), (u, v, w), (p, q, r) = centre, linear, angular
+        position, orientation, (x, y, z) = self._frame(body)
+        (u, v, w), angular = pybullet.getBaseVelocity(body.number, self._client)
+        p, q, r = angular
         # Velocity of the origin: that of the centre minus angular velocity times the arm between them.
         velocity = (u - q * z + r * y, v - r * x + p * z, w - p * y + q * x)
-        return BodyState((a - x, b - y, c - z), orientation, velocity, angular)
+        return BodyState(position, orientation, velocity, angular)
+
+    def _frame(self, body: _Body) -> tuple[Vector, Quaternion, Vector]:
+        """Return position [m] and orientation of a body, and the arm from its origin to the centre of mass [m]."""
+        (a, b, c), turn = pybullet.getBasePositionAndOrientation(body.number, self._client)
+        orientation = multiply(wxyz(turn), conjugate(body.axes))
+        x, y, z = rotated(orientation, body.centre)
+        return (a - x, b - y, c - z), orientation, (x, y, z)
 
     @journaled
     def set_body_state(self, name: str, state: BodyState) -> None:
@@ -389,9 +394,9 @@ class PybulletEngine:
 
     def _driven_frames(self) -> tuple[Array, Array]:
         """Return positions (n, 3) [m] and orientations (n, 4) of the driven bodies."""
-        states = [self.body_state(name) for name in self._driven]
-        places = np.array([state.position for state in states]).reshape(-1, 3)
-        return places, np.array([state.orientation for state in states]).reshape(-1, 4)
+        frames = [self._frame(self._bodies[name]) for name in self._driven]
+        places = np.array([position for position, _, _ in frames]).reshape(-1, 3)
+        return places, np.array([orientation for _, orientation, _ in frames]).reshape(-1, 4)
 
     @property
     def _driven(self) -> tuple[str, ...]:
