@@ -7,7 +7,7 @@ motion planning"). No disc protrudes from the polygon by more than the margin.
 
 from __future__ import annotations
 
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -100,7 +100,7 @@ def cover_of(declaration: MobileDeclaration) -> Cover:
     return polygon_cover(footprint, max(declaration.clearance - declaration.radius, LEAST_MARGIN))
 
 
-@cache
+@lru_cache(maxsize=64)
 def polygon_cover(footprint: Footprint, margin: float) -> Cover:
     """Return discs that contain a polygon and are within `margin` [m] of it, by a greedy choice."""
     corners = footprint.points

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -107,7 +107,7 @@ def _separation(drive: DriveDeclaration) -> float:
     return 2.0 * sum(abs(wheel.y) for wheel in drive.wheels) / len(drive.wheels)
 
 
-@cache
+@lru_cache(maxsize=64)
 def _wheel_matrix(drive: PlanarDrive) -> Array:
     """Return the matrix from the velocity (forwards, left, turning) to wheel speeds, shape (n, 3)."""
     return np.array([_wheel_row(wheel) for wheel in drive.wheels])
@@ -120,7 +120,7 @@ def _wheel_row(wheel: WheelDeclaration) -> tuple[float, float, float]:
     return x, y, wheel.x * y - wheel.y * x
 
 
-@cache
+@lru_cache(maxsize=64)
 def _base_matrix(drive: PlanarDrive) -> Array:
     """Return the matrix from wheel speeds to the velocity of the base; skid steering has no lateral velocity."""
     matrix = _wheel_matrix(drive).copy()

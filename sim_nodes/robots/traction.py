@@ -7,7 +7,7 @@ The friction of the wheels limits them, and so does the torque of the motors alo
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 from defusedxml import ElementTree
@@ -45,7 +45,7 @@ class Traction:
     holds_side: bool
 
 
-@cache
+@lru_cache(maxsize=64)
 def traction_of(
     declaration: RobotDeclaration, drive: PlanarDrive, floor_friction: float = FLOOR_FRICTION
 ) -> Traction:

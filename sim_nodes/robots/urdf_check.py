@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -187,7 +187,7 @@ def _place(link: str, joints: Mapping[str, Any]) -> Frame:
     return frame_of(link, hung)
 
 
-@cache
+@lru_cache(maxsize=16)
 def link_parts(declaration: RobotDeclaration) -> Mapping[str, tuple[Part, ...]]:
     """Return the collision shapes of each link, in the link's frame, by link name."""
     root = ElementTree.fromstring(declaration.urdf)

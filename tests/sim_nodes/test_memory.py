@@ -1,4 +1,4 @@
-"""Memory that was cleared and is not used is returned, such as most of a connection to Bullet."""
+"""Memory of nodes: cleared memory that is not used is returned, and caches are bounded."""
 
 from __future__ import annotations
 
@@ -6,12 +6,17 @@ import mmap
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from sim_nodes.memory import MAPS
+from sim_nodes.navigation.cover import polygon_cover
+from sim_nodes.robots.kinematics import _base_matrix, _wheel_matrix
+from sim_nodes.robots.traction import traction_of
+from sim_nodes.robots.urdf_check import link_parts
 
-pytestmark = pytest.mark.skipif(not MAPS.exists(), reason="needs /proc of Linux")
+on_linux = pytest.mark.skipif(not MAPS.exists(), reason="needs /proc of Linux")
 
 LEAST = 12  # [MiB] returned of a connection to Bullet
 
@@ -54,13 +59,20 @@ def numbers_of(script: str) -> list[float]:
     return [float(word) for word in run.stdout.split()[-2:]]
 
 
+@on_linux
 @pytest.mark.engine("pybullet")
 def test_a_connection_to_bullet_takes_less_memory() -> None:
     whole, less = numbers_of(BULLET)
     assert less < whole - LEAST
 
 
+@on_linux
 def test_content_is_kept() -> None:
     returned, content = numbers_of(CONTENT)
     assert returned > 12.0
     assert content == 5000 * 7
+
+
+@pytest.mark.parametrize("cached", [polygon_cover, link_parts, traction_of, _wheel_matrix, _base_matrix])
+def test_what_is_kept_of_robots_is_bounded(cached: Any) -> None:
+    assert cached.cache_info().maxsize <= 64
