@@ -42,7 +42,7 @@ class Traits:
     Attributes:
         agents: The agents.
         radii: Their radii, shape (n,) [m].
-        avoids: Which of them avoid others in each way, shape (n,).
+        avoids: Mask of the agents with each way to avoid others, shape (n,).
     """
 
     agents: tuple[Agent, ...]
