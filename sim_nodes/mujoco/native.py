@@ -19,7 +19,7 @@ from sim_nodes.geometry import Frame
 from sim_nodes.models.urdf import WORLD_LINK, frame_of, read_origin, text_of
 from sim_nodes.mujoco.actuation import joints_of_tendon
 from sim_nodes.mujoco.files import show_visuals
-from sim_nodes.mujoco.to_urdf import WORLD, body_name, compile_spec, joint_name
+from sim_nodes.mujoco.specs import WORLD, body_name, compile_spec, joint_name
 from sim_nodes.physics import Mjcf
 from sim_nodes.robots.declaration import NativeModel, RobotDeclaration
 from sim_nodes.robots.kinematics import wheel_joints

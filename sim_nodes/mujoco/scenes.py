@@ -12,7 +12,8 @@ from seoro.deferred import dataclass
 from sim_nodes.geometry import Frame, Quaternion, vector
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.scenes import MAX_BODIES
-from sim_nodes.mujoco.to_urdf import WORLD, compile_mjcf, compile_spec, is_free, shapes_of_world, tops_of
+from sim_nodes.mujoco.specs import WORLD, compile_mjcf, compile_spec
+from sim_nodes.mujoco.to_urdf import is_free, shapes_of_world, tops_of
 from sim_nodes.physics import Mjcf
 
 BASE = "scene"  # name of the part that is fixed to the world

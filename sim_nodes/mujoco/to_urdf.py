@@ -12,7 +12,6 @@ import mujoco
 import numpy as np
 import trimesh
 
-from seoro.bridges.wire.refusal import RequestRefused
 from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Quaternion, roll_pitch_yaw, rotated, vector
 from sim_nodes.models import xml_reading as xml
@@ -21,44 +20,14 @@ from sim_nodes.models.obj import to_obj
 from sim_nodes.models.urdf import FIELD, WORLD_LINK, text_of, write_joint, write_origin
 from sim_nodes.mujoco.actuation import efforts_of
 from sim_nodes.mujoco.couplings import Couplings, find_couplings
+from sim_nodes.mujoco.specs import WORLD, body_name, joint_name
 from sim_nodes.mujoco.textures import mean_tint, picture, shows_picture, texture_of, textured_mesh
-from sim_nodes.physics import Mjcf
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 BALL, FREE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_FREE)
 GEOM = mujoco.mjtGeom
-WORLD = 0  # body
 SMALL_MASS, SMALL_INERTIA = "1e-4", "1e-7"  # [kg], [kg m^2] of links between two joints of a body
 INVISIBLE = 0.01  # opacity below which a geom is a helper of the author
-
-
-def compile_mjcf(model: Mjcf) -> Any:
-    """Compile an MJCF model; returns MuJoCo's model.
-
-    Raises:
-        RequestRefused: The model is invalid.
-    """
-    try:
-        spec = mujoco.MjSpec.from_string(model.text, assets=dict(model.assets))
-    except (ValueError, TypeError) as error:
-        raise _refused(error) from error
-    return compile_spec(spec)
-
-
-def compile_spec(spec: Any) -> Any:
-    """Compile a specification; returns MuJoCo's model.
-
-    Raises:
-        RequestRefused: The specification is invalid.
-    """
-    try:
-        return spec.compile()
-    except (ValueError, TypeError) as error:
-        raise _refused(error) from error
-
-
-def _refused(error: Exception) -> RequestRefused:
-    return xml.invalid(f"MuJoCo refuses the model: {' '.join(str(error).split())}")
 
 
 @dataclass
@@ -99,16 +68,6 @@ def urdf_of(model: Any) -> WrittenUrdf:
         for body in tops:
             _add_body(writer, body, parent=WORLD_LINK)
     return WrittenUrdf(writer.out, writer.files, tuple(writer.couplings.notes))
-
-
-def body_name(model: Any, body: int) -> str:
-    """Return the name of a body, or the one that it gets."""
-    return str(model.body(body).name) or f"body_{body}"
-
-
-def joint_name(model: Any, joint: int) -> str:
-    """Return the name of a joint, or the one that it gets."""
-    return str(model.joint(joint).name) or f"joint_{joint}"
 
 
 def tops_of(model: Any) -> list[int]:
