@@ -17,6 +17,7 @@ from seoro.campaign.pool.pool import open_pool
 from seoro.campaign.runs import Row
 from seoro.campaign.space.axes import Axis
 from seoro.campaign.space.finding import find_axes
+from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.store.folder import (
     CampaignFile,
     CampaignFolder,
@@ -36,6 +37,8 @@ from seoro.errors import UsageError
 from seoro.lang.frontend import lower
 from seoro.lang.frozen import Value
 
+SAMPLING: Final = frozenset({"random", "latin", "sobol"})
+"""Strategies with random values, of which the pass rate estimates a probability."""
 _BLOCK: Final = 1 << 20  # [bytes]
 
 
@@ -50,6 +53,8 @@ class Asked(Value):
         keep: Runs that keep their trace and files.
         isolation: Isolation of runs from each other.
         limit: Limit of the wall time of a run.
+        until: Stopping rules, see `seoro.campaign.stopping.grammar`.
+        budget: Wall time of a session, after which no run begins [s].
     """
 
     strategy: Strategy
@@ -59,6 +64,8 @@ class Asked(Value):
     keep: Keep = "failed"
     isolation: Isolation = "worker"
     limit: WallLimit = PROGRAM_LIMIT
+    until: tuple[str, ...] = ()
+    budget: float | None = None
 
 
 def axes_of(scenario: Scenario, options: Options) -> tuple[Axis, ...]:
@@ -97,6 +104,8 @@ def new_campaign(
             help="list values in the scenario, `keep(noise in [0.0, 0.1])`, or repeat it with `--repeat 10`",
         )
     asked.strategy.batches(axes, asked.seed)  # refuses axes that it cannot use
+    is_sample = not axes or (asked.strategy.name in SAMPLING and asked.repeat == 1)
+    _check_rules(asked, is_sample)
     manifest = pack(scenario, options, asked.limit).manifest
     simulator = manifest.options.simulator
     named = "" if simulator is None else simulator.name or simulator.endpoint or ""
@@ -111,8 +120,23 @@ def new_campaign(
         digest=digest_of(manifest, named, __version__),
         simulator=named,
         version=__version__,
+        until=asked.until,
+        budget=asked.budget,
+        is_sample=is_sample,
     )
     return create_folder(folder, campaign, overwrite=overwrite)
+
+
+def _check_rules(asked: Asked, is_sample: bool) -> None:
+    for text in asked.until:
+        if parse_rule(text).needs_samples and not is_sample:
+            reason = f"repeats with `--repeat {asked.repeat}` share values"
+            if asked.strategy.name not in SAMPLING:
+                reason = f"the strategy `{asked.strategy.name}` chooses its values in an order"
+            raise UsageError(
+                f"the stopping rule `{text}` needs runs that are independent of each other: {reason}",
+                help="use `--strategy random` without `--repeat`",
+            )
 
 
 def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scenario]:
@@ -143,7 +167,7 @@ def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scena
         )
     opened = CampaignFolder(folder, campaign)
     if runs is not None:
-        opened.campaign = campaign.model_copy(update={"runs": runs})
+        opened.campaign = campaign.model_copy(update={"runs": runs, "is_extended": True})
         write_campaign(folder, opened.campaign)
     return opened, load(root / campaign.manifest.entry)
 

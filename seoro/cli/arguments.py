@@ -22,6 +22,8 @@ Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 N = TypeVar("N", int, float)
 
+_UNITS: Final = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
+_DURATION: Final = re.compile(r"(?P<number>\d+(\.\d+)?)\s*(?P<unit>s|min|h|d)")
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
@@ -96,6 +98,18 @@ _rate = number("a positive number, or max", float, lambda value: 0.0 < value < m
 def rate(text: str) -> float:
     """Convert a rate in simulated seconds per second; `max` becomes infinity."""
     return math.inf if text == "max" else _rate(text)
+
+
+def duration(text: str) -> float:
+    """Convert a duration to seconds.
+
+    Raises:
+        ArgumentTypeError: The text is invalid.
+    """
+    parts = _DURATION.fullmatch(text)
+    if parts is None:
+        raise argparse.ArgumentTypeError(f"expected a duration such as 90s, 30min, 2h or 1d, found {text!r}")
+    return float(parts["number"]) * _UNITS[parts["unit"]]
 
 
 def domain(text: str) -> int:

@@ -23,6 +23,7 @@ from seoro.campaign.store.folder import CampaignFolder, StrategyText, read_rows
 from seoro.campaign.strategies.choice import make_strategy
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_progress import Progress, print_status
+from seoro.cli.campaign_stopping import add_stopping, status_of_test, watch_of
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.run_arguments import add_run_arguments, settings_of, use_file_settings
@@ -33,6 +34,7 @@ from seoro.errors import UsageError
 EXAMPLES = """examples:
   seoro campaign run noise.osc --sim mujoco --rate max -o out/
   seoro campaign run noise.osc --strategy random --runs 2000 -o out/
+  seoro campaign run noise.osc --strategy random --until 'rate >= 0.95 vs 0.90' --budget 1h -o out/
   seoro campaign status out/
   seoro campaign resume out/ --runs 5000
 
@@ -40,7 +42,8 @@ A campaign varies each parameter with a constraint `in`, such as `keep(noise in 
 `keep(noise in [0.0..0.2])`, that is not set with `--set` or `--params`.
 
 exit status: 0 all passed, 1 some failed, 2 the command line or the scenario is invalid, 3 some ended without a
-verdict, 130 by Ctrl-C, after which `resume` continues"""
+verdict, 130 by Ctrl-C, after which `resume` continues; with --until 'rate >= GOOD vs BAD': 0 good, 1 bad,
+3 undecided or some ended without a verdict"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_option(run_it, "--levels N", "with a grid: number of values of each range", default=0)
     add_option(run_it, "--runs N", "number of runs (default: all of the strategy)")
+    add_stopping(run_it)
     add_option(run_it, "--repeat N", "runs of the same values, with the seeds SEED, SEED + 1, ...", default=1)
     add_option(
         run_it,
@@ -106,6 +110,8 @@ async def _run(options: argparse.Namespace) -> int:
         keep=options.keep,
         isolation=options.isolation or "worker",
         limit=found.limit,
+        until=tuple(options.until),
+        budget=options.budget,
     )
     settings = settings_of(options)
     jobs = _jobs(options)
@@ -123,30 +129,38 @@ async def _resume(options: argparse.Namespace) -> int:
 
 async def _carry_out(folder: CampaignFolder, axes: tuple[Axis, ...], jobs: int) -> int:
     """Carry out a campaign, and write its results, also when it is interrupted."""
-    tally = Tally()
+    tally, watch = Tally(), watch_of(folder.campaign)
     for row in read_rows(folder.folder):
         tally.count(row)
-    progress = Progress(tally, folder.campaign.runs)
+        watch.record(row)
+    progress = Progress(tally, folder.campaign, watch)
     file = folder.campaign.manifest.shown
     seed, repeat = folder.campaign.seed, folder.campaign.repeat
     seeds = f"seed {seed}" if repeat == 1 else f"seeds {seed} to {seed + repeat - 1}"
     print(f"{file}: {folder.campaign.strategy.name} over {count(len(axes), 'parameter')}, {seeds}", flush=True)
     try:
         with progress.showing() as show:
-            async with open_campaign(folder, axes, jobs, show) as coordinator, background() as group:
+            async with (
+                open_campaign(folder, axes, jobs, show, watch.is_enough) as coordinator,
+                background() as group,
+            ):
                 interrupted = _Interruption(coordinator)
                 group.start_soon(interrupted.listen, group.cancel_scope)
-                await coordinator.run()
+                if not watch.is_enough():
+                    await coordinator.run()
     finally:
         files = (write_table(folder.folder), write_junit(folder.folder, file))
         folder.close()
-    print(f"\n{progress.text()}")
+    print(f"\n{progress.text(is_over=not interrupted.has_come)}")
+    if watch.stop is not None:
+        print(f"  stopped: {watch.stop.reason}")
     for path in files:
         print(f"  {path}")
     if interrupted.has_come:
         print(f"  continue with `seoro campaign resume {folder.folder}`")
         return Exit.INTERRUPTED
-    return _status(tally)
+    decided = status_of_test(watch, tally)
+    return _status(tally) if decided is None else decided
 
 
 def _status(tally: Tally) -> Exit:

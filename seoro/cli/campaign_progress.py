@@ -12,7 +12,9 @@ from typing import Final, Protocol
 from seoro.campaign.results.rows import final_rows
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
-from seoro.campaign.store.folder import read_campaign
+from seoro.campaign.stopping.watch import Watch
+from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
+from seoro.cli.campaign_stopping import rate_text, watch_of
 from seoro.cli.output import is_terminal
 
 PERIOD: Final = 10.0  # [s] between lines, without a terminal
@@ -31,13 +33,16 @@ class Progress:
 
     Args:
         before: Counts of earlier sessions.
-        total: Number of runs of the campaign; None if unknown.
+        campaign: The campaign.
+        watch: Counts its verdicts in order.
     """
 
-    def __init__(self, before: Tally, total: int | None) -> None:
+    def __init__(self, before: Tally, campaign: CampaignFile, watch: Watch) -> None:
         self.tally = before
+        self._campaign = campaign
+        self._watch = watch
         self._before = before.runs
-        self._total = total
+        self._total = campaign.runs
         self._begun = time.monotonic()
         self._shown = 0
 
@@ -52,7 +57,7 @@ class Progress:
 
         def show_line(row: Row) -> None:
             nonlocal last
-            self.tally.count(row)
+            self._record(row)
             for line in self._line(row):
                 print(line, flush=True)
             if time.monotonic() - last > PERIOD:
@@ -70,10 +75,10 @@ class Progress:
             task = bar.add_task("", total=self._total, completed=self._before, last="")
 
             def show(row: Row) -> None:
-                self.tally.count(row)
+                self._record(row)
                 for line in self._line(row):
                     bar.console.print(line, markup=False, highlight=False)
-                bar.update(task, completed=self.tally.runs, last=f"{self.tally.text}{self._pace()}")
+                bar.update(task, completed=self.tally.runs, last=self._state())
 
             yield show
 
@@ -99,19 +104,35 @@ class Progress:
             text += f", {_duration((self._total - self.tally.runs) / rate)} left"
         return text
 
-    def text(self) -> str:
-        """Return the progress in one line."""
+    def text(self, *, is_over: bool = False) -> str:
+        """Return the progress in one line.
+
+        Args:
+            is_over: Whether the campaign was carried out to its end.
+        """
         of = f" of {self._total:,}" if self._total is not None else ""
-        return f"{self.tally.runs:,}{of} runs: {self.tally.text}{self._pace()}"
+        return f"{self.tally.runs:,}{of} runs: {self._state(is_over=is_over)}"
+
+    def _state(self, *, is_over: bool = False) -> str:
+        return f"{self.tally.text}{rate_text(self._campaign, self._watch, is_over=is_over)}{self._pace()}"
+
+    def _record(self, row: Row) -> None:
+        self.tally.count(row)
+        self._watch.record(row)
 
 
 def print_status(folder: Path) -> None:
     """Print how far a campaign is."""
     campaign, tally = read_campaign(folder), Tally()
+    watch = watch_of(campaign)
+    for row in read_rows(folder):
+        watch.record(row)
     for row in final_rows(folder):
         tally.count(row)
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
-    print(f"{campaign.manifest.shown}: {tally.runs:,}{of} runs: {tally.text}")
+    print(f"{campaign.manifest.shown}: {tally.runs:,}{of} runs: {tally.text}{rate_text(campaign, watch)}")
+    if watch.stop is not None:
+        print(f"  stopped: {watch.stop.reason}")
 
 
 def _duration(seconds: float) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import re
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import anyio
 
-from seoro.cli.arguments import Container, add_command, add_keys_argument, add_option
+from seoro.cli.arguments import Container, add_command, add_keys_argument, add_option, duration
 from seoro.cli.confirmation import confirm
 from seoro.cli.exit_status import Exit
 from seoro.cli.lab_table import lab_table, plain
@@ -43,8 +42,6 @@ VARIABLE: Final = "SEORO_LAB"  # of the environment, with the lab file
 LOCAL: Final = ("tcp/127.0.0.1:7450", "tcp/127.0.0.1:7460", "tcp/127.0.0.1:7470")
 PERIOD: Final = 1.0  # [s] of `--watch`
 CLEAR: Final = "\x1b[H\x1b[2J"
-_UNITS: Final = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
-_DURATION: Final = re.compile(r"(?P<number>\d+(\.\d+)?)\s*(?P<unit>s|min|h|d)")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -88,18 +85,6 @@ def add_lab_arguments(parser: Container) -> None:
         "Zenoh endpoint of a node, executor or router, in addition to the lab file",
         repeatable=True,
     )
-
-
-def duration(text: str) -> float:
-    """Convert a duration to seconds.
-
-    Raises:
-        ArgumentTypeError: The text is invalid.
-    """
-    parts = _DURATION.fullmatch(text)
-    if parts is None:
-        raise argparse.ArgumentTypeError(f"expected a duration such as 90s, 30min, 2h or 1d, found {text!r}")
-    return float(parts["number"]) * _UNITS[parts["unit"]]
 
 
 async def run(options: argparse.Namespace) -> int:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from enum import Enum
+from typing import Final
 
 from seoro.lang.frozen import Value
+
+ERRORS: Final = 0.05
 
 
 class Decision(Enum):
@@ -29,7 +32,7 @@ class SequentialTest(Value):
 
     good: float
     bad: float
-    errors: float = 0.05
+    errors: float = ERRORS
 
     def ratio(self, successes: int, failures: int) -> float:
         """Return the logarithm of the ratio of the likelihoods of the good and of the bad rate."""

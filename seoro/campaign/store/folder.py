@@ -59,6 +59,10 @@ class CampaignFile(BaseModel):
         digest: Hash of all that determines the runs, see `seoro.campaign.identity`.
         simulator: Name and version of the simulator; empty without one.
         version: Version of seoro.
+        until: Stopping rules, the first of which ends the campaign.
+        budget: Wall time of a session [s]; None without a limit.
+        is_sample: Whether the runs are a sample, so that their pass rate estimates a probability.
+        is_extended: Whether the number of runs was changed after the start.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -73,6 +77,15 @@ class CampaignFile(BaseModel):
     digest: str
     simulator: str
     version: str
+    until: tuple[str, ...] = ()
+    budget: float | None = None
+    is_sample: bool = False
+    is_extended: bool = False
+
+    @property
+    def has_fixed_runs(self) -> bool:
+        """Whether the number of runs depends on no result."""
+        return not self.until and self.budget is None and not self.is_extended
 
 
 class CampaignFolder:

@@ -1,0 +1,101 @@
+"""Rules that end a campaign by the verdicts of its runs."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from seoro.campaign.statistics.rates import live_bounds
+from seoro.campaign.statistics.sequential_test import Decision, SequentialTest
+from seoro.lang.frozen import Value
+
+
+class Stop(Value):
+    """End of a campaign by a rule.
+
+    Args:
+        reason: Reason, for people.
+        decision: Decision about the rate, for rules that decide.
+    """
+
+    reason: str
+    decision: Decision = Decision.OPEN
+
+
+class Rule(Protocol):
+    """Rule that ends a campaign."""
+
+    @property
+    def needs_samples(self) -> bool:
+        """Whether the rule is valid for independent runs only."""
+
+    def check(self, passed: int, failed: int) -> Stop | None:
+        """Return the end of the campaign, or None to continue.
+
+        Args:
+            passed, failed: Number of runs with these verdicts.
+        """
+
+
+class Accuracy(Value):
+    """Ends a campaign when the rate of passed runs is known well enough.
+
+    Args:
+        half_width: Half the width of the interval.
+    """
+
+    half_width: float
+    needs_samples = True
+
+    def check(self, passed: int, failed: int) -> Stop | None:
+        """See `Rule`."""
+        bounds = live_bounds(passed, passed + failed)
+        if (bounds.high - bounds.low) / 2.0 > self.half_width:
+            return None
+        return Stop(f"the pass rate is known to +- {percent(self.half_width)}")
+
+
+class RateTest(Value):
+    """Ends a campaign when a test has decided about the rate of passed runs.
+
+    Args:
+        test: The test.
+    """
+
+    test: SequentialTest
+    needs_samples = True
+
+    def check(self, passed: int, failed: int) -> Stop | None:
+        """See `Rule`."""
+        decision = self.test.decide(passed, failed)
+        if decision is Decision.OPEN:
+            return None
+        good, bad = percent(self.test.good), percent(self.test.bad)
+        found, other = (good, bad) if decision is Decision.GOOD else (bad, good)
+        return Stop(f"the pass rate is {found} rather than {other}", decision)
+
+
+class Failures(Value):
+    """Ends a campaign after a number of failures.
+
+    Args:
+        count: The number.
+    """
+
+    count: int
+    needs_samples = False
+
+    def check(self, passed: int, failed: int) -> Stop | None:
+        """See `Rule`."""
+        if failed < self.count:
+            return None
+        return Stop("first failure" if self.count == 1 else f"{self.count} failures")
+
+
+def percent(share: float) -> str:
+    """Format a share as percentage, with at most two decimals."""
+    return f"{number_of_percent(share)} %"
+
+
+def number_of_percent(share: float) -> str:
+    """Format a share in percent, without the sign."""
+    return f"{100.0 * share:.2f}".rstrip("0").rstrip(".")

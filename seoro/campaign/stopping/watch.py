@@ -1,0 +1,90 @@
+"""Watch over a campaign: the verdicts of its runs in order, and whether a rule ends it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from seoro.campaign.runs import End, Row
+from seoro.campaign.statistics.rates import Bounds, fixed_bounds, live_bounds
+from seoro.campaign.stopping.rules import RateTest, Rule, Stop, number_of_percent, percent
+
+_IS_PASSED: Final = {End.PASSED: True, End.FAILED: False}
+
+
+class Watch:
+    """Counts verdicts in the order of the runs, and applies the stopping rules after each.
+
+    Runs that fail early would otherwise come first, and distort the rate. In the order of their numbers, a rule
+    decides at the same run with any number of workers, and after an interruption.
+
+    Args:
+        rules: Stopping rules, the first of which ends the campaign.
+        budget: Wall time [s] from now; None without a limit.
+        clock: Clock of the budget [s].
+
+    Attributes:
+        passed, failed: Number of runs with these verdicts, up to the first that has not ended.
+        stop: End by a rule or by the budget; None to continue.
+    """
+
+    def __init__(
+        self, rules: Sequence[Rule] = (), budget: float | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.passed = self.failed = 0
+        self._rules = rules
+        self._budget = budget
+        self._clock = clock
+        self._begun = clock()
+        self._next = 1
+        self._early: dict[int, End] = {}  # runs that have ended before an earlier one
+        self.stop: Stop | None = None
+
+    def record(self, row: Row) -> None:
+        """Take the end of a run; repeated rows of a run count once."""
+        if row.run >= self._next:
+            self._early.setdefault(row.run, row.status)
+        while (end := self._early.pop(self._next, None)) is not None:
+            self._next += 1
+            if end in _IS_PASSED:
+                self._count(_IS_PASSED[end])
+
+    def _count(self, is_passed: bool) -> None:
+        self.passed += is_passed
+        self.failed += not is_passed
+        if self.stop is not None:
+            return
+        for rule in self._rules:
+            stop = rule.check(self.passed, self.failed)
+            if stop is not None:
+                runs = self.passed + self.failed
+                self.stop = Stop(f"{stop.reason}, after {runs:,} runs", stop.decision)
+                return
+
+    @property
+    def has_test(self) -> bool:
+        """Whether a rule decides about the rate."""
+        return any(isinstance(rule, RateTest) for rule in self._rules)
+
+    def is_enough(self) -> bool:
+        """Return whether no more runs shall begin, by a rule or by the budget."""
+        if self.stop is None and self._budget is not None and self._clock() - self._begun >= self._budget:
+            self.stop = Stop("the budget is used up")
+        return self.stop is not None
+
+    @property
+    def live_text(self) -> str:
+        """Pass rate with an interval that is valid at any time, for people; needs a verdict."""
+        return self._text(live_bounds, "valid at any time")
+
+    @property
+    def fixed_text(self) -> str:
+        """Pass rate with the exact interval for a fixed number of runs, for people; needs a verdict."""
+        return self._text(fixed_bounds, "95 % confidence")
+
+    def _text(self, bounds_of: Callable[[int, int], Bounds], label: str) -> str:
+        runs = self.passed + self.failed
+        bounds = bounds_of(self.passed, runs)
+        rate = percent(self.passed / runs)
+        return f"pass rate {rate} ({number_of_percent(bounds.low)} to {percent(bounds.high)}, {label})"
