@@ -12,6 +12,7 @@ from typing import Final, Protocol
 from seoro.campaign.results.rows import final_rows
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
+from seoro.campaign.statistics.flaky import find_flaky
 from seoro.campaign.stopping.watch import Watch
 from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
 from seoro.cli.campaign_stopping import rate_text, watch_of
@@ -127,12 +128,18 @@ def print_status(folder: Path) -> None:
     watch = watch_of(campaign)
     for row in read_rows(folder):
         watch.record(row)
-    for row in final_rows(folder):
+    rows = list(final_rows(folder))
+    for row in rows:
         tally.count(row)
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
     print(f"{campaign.manifest.shown}: {tally.runs:,}{of} runs: {tally.text}{rate_text(campaign, watch)}")
     if watch.stop is not None:
         print(f"  stopped: {watch.stop.reason}")
+    for flaky in find_flaky(rows):
+        numbers = ", ".join(str(row.run) for row in flaky.rows)
+        print(
+            f"  runs {numbers} have the same id, but other {'verdicts' if flaky.has_other_verdict else 'traces'}"
+        )
 
 
 def _duration(seconds: float) -> str:

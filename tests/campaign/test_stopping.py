@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -170,6 +171,15 @@ def test_rules_hold_when_a_campaign_is_resumed(run: Run, capsys: pytest.CaptureF
 def test_only_a_fixed_number_of_runs_has_an_exact_interval(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(2.0, "--strategy", "random", "--runs", "5") == 0
     assert "5 of 5 runs: 5 passed, pass rate 100 % (47.82 to 100 %, 95 % confidence)" in capsys.readouterr().out
+    assert main(["campaign", "status", "out"]) == 0
+    assert "same id" not in capsys.readouterr().out
+    (shard,) = Path("out/runs").glob("*.jsonl")
+    first = Row.from_line(shard.read_text(encoding="utf-8").splitlines()[0])
+    with Path("out/runs/other.jsonl").open("w", encoding="utf-8") as file:
+        file.write(replace(first, run=6, status=End.FAILED).to_line())
+    assert main(["campaign", "status", "out"]) == 0
+    assert "  runs 1, 6 have the same id, but other verdicts" in capsys.readouterr().out
+    Path("out/runs/other.jsonl").unlink()
     assert main(["campaign", "resume", "out", "--runs", "8", "-j", "1"]) == 0
     out = capsys.readouterr().out
     assert "8 of 8 runs: 8 passed, pass rate 100 %" in out
