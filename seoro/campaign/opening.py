@@ -15,8 +15,10 @@ from seoro.campaign.identity import digest_of
 from seoro.campaign.planner import Planner
 from seoro.campaign.pool.pool import open_pool
 from seoro.campaign.runs import Row
-from seoro.campaign.space.axes import Axis
+from seoro.campaign.space.defaults import find_defaults
+from seoro.campaign.space.feasible import Feasibility
 from seoro.campaign.space.finding import find_axes
+from seoro.campaign.space.space import Space
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.store.folder import (
     CampaignFile,
@@ -68,17 +70,19 @@ class Asked(Value):
     budget: float | None = None
 
 
-def axes_of(scenario: Scenario, options: Options) -> tuple[Axis, ...]:
+def space_of(scenario: Scenario, options: Options) -> Space:
     """Find what varies in a scenario, apart from parameters that the options set.
 
     Raises:
         InvalidScenario, UsageError: The scenario is unknown, or an option is invalid.
     """
     entry = scenario.entry(options.name).name
-    given = {*options.overrides}
+    given = dict(options.overrides)
     if options.parameters is not None:
-        given |= read_parameters(options.parameters, entry).keys()
-    return find_axes(lower(scenario.checked, options.name, options.overrides), given)
+        given = {**read_parameters(options.parameters, entry), **given}
+    plan = lower(scenario.checked, options.name, options.overrides)
+    axes = find_axes(plan, given)
+    return Space(axes, find_defaults(plan, axes), Feasibility(scenario, options.name, given))
 
 
 def new_campaign(
@@ -97,14 +101,14 @@ def new_campaign(
         InvalidScenario, UsageError: The scenario or the options are invalid, or the folder is taken.
         OSError: The folder cannot be written.
     """
-    axes = axes_of(scenario, options)
-    if asked.runs is None and asked.repeat == 1 and not axes:
+    space = space_of(scenario, options)
+    if asked.runs is None and asked.repeat == 1 and not space.axes:
         raise UsageError(
             f"no parameter varies in `{scenario.entry(options.name).name}`",
             help="list values in the scenario, `keep(noise in [0.0, 0.1])`, or repeat it with `--repeat 10`",
         )
-    asked.strategy.batches(axes, asked.seed)  # refuses axes that it cannot use
-    is_sample = not axes or (asked.strategy.name in SAMPLING and asked.repeat == 1)
+    asked.strategy.batches(space, asked.seed)  # refuses axes that it cannot use
+    is_sample = not space.axes or (asked.strategy.name in SAMPLING and asked.repeat == 1)
     _check_rules(asked, is_sample)
     manifest = pack(scenario, options, asked.limit).manifest
     simulator = manifest.options.simulator
@@ -175,7 +179,7 @@ def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scena
 @asynccontextmanager
 async def open_campaign(
     folder: CampaignFolder,
-    axes: tuple[Axis, ...],
+    space: Space,
     jobs: int,
     on_row: Callable[[Row], object],
     is_enough: Callable[[], bool] = lambda: False,
@@ -184,7 +188,7 @@ async def open_campaign(
 
     Args:
         folder: Its folder.
-        axes: Axes of the campaign.
+        space: Axes of the campaign, and their constraints.
         jobs: Number of simultaneous runs.
         on_row: Called with each row.
         is_enough: Called after each row; returns whether no more runs shall begin.
@@ -193,7 +197,7 @@ async def open_campaign(
         UsageError: The strategy cannot be used with these axes.
         BackendError: No process can be started.
     """
-    planner = Planner(folder, make_strategy(folder.campaign.strategy), axes)
+    planner = Planner(folder, make_strategy(folder.campaign.strategy), space)
     async with open_pool(folder.campaign, folder.folder, jobs) as pool:
         yield Coordinator(folder, planner, pool, on_row, is_enough)
 

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 
 from seoro.campaign.runs import End, Planned, Point, Row
-from seoro.campaign.space.axes import Axis
+from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.campaign.strategies.contract import Batches, Strategy, Told
 from seoro.errors import UsageError
@@ -21,17 +21,17 @@ class Planner:
     Args:
         folder: Folder of the campaign. Planned runs of an earlier session that have not ended come first.
         strategy: Chooses the values.
-        axes: Axes of the campaign.
+        space: Axes of the campaign, and their constraints.
 
     Raises:
         UsageError: The strategy cannot be used with these axes, or a file of the folder is invalid.
     """
 
-    def __init__(self, folder: CampaignFolder, strategy: Strategy, axes: Sequence[Axis]) -> None:
+    def __init__(self, folder: CampaignFolder, strategy: Strategy, space: Space) -> None:
         self._folder = folder
         self._campaign = folder.campaign
         self._strategy = strategy
-        self._batches: Batches | None = strategy.batches(axes, folder.campaign.seed)
+        self._batches: Batches | None = strategy.batches(space, folder.campaign.seed)
         self._has_begun = False
         self._points: list[Point] = []  # of the strategy, the next at the end
         self._repeats: list[Planned] = []  # of the last point, the next at the end

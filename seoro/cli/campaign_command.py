@@ -13,17 +13,17 @@ import anyio
 
 from seoro.bundle.unpack import read_options
 from seoro.campaign.coordinator import Coordinator
-from seoro.campaign.opening import Asked, axes_of, new_campaign, open_campaign, reopen
+from seoro.campaign.opening import Asked, new_campaign, open_campaign, reopen, space_of
 from seoro.campaign.results.junit import write_junit
 from seoro.campaign.results.table import write_table
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
-from seoro.campaign.space.axes import Axis
-from seoro.campaign.store.folder import CampaignFolder, StrategyText, read_rows
-from seoro.campaign.strategies.choice import make_strategy
+from seoro.campaign.space.space import Space
+from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_progress import Progress, print_status
 from seoro.cli.campaign_stopping import add_stopping, status_of_test, watch_of
+from seoro.cli.campaign_strategies import add_strategies, chosen_strategy
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.run_arguments import add_run_arguments, settings_of, use_file_settings
@@ -56,13 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         run_it, "-o --output-dir DIR", "folder of the campaign (default: campaign)", default=Path("campaign")
     )
     add_option(run_it, "--overwrite", "replace another campaign in the folder")
-    add_option(
-        run_it,
-        "--strategy NAME",
-        "what chooses the values: grid (all combinations) or random (default: grid)",
-        default="grid",
-    )
-    add_option(run_it, "--levels N", "with a grid: number of values of each range", default=0)
+    add_strategies(run_it)
     add_option(run_it, "--runs N", "number of runs (default: all of the strategy)")
     add_stopping(run_it)
     add_option(run_it, "--repeat N", "runs of the same values, with the seeds SEED, SEED + 1, ...", default=1)
@@ -101,9 +95,8 @@ async def _run(options: argparse.Namespace) -> int:
     found = use_file_settings(options, scenario, repeats=True)
     if options.seed is None:
         options.seed = secrets.randbits(SEED_BITS)
-    given = {"levels": options.levels} if options.levels else {}
     asked = Asked(
-        strategy=make_strategy(StrategyText(name=options.strategy, options=given)),
+        strategy=chosen_strategy(options),
         seed=options.seed,
         runs=options.runs,
         repeat=options.repeat,
@@ -117,17 +110,17 @@ async def _run(options: argparse.Namespace) -> int:
     jobs = _jobs(options)
     with write_errors(options.output_dir):
         folder = new_campaign(scenario, settings, asked, options.output_dir, overwrite=options.overwrite)
-    return await _carry_out(folder, axes_of(scenario, settings), jobs)
+    return await _carry_out(folder, space_of(scenario, settings), jobs)
 
 
 async def _resume(options: argparse.Namespace) -> int:
     folder, scenario = reopen(options.folder, options.runs)
     manifest = folder.campaign.manifest
     settings = read_options(manifest, Path(manifest.root or "."))
-    return await _carry_out(folder, axes_of(scenario, settings), options.jobs or _processors())
+    return await _carry_out(folder, space_of(scenario, settings), options.jobs or _processors())
 
 
-async def _carry_out(folder: CampaignFolder, axes: tuple[Axis, ...], jobs: int) -> int:
+async def _carry_out(folder: CampaignFolder, space: Space, jobs: int) -> int:
     """Carry out a campaign, and write its results, also when it is interrupted."""
     tally, watch = Tally(), watch_of(folder.campaign)
     for row in read_rows(folder.folder):
@@ -137,11 +130,12 @@ async def _carry_out(folder: CampaignFolder, axes: tuple[Axis, ...], jobs: int) 
     file = folder.campaign.manifest.shown
     seed, repeat = folder.campaign.seed, folder.campaign.repeat
     seeds = f"seed {seed}" if repeat == 1 else f"seeds {seed} to {seed + repeat - 1}"
-    print(f"{file}: {folder.campaign.strategy.name} over {count(len(axes), 'parameter')}, {seeds}", flush=True)
+    varying = count(len(space.axes), "parameter")
+    print(f"{file}: {folder.campaign.strategy.name} over {varying}, {seeds}", flush=True)
     try:
         with progress.showing() as show:
             async with (
-                open_campaign(folder, axes, jobs, show, watch.is_enough) as coordinator,
+                open_campaign(folder, space, jobs, show, watch.is_enough) as coordinator,
                 background() as group,
             ):
                 interrupted = _Interruption(coordinator)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
 from seoro.bridges.executor.messages import BundledOptions, BundleFile, Manifest
 from seoro.campaign.planner import MOST_IMPOSSIBLE, Planner
 from seoro.campaign.runs import End, Planned, Point, Row
-from seoro.campaign.space.axes import Axis
+from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFile, CampaignFolder, StrategyText, create_folder, shard
 from seoro.campaign.store.lines import Appender
 from seoro.campaign.strategies.contract import Batches, Strategy
@@ -25,8 +26,9 @@ class Counting(Value):
     number: int = 1_000_000_000
     name = "counting"
     is_learning = False
+    helps: ClassVar[Mapping[str, str]] = {}
 
-    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+    def batches(self, space: Space, seed: int) -> Batches:
         """Yield them one by one."""
         for number in range(self.number):
             yield [Point({"a": str(number)})]
@@ -37,8 +39,9 @@ class Climbing(Value):
 
     name = "climbing"
     is_learning = True
+    helps: ClassVar[Mapping[str, str]] = {}
 
-    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+    def batches(self, space: Space, seed: int) -> Batches:
         """Yield batches of three."""
         best = 0
         while True:
@@ -86,12 +89,12 @@ def again(folder: CampaignFolder, strategy: Strategy) -> tuple[CampaignFolder, P
     """Open a campaign once more."""
     folder.close()
     opened = CampaignFolder(folder.folder, folder.campaign)
-    return opened, Planner(opened, strategy, ())
+    return opened, Planner(opened, strategy, Space())
 
 
 def test_runs_are_planned_when_they_are_needed(tmp_path: Path) -> None:
     folder = campaign(tmp_path, repeat=2)
-    planner = Planner(folder, Counting(), ())
+    planner = Planner(folder, Counting(), Space())
     first, second, third = planner.take(3)
     assert [each.number for each in (first, second, third)] == [1, 2, 3]
     assert [(each.variant, each.repeat, each.seed) for each in (first, second, third)] == [
@@ -103,7 +106,7 @@ def test_runs_are_planned_when_they_are_needed(tmp_path: Path) -> None:
 
 def test_the_number_of_runs_does_not_count_impossible_ones(tmp_path: Path) -> None:
     folder = campaign(tmp_path, runs=3)
-    planner = Planner(folder, Counting(), ())
+    planner = Planner(folder, Counting(), Space())
     assert len(planner.take(10)) == 3 and planner.is_over
     planner.record(row_of(Planned(1, 1, 1, 7, {}, ""), End.IMPOSSIBLE))
     assert not planner.is_over
@@ -113,7 +116,7 @@ def test_the_number_of_runs_does_not_count_impossible_ones(tmp_path: Path) -> No
 
 def test_constraints_that_exclude_everything_end_the_campaign(tmp_path: Path) -> None:
     folder = campaign(tmp_path, runs=3)
-    planner = Planner(folder, Counting(), ())
+    planner = Planner(folder, Counting(), Space())
     with pytest.raises(UsageError, match=f"exclude all of the first {MOST_IMPOSSIBLE} runs"):
         for _ in range(MOST_IMPOSSIBLE):
             [planned] = planner.take(1)
@@ -123,7 +126,7 @@ def test_constraints_that_exclude_everything_end_the_campaign(tmp_path: Path) ->
 
 def test_what_has_not_ended_is_planned_again_after_an_interruption(tmp_path: Path) -> None:
     folder = campaign(tmp_path, repeat=2)
-    planner = Planner(folder, Counting(4), ())
+    planner = Planner(folder, Counting(4), Space())
     taken = planner.take(5)
     store(folder, [row_of(taken[0]), row_of(taken[3])])
     folder, planner = again(folder, Counting(4))
@@ -148,10 +151,10 @@ def test_a_strategy_that_learns_continues_as_without_an_interruption(tmp_path: P
         return seen
 
     whole = campaign(tmp_path / "whole")
-    expected = play(whole, Planner(whole, Climbing(), ()), 4)
+    expected = play(whole, Planner(whole, Climbing(), Space()), 4)
     whole.close()
     parted = campaign(tmp_path / "parted")
-    found = play(parted, Planner(parted, Climbing(), ()), 2)
+    found = play(parted, Planner(parted, Climbing(), Space()), 2)
     parted, planner = again(parted, Climbing())
     found += play(parted, planner, 2)
     assert found == expected
@@ -160,10 +163,10 @@ def test_a_strategy_that_learns_continues_as_without_an_interruption(tmp_path: P
 
 def test_a_campaign_whose_strategy_chooses_otherwise_is_refused(tmp_path: Path) -> None:
     folder = campaign(tmp_path)
-    Planner(folder, Counting(), ()).take(2)
+    Planner(folder, Counting(), Space()).take(2)
 
     class Other(Counting):
-        def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+        def batches(self, space: Space, seed: int) -> Batches:
             yield [Point({"a": "x"}), Point({"a": "y"})]
 
     with pytest.raises(UsageError, match="chooses other values than before"):
@@ -172,7 +175,7 @@ def test_a_campaign_whose_strategy_chooses_otherwise_is_refused(tmp_path: Path) 
 
 def test_torn_last_lines_are_cut_off(tmp_path: Path) -> None:
     folder = campaign(tmp_path)
-    planner = Planner(folder, Counting(), ())
+    planner = Planner(folder, Counting(), Space())
     first, second = planner.take(2)
     store(folder, [row_of(first)])
     with shard(folder.folder, "worker").open("a") as file:
@@ -190,7 +193,7 @@ def test_invalid_lines_are_reported_with_their_place(tmp_path: Path) -> None:
     store(folder, [])
     shard(folder.folder, "worker").write_text('{"run": 1}\n')
     with pytest.raises(UsageError, match=r"worker.jsonl:1: invalid row"):
-        Planner(folder, Counting(), ())
+        Planner(folder, Counting(), Space())
     folder.close()
 
 

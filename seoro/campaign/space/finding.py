@@ -36,18 +36,18 @@ class _Finding:
         self._plan = plan
         self._given = given
         self._found: dict[str, Axis] = {}
-        self._constants = Environment(Composed("constants", Fields()), plan)
+        self._constants = constants_of(plan)
 
     def axes(self) -> tuple[Axis, ...]:
         scenario = self._plan.scenarios[self._plan.entry]
         roots = (self._plan.globals, scenario.structure)
         fields = {name: field.type for root in roots for name, field in root.fields.items()}
         for condition in _conditions([*self._plan.globals.members, *scenario.structure.members]):
-            self._add(condition, _path(condition.item, of_it=False), fields)
+            self._add(condition, path_of(condition.item, of_it=False), fields)
         for name, invocation in named_invocations(scenario.body).items():
             of_it = {key: field.type for key, field in self._invoked(invocation).fields.items()}
             for condition in _conditions(invocation.constraints):
-                self._add(condition, _path(condition.item, of_it=True), of_it, f"{name}.")
+                self._add(condition, path_of(condition.item, of_it=True), of_it, f"{name}.")
         return tuple(self._found.values())
 
     def _invoked(self, invocation: plan_.InvokeAction | plan_.InvokeScenario) -> plan_.Structure:
@@ -81,26 +81,32 @@ class _Finding:
 
     def _axis(self, container: Expression, path: str, type_: plan_.ValueType) -> Axis | None:
         if isinstance(container, ListOf):
-            numbers = [self._number(item) for item in container.items]
+            numbers = [number_of(item, self._constants) for item in container.items]
             known = [number for number in numbers if number is not None]
             texts = dict.fromkeys(item.span.text for item in container.items)
             is_ordered = len(known) == len(texts)
             return Choices(path, tuple(texts), tuple(known) if is_ordered else None, container.span)
         if not isinstance(container, RangeOf):
             return None
-        low, high = self._number(container.low), self._number(container.high)
+        low, high = (number_of(bound, self._constants) for bound in (container.low, container.high))
         if low is None or high is None:  # bounds that depend on other parameters: each run draws
             return None
         is_whole = isinstance(type_, plan_.PrimitiveType) and type_.name != "float"
         return Interval(path, min(low, high), max(low, high), is_whole, type_, container.span)
 
-    def _number(self, expression: Expression) -> float | None:
-        """Return the value of a constant expression; None for others, and for values without order."""
-        try:
-            value = evaluate(expression, self._constants)
-        except (EvaluationError, KeyError):
-            return None
-        return value if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+def constants_of(plan: Plan) -> Environment:
+    """Return an environment for constant expressions."""
+    return Environment(Composed("constants", Fields()), plan)
+
+
+def number_of(expression: Expression, constants: Environment) -> float | None:
+    """Return the value of a constant expression; None for others, and for values without order."""
+    try:
+        value = evaluate(expression, constants)
+    except (EvaluationError, KeyError):
+        return None
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _conditions(members: Iterable[object]) -> Iterator[Contains]:
@@ -139,7 +145,7 @@ def _with_values(axis: Axis) -> Axis:
     return axis
 
 
-def _path(item: Expression, *, of_it: bool) -> str | None:
+def path_of(item: Expression, *, of_it: bool) -> str | None:
     """Return the path of a parameter of the scenario, or of `it` in a `with` block; None for other expressions."""
     match item:
         case Member(Binding("it"), name) if of_it:
@@ -147,7 +153,7 @@ def _path(item: Expression, *, of_it: bool) -> str | None:
         case Field(name) | Global(name) if not of_it:
             return name
         case Member(base, name):
-            around = _path(base, of_it=of_it)
+            around = path_of(base, of_it=of_it)
             return None if around is None else f"{around}.{name}"
         case _:
             return None

@@ -6,11 +6,11 @@ in the order of the points. So a campaign has the same runs with any number of w
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from typing import Protocol, TypeAlias
 
 from seoro.campaign.runs import Point, Row
-from seoro.campaign.space.axes import Axis
+from seoro.campaign.space.space import Space
 from seoro.lang.frozen import Value
 
 
@@ -41,11 +41,15 @@ class Strategy(Protocol):
     def is_learning(self) -> bool:
         """Whether it needs the results of each batch before the next."""
 
-    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+    @property
+    def helps(self) -> Mapping[str, str]:
+        """Descriptions of its options, which are its fields, for the command line."""
+
+    def batches(self, space: Space, seed: int) -> Batches:
         """Return the batches of points; refuses axes at once, not with the first batch.
 
         Args:
-            axes: Axes of the campaign.
+            space: Axes of the campaign, and their constraints.
             seed: Seed of all its random numbers.
 
         Raises:

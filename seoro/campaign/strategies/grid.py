@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice, product
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis, Choices
+from seoro.campaign.space.space import Space
 from seoro.campaign.strategies.contract import Batches
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
 BATCH = 256  # points made at a time
+LEVELS = "number of values of each range"
 
 T = TypeVar("T")
 
@@ -27,26 +29,43 @@ class Grid(Value):
     levels: int = 0
     name = "grid"
     is_learning = False
+    helps: ClassVar[Mapping[str, str]] = {"levels": LEVELS}
 
-    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+    def batches(self, space: Space, seed: int) -> Batches:
         """Return the combinations; see `Strategy`."""
-        listed = [axis for axis in axes if isinstance(axis, Choices) or self.levels]
-        if axes and not listed:
-            axis = axes[0]
-            raise UsageError(
-                f"`{axis.path}` varies within a range, of which a grid has no values",
-                axis.span,
-                help="add `--levels 5` for five values of each range, or choose `--strategy random --runs 200`",
-            )
-        return self._combinations(listed)
+        return self._combinations(listed_axes(space, self.levels, self.name))
 
     def _combinations(self, axes: Sequence[Axis]) -> Batches:
         paths = [axis.path for axis in axes]
-        for batch in batches_of(product(*map(self._texts, axes))):
+        for batch in batches_of(product(*(values_of(axis, self.levels) for axis in axes))):
             yield [Point(dict(zip(paths, texts, strict=True))) for texts in batch]
 
-    def _texts(self, axis: Axis) -> Sequence[str]:
-        return axis.texts if isinstance(axis, Choices) else axis.levels(self.levels)
+
+def listed_axes(space: Space, levels: int, name: str) -> Sequence[Axis]:
+    """Return the axes that have a number of values.
+
+    Args:
+        space: The space.
+        levels: Number of values of each range; 0 for none.
+        name: Name of the strategy, for the message.
+
+    Raises:
+        UsageError: All axes are ranges without values.
+    """
+    listed = [axis for axis in space.axes if isinstance(axis, Choices) or levels]
+    if space.axes and not listed:
+        axis = space.axes[0]
+        raise UsageError(
+            f"`{axis.path}` varies within a range, of which the strategy `{name}` has no values",
+            axis.span,
+            help="add `--levels 5` for five values of each range, or choose `--strategy random --runs 200`",
+        )
+    return listed
+
+
+def values_of(axis: Axis, levels: int) -> Sequence[str]:
+    """Return the values of an axis; of a range, equidistant ones."""
+    return axis.texts if isinstance(axis, Choices) else axis.levels(levels)
 
 
 def batches_of(items: Iterable[T]) -> Iterator[Sequence[T]]:

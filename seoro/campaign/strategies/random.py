@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from random import Random
+from typing import ClassVar
 
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis
+from seoro.campaign.space.space import Space
 from seoro.campaign.strategies.contract import Batches
 from seoro.campaign.strategies.grid import batches_of
 from seoro.lang.frozen import Value
@@ -17,10 +19,11 @@ class Uniform(Value):
 
     name = "random"
     is_learning = False
+    helps: ClassVar[Mapping[str, str]] = {}
 
-    def batches(self, axes: Sequence[Axis], seed: int) -> Batches:
+    def batches(self, space: Space, seed: int) -> Batches:
         """Return the draws; see `Strategy`."""
-        yield from batches_of(_draws(axes, Random(seed)))  # noqa: S311 - not for secrets
+        yield from batches_of(_draws(space.axes, Random(seed)))  # noqa: S311 - not for secrets
 
 
 def _draws(axes: Sequence[Axis], random: Random) -> Iterator[Point]:
