@@ -1,17 +1,30 @@
-"""Statistics of campaigns: how often intervals exclude the true rate, and how many runs a test needs.
+"""Measurements of campaigns: `python -m benchmarks.campaigns PART`.
 
-python -m benchmarks.campaigns intervals
+Part `intervals`: how often intervals exclude the true rate, and how many runs a test needs.
+Part `search`: runs until the first failure of each strategy, for a planted failure of 0.26 % of the space.
+Part `covering`: rows and processor time of covering arrays.
 """
 
 from __future__ import annotations
 
 import argparse
+import statistics
+import time
 
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.statistics.sequential_test import SequentialTest
+from seoro.campaign.strategies.contract import Strategy
+from seoro.campaign.strategies.covering import covering_rows
+from seoro.campaign.strategies.latin import Latin
+from seoro.campaign.strategies.random import Uniform
+from seoro.campaign.strategies.search import Search
+from seoro.campaign.strategies.sobol import Sobol
+from tests.campaign.planted import COLUMN, Planted, runs_until_failure
 from tests.campaign.statistics.exact import decisions, probability_of_exclusion
 
 RATES = (0.5, 0.9, 0.97)
+MOST = 400  # runs of a search
+ARRAYS = ((10, 4, 2), (20, 5, 2), (8, 3, 3), (10, 4, 3))  # parameters, values, strength
 TEST = SequentialTest(good=0.97, bad=0.90)
 
 
@@ -31,12 +44,45 @@ def intervals(runs: int) -> None:
         print(f"  rate {rate}: decides for {TEST.good} in {accepted:.1%}, after {mean:.0f} runs on average")
 
 
+def search(repetitions: int) -> None:
+    """Print the runs until the first failure."""
+    strategies: tuple[Strategy, ...] = (Uniform(), Sobol(), Latin(MOST), Search(COLUMN))
+    print(f"{'strategy':10} {'median':>7} {'90 %':>7} {'found':>10} {'ms a run':>9}")
+    for strategy in strategies:
+        begun = time.process_time()
+        runs = [runs_until_failure(strategy, Planted(seed), seed, MOST) for seed in range(repetitions)]
+        cost = (time.process_time() - begun) / sum(runs) * 1000
+        found = sum(number <= MOST for number in runs)
+        last = sorted(runs)[int(0.9 * repetitions)]
+        print(f"{strategy.name:10} {statistics.median(runs):7.0f} {last:7} {found:4} of {repetitions} {cost:9.3f}")
+
+
+def covering(repetitions: int) -> None:
+    """Print the sizes of covering arrays."""
+    for number, values, strength in ARRAYS:
+        begun = time.process_time()
+        sizes = [
+            len(list(covering_rows([values] * number, strength, seed, lambda _: True)))
+            for seed in range(repetitions)
+        ]
+        cost = (time.process_time() - begun) / repetitions
+        print(
+            f"{number} parameters with {values} values, {strength} at a time: "
+            f"{min(sizes)} to {max(sizes)} rows, {cost:.2f} s"
+        )
+
+
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=["intervals"])
-    parser.add_argument("--runs", type=int, default=2000)
-    intervals(parser.parse_args().runs)
+    parser.add_argument("part", choices=["intervals", "search", "covering"])
+    parser.add_argument("--runs", type=int, default=2000, help="of intervals")
+    parser.add_argument("--repetitions", type=int, default=100, help="of search and covering")
+    options = parser.parse_args()
+    if options.part == "intervals":
+        intervals(options.runs)
+    else:
+        {"search": search, "covering": covering}[options.part](options.repetitions)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+import anyio
+
 from seoro.campaign.engine import Engine, WorkerDied
 from seoro.campaign.identity import run_id
 from seoro.campaign.planner import Planner
@@ -56,9 +58,12 @@ class Coordinator:
             UsageError: No run is possible.
             BackendError: No worker can be started.
         """
-        async with asyncio.TaskGroup() as group:
-            for _ in range(self._engine.slots):
-                group.create_task(self._serve())
+        try:
+            async with anyio.create_task_group() as group:
+                for _ in range(self._engine.slots):
+                    group.start_soon(self._serve)
+        except ExceptionGroup as errors:
+            raise errors.exceptions[0] from None
 
     def stop(self) -> None:
         """Begin no more runs, and stop those in progress; they can be resumed."""

@@ -124,7 +124,7 @@ def test_a_changed_scenario_is_not_continued(write: Write, capsys: pytest.Captur
     ("arguments", "message"),
     [
         (["--set", "noise=0.0", "--set", "way=1m", "--set", "shift=0.5"], "no parameter varies in `main`"),
-        (["--set", "noise=0.0", "--set", "way=1m"], "of which a grid has no values"),
+        (["--set", "noise=0.0", "--set", "way=1m"], "of which the strategy `grid` has no values"),
         (["--strategy", "gird"], "did you mean `grid`"),
         (["--world", "maze"], "`--world` needs a simulator"),
         (["--connect", "tcp/127.0.0.1:1", "-j", "2"], "are sequential"),

@@ -13,11 +13,13 @@ from seoro.campaign.strategies.grid import Grid
 from seoro.campaign.strategies.latin import Latin
 from seoro.campaign.strategies.pairwise import Pairwise
 from seoro.campaign.strategies.random import Uniform
+from seoro.campaign.strategies.search import Search
+from seoro.campaign.strategies.sobol import Sobol
 from seoro.errors import UsageError
 from seoro.lang.diagnostics import near
 from seoro.lang.frozen import Value
 
-_ALL: Final[tuple[type[Any], ...]] = (Grid, Uniform, Latin, Pairwise, Boundary)
+_ALL: Final[tuple[type[Any], ...]] = (Grid, Uniform, Latin, Sobol, Pairwise, Boundary, Search)
 STRATEGIES: Final[Mapping[str, type[Any]]] = {each.name: each for each in _ALL}
 """Classes of strategies; their fields are their options."""
 

@@ -1,0 +1,92 @@
+"""Search for failures by the cross-entropy method, in pure Python.
+
+Each batch is drawn from a distribution of each axis, which then moves to the best points so far (Rubinstein, "The
+cross-entropy method for combinatorial and continuous optimization", 1999). The first batch is a Latin hypercube.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from random import Random
+from typing import ClassVar, Final, TypeAlias
+
+from seoro.campaign.runs import Point
+from seoro.campaign.space.axes import Axis, Choices
+from seoro.campaign.space.space import Space
+from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.distributions import Distribution, Normal, Weights
+from seoro.campaign.strategies.objective import MARGIN, has_objective, objective
+from seoro.errors import UsageError
+from seoro.lang.frozen import Value
+
+BATCH: Final = 20  # points between two lessons
+ELITE: Final = 5  # best points that the distributions move to
+EXPLORED: Final = 0.1  # of a batch, drawn uniformly, to leave a local minimum
+TRIES: Final = 100  # draws until constraints allow the values
+
+Shares: TypeAlias = tuple[float, ...]
+"""Share of each axis, from 0 to less than 1."""
+
+
+class Search(Value):
+    """Search for the least value of a column; failed runs have the least of all.
+
+    Args:
+        minimize: Column: `margin`, `duration` or a measurement such as `robot.closest_approach`.
+    """
+
+    minimize: str = MARGIN
+    name = "search"
+    is_learning = True
+    helps: ClassVar[Mapping[str, str]] = {
+        "minimize": "column that is small near failures, such as robot.closest_approach (default: margin)"
+    }
+
+    def batches(self, space: Space, seed: int) -> Batches:
+        """Return the batches; see `Strategy`."""
+        if not space.axes:
+            raise UsageError("a search needs a parameter that varies")
+        return self._batches(space, Random(seed))  # noqa: S311 - not for secrets
+
+    def _batches(self, space: Space, random: Random) -> Batches:
+        known: list[tuple[float, Shares]] = []
+        is_known = False
+        distributions = [_distribution(axis) for axis in space.axes]
+        drawn = list(_hypercube(len(space.axes), random))
+        while True:
+            told = yield [Point(_texts(space.axes, shares)) for shares in drawn]
+            values = [objective(self.minimize, each) for each in told]
+            known += [(value, shares) for value, shares in zip(values, drawn, strict=True) if value is not None]
+            is_known = is_known or has_objective(self.minimize, told)
+            known = sorted(known, key=lambda each: each[0])[:ELITE]
+            if len(known) == ELITE:
+                for index, distribution in enumerate(distributions):
+                    distribution.learn([shares[index] for _, shares in known])
+            drawn = [_draw(distributions, space, random) for _ in range(BATCH)]
+
+
+def _distribution(axis: Axis) -> Distribution:
+    if isinstance(axis, Choices) and (axis.numbers is None or list(axis.numbers) != sorted(axis.numbers)):
+        return Weights(len(axis.texts))
+    return Normal()
+
+
+def _hypercube(number: int, random: Random) -> Iterator[Shares]:
+    """Yield the points of a Latin hypercube."""
+    parts = [random.sample(range(BATCH), BATCH) for _ in range(number)]
+    for point in zip(*parts, strict=True):
+        yield tuple((part + random.random()) / BATCH for part in point)
+
+
+def _draw(distributions: Sequence[Distribution], space: Space, random: Random) -> Shares:
+    """Draw a point that constraints allow."""
+    is_explored = random.random() < EXPLORED
+    for _ in range(TRIES):
+        shares = tuple(random.random() if is_explored else each.draw(random) for each in distributions)
+        if space.is_feasible(_texts(space.axes, shares)):
+            break
+    return shares
+
+
+def _texts(axes: Sequence[Axis], shares: Shares) -> dict[str, str]:
+    return {axis.path: axis.at(share) for axis, share in zip(axes, shares, strict=True)}
