@@ -30,7 +30,7 @@ from seoro.campaign.store.folder import (
     write_campaign,
 )
 from seoro.campaign.strategies.choice import make_strategy, text_of
-from seoro.campaign.strategies.contract import Strategy
+from seoro.campaign.strategies.contract import Sampling, Strategy
 from seoro.embed.options import Options
 from seoro.embed.parameter_files import read_parameters
 from seoro.embed.scenarios import Scenario, load
@@ -39,8 +39,6 @@ from seoro.errors import UsageError
 from seoro.lang.frontend import lower
 from seoro.lang.frozen import Value
 
-SAMPLING: Final = frozenset({"random", "latin", "sobol"})
-"""Strategies with random values, of which the pass rate estimates a probability."""
 _BLOCK: Final = 1 << 20  # [bytes]
 
 
@@ -108,7 +106,7 @@ def new_campaign(
             help="list values in the scenario, `keep(noise in [0.0, 0.1])`, or repeat it with `--repeat 10`",
         )
     asked.strategy.batches(space, asked.seed)  # refuses axes that it cannot use
-    is_sample = not space.axes or (asked.strategy.name in SAMPLING and asked.repeat == 1)
+    is_sample = not space.axes or (asked.strategy.sampling is Sampling.INDEPENDENT and asked.repeat == 1)
     _check_rules(asked, is_sample)
     manifest = pack(scenario, options, asked.limit).manifest
     simulator = manifest.options.simulator
@@ -135,8 +133,8 @@ def _check_rules(asked: Asked, is_sample: bool) -> None:
     for text in asked.until:
         if parse_rule(text).needs_samples and not is_sample:
             reason = f"repeats with `--repeat {asked.repeat}` share values"
-            if asked.strategy.name not in SAMPLING:
-                reason = f"the strategy `{asked.strategy.name}` chooses its values in an order"
+            if asked.strategy.sampling is not Sampling.INDEPENDENT:
+                reason = f"the strategy `{asked.strategy.name}` does not draw its values independently"
             raise UsageError(
                 f"the stopping rule `{text}` needs runs that are independent of each other: {reason}",
                 help="use `--strategy random` without `--repeat`",

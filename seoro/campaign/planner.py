@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from seoro.campaign.runs import End, Planned, Point, Row
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFolder, read_rows
-from seoro.campaign.strategies.contract import Batches, Strategy, Told
+from seoro.campaign.strategies.contract import Batches, Sampling, Strategy, Told
 from seoro.errors import UsageError
 
 MOST_IMPOSSIBLE = 1000  # runs without a possible one among them, before planning is given up
@@ -139,12 +139,13 @@ class Planner:
         campaign = self._campaign
         why = f"{self._strategy.name}: {point.reason}" if point.reason else self._strategy.name
         first = (self._variants - 1) * campaign.repeat + 1
+        seed = campaign.seed + (first - 1 if self._strategy.sampling is not Sampling.NONE else 0)
         return [
             Planned(
                 number=first + repeat,
                 variant=self._variants,
                 repeat=repeat + 1,
-                seed=campaign.seed + repeat,
+                seed=seed + repeat,
                 values=point.values,
                 strategy=why,
                 parent=point.parent,

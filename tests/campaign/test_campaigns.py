@@ -75,7 +75,7 @@ def test_each_possible_combination_is_run_once(write: Write, capsys: pytest.Capt
     assert rows[2]["reason"] == "`compare` failed: `0.2 < 0.1` is false"
     assert rows[2]["reason_key"] == "`compare` failed: `# < #` is false"
     assert rows[2]["where"].startswith("main.osc:15")
-    assert all(0.0 <= float(row["record.shift"]) <= 1.0 for row in rows)
+    assert all(0.0 <= float(row["record.shift"]) <= 1.0 for row in rows[:2])
     assert len({row["trace_sha"] for row in rows}) == 3
     assert [bool(row["folder"]) for row in rows] == [False, False, True], "only what did not pass is kept"
     assert (Path("out") / rows[2]["folder"] / "trace.jsonl").is_file()

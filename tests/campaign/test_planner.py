@@ -15,7 +15,7 @@ from seoro.campaign.runs import End, Planned, Point, Row
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFile, CampaignFolder, StrategyText, create_folder, shard
 from seoro.campaign.store.lines import Appender
-from seoro.campaign.strategies.contract import Batches, Strategy
+from seoro.campaign.strategies.contract import Batches, Sampling, Strategy
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
@@ -26,6 +26,7 @@ class Counting(Value):
     number: int = 1_000_000_000
     name = "counting"
     is_learning = False
+    sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {}
 
     def batches(self, space: Space, seed: int) -> Batches:
@@ -39,6 +40,7 @@ class Climbing(Value):
 
     name = "climbing"
     is_learning = True
+    sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {}
 
     def batches(self, space: Space, seed: int) -> Batches:

@@ -9,7 +9,7 @@ from typing import ClassVar, Final
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis, Choices
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.campaign.strategies.grid import batches_of
 from seoro.lang.frozen import Value
 
@@ -29,6 +29,7 @@ class Boundary(Value):
     pairs: bool = False
     name = "boundary"
     is_learning = False
+    sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {"pairs": "also run any two parameters at their boundaries"}
 
     def batches(self, space: Space, seed: int) -> Batches:

@@ -7,6 +7,7 @@ in the order of the points. So a campaign has the same runs with any number of w
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
+from enum import Enum
 from typing import Protocol, TypeAlias
 
 from seoro.campaign.runs import Point, Row
@@ -26,6 +27,14 @@ class Told(Value):
     rows: tuple[Row, ...]
 
 
+class Sampling(Enum):
+    """Relation of the points of a strategy to the whole space."""
+
+    NONE = "none"  # points in an order, all with the same seeds, so that only their values differ
+    SPREAD = "spread"  # samples spread evenly, each with a seed of its own
+    INDEPENDENT = "independent"  # independent samples, each with a seed of its own: rates have intervals
+
+
 Batches: TypeAlias = Generator[Sequence[Point], Sequence[Told], None]
 """Batches of points; strategies that do not learn are sent nothing."""
 
@@ -40,6 +49,10 @@ class Strategy(Protocol):
     @property
     def is_learning(self) -> bool:
         """Whether it needs the results of each batch before the next."""
+
+    @property
+    def sampling(self) -> Sampling:
+        """Relation of its points to the whole space."""
 
     @property
     def helps(self) -> Mapping[str, str]:

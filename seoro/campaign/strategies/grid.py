@@ -9,7 +9,7 @@ from typing import ClassVar, TypeVar
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis, Choices
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
@@ -29,6 +29,7 @@ class Grid(Value):
     levels: int = 0
     name = "grid"
     is_learning = False
+    sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {"levels": LEVELS}
 
     def batches(self, space: Space, seed: int) -> Batches:

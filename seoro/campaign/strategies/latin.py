@@ -12,7 +12,7 @@ from typing import ClassVar
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.campaign.strategies.grid import batches_of
 from seoro.campaign.strategies.permutation import Permutation
 from seoro.errors import UsageError
@@ -29,6 +29,7 @@ class Latin(Value):
     size: int = 0
     name = "latin"
     is_learning = False
+    sampling = Sampling.SPREAD
     helps: ClassVar[Mapping[str, str]] = {"size": "number of points of a hypercube (default: of --runs)"}
 
     def batches(self, space: Space, seed: int) -> Batches:

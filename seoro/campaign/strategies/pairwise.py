@@ -9,7 +9,7 @@ from typing import ClassVar
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.campaign.strategies.covering import MOST, combinations_of, covering_rows
 from seoro.campaign.strategies.grid import LEVELS, listed_axes, values_of
 from seoro.errors import UsageError
@@ -28,6 +28,7 @@ class Pairwise(Value):
     levels: int = 0
     name = "pairwise"
     is_learning = False
+    sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {
         "strength": "number of parameters of which each combination of values occurs (default: 2)",
         "levels": LEVELS,

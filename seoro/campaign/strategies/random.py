@@ -9,7 +9,7 @@ from typing import ClassVar
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.campaign.strategies.grid import batches_of
 from seoro.lang.frozen import Value
 
@@ -19,6 +19,7 @@ class Uniform(Value):
 
     name = "random"
     is_learning = False
+    sampling = Sampling.INDEPENDENT
     helps: ClassVar[Mapping[str, str]] = {}
 
     def batches(self, space: Space, seed: int) -> Batches:

@@ -13,9 +13,9 @@ from typing import ClassVar, Final, TypeAlias
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis, Choices
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.campaign.strategies.distributions import Distribution, Normal, Weights
-from seoro.campaign.strategies.objective import MARGIN, has_objective, objective
+from seoro.campaign.strategies.objective import has_objective, objective
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
@@ -32,20 +32,25 @@ class Search(Value):
     """Search for the least value of a column; failed runs have the least of all.
 
     Args:
-        minimize: Column: `margin`, `duration` or a measurement such as `robot.closest_approach`.
+        minimize: Column: `duration` or a measurement such as `robot.closest_approach`.
     """
 
-    minimize: str = MARGIN
+    minimize: str = ""
     name = "search"
     is_learning = True
+    sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {
-        "minimize": "column that is small near failures, such as robot.closest_approach (default: margin)"
+        "minimize": "column that is small near failures, such as robot.closest_approach"
     }
 
     def batches(self, space: Space, seed: int) -> Batches:
         """Return the batches; see `Strategy`."""
         if not space.axes:
             raise UsageError("a search needs a parameter that varies")
+        if not self.minimize:
+            raise UsageError(
+                "a search needs a column to minimize", help="for example `--minimize robot.closest_approach`"
+            )
         return self._batches(space, Random(seed))  # noqa: S311 - not for secrets
 
     def _batches(self, space: Space, random: Random) -> Batches:

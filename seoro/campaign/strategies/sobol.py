@@ -11,7 +11,7 @@ from typing import ClassVar, Final, Protocol
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches
+from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
@@ -38,6 +38,7 @@ class Sobol(Value):
 
     name = "sobol"
     is_learning = False
+    sampling = Sampling.SPREAD
     helps: ClassVar[Mapping[str, str]] = {}
 
     def batches(self, space: Space, seed: int) -> Batches:
