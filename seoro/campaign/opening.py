@@ -36,6 +36,7 @@ from seoro.embed.parameter_files import read_parameters
 from seoro.embed.scenarios import Scenario, load
 from seoro.embed.time_limit import PROGRAM_LIMIT, WallLimit
 from seoro.errors import UsageError
+from seoro.files.inputs import Kind, open_input
 from seoro.lang.frontend import lower
 from seoro.lang.frozen import Value
 
@@ -202,7 +203,7 @@ async def open_campaign(
 
 def _hash(path: Path) -> str:
     try:
-        with path.open("rb") as file:
+        with open_input(path, Kind.BUNDLED) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""

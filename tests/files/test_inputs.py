@@ -23,6 +23,8 @@ OWN = {
     "seoro/security/network/authorizer.py": "a lock",
     "seoro/bundle/unpack.py": "blobs of the executor",
     "seoro/files/cache.py": "its own cache",
+    "seoro/campaign/store/lines.py": "rows that it writes",
+    "seoro/campaign/work/running.py": "/proc",
     "sim_nodes/models/decomposition.py": "arrays between its own processes",
     "seoro/cli/follower.py": "files that it has just fetched",
     "seoro/cli/output_folder.py": "its own index",
