@@ -38,6 +38,7 @@ OWN = {
     "seoro/executor/storage/store.py": "a lock",
     "seoro/executor/process/worker.py": "a log that it writes",
     "seoro/actions/supervisor.py": "/proc",
+    "sim_nodes/memory.py": "/proc",
     "seoro/runtime/execution/blocking.py": "/proc",
     "seoro/security/signing/audit_log.py": "the log that it writes",
     "seoro/security/keys/files.py": "writes a new file",
