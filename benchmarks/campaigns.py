@@ -3,14 +3,19 @@
 Part `intervals`: how often intervals exclude the true rate, and how many runs a test needs.
 Part `search`: runs until the first failure of each strategy, for a planted failure of 0.26 % of the space.
 Part `covering`: rows and processor time of covering arrays.
+Part `report`: processor time, memory and size of a report.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
 import statistics
+import tempfile
 import time
+from pathlib import Path
 
+from seoro.campaign.report.page import write_report
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.statistics.sequential_test import SequentialTest
 from seoro.campaign.strategies.contract import Strategy
@@ -19,6 +24,7 @@ from seoro.campaign.strategies.latin import Latin
 from seoro.campaign.strategies.random import Uniform
 from seoro.campaign.strategies.search import Search
 from seoro.campaign.strategies.sobol import Sobol
+from tests.campaign.generated import generate
 from tests.campaign.planted import COLUMN, Planted, runs_until_failure
 from tests.campaign.statistics.exact import decisions, probability_of_exclusion
 
@@ -72,15 +78,30 @@ def covering(repetitions: int) -> None:
         )
 
 
+def report(runs: int) -> None:
+    """Print what the report of a campaign with generated rows takes; the memory is that of the process.
+
+    Args:
+        runs: Number of rows.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        generate(Path(folder), runs)
+        begun = time.process_time()
+        size = write_report(Path(folder)).stat().st_size
+        taken = time.process_time() - begun
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"report of {runs:,} runs: {taken:.1f} s, {size:,} bytes, {memory:.0f} MB")
+
+
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=["intervals", "search", "covering"])
-    parser.add_argument("--runs", type=int, default=2000, help="of intervals")
+    parser.add_argument("part", choices=["intervals", "search", "covering", "report"])
+    parser.add_argument("--runs", type=int, default=2000, help="of intervals and report")
     parser.add_argument("--repetitions", type=int, default=100, help="of search and covering")
     options = parser.parse_args()
-    if options.part == "intervals":
-        intervals(options.runs)
+    if options.part in ("intervals", "report"):
+        {"intervals": intervals, "report": report}[options.part](options.runs)
     else:
         {"search": search, "covering": covering}[options.part](options.repetitions)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import field, fields
+from dataclasses import field
 from enum import Enum
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from seoro.lang.frozen import Value
 from seoro.runtime.trace.jsonl import to_json
@@ -66,7 +66,7 @@ class Planned(Value):
         Raises:
             ValueError: The line is not such a line.
         """
-        return Planned(**_decoded(line, Planned))
+        return _made(Planned, _decoded(line, Planned))
 
 
 def title_of(values: Mapping[str, str]) -> str:
@@ -154,7 +154,9 @@ class Row(Value):
             ValueError: The line is not such a line.
         """
         given = _decoded(line, Row)
-        return Row(**given | {"status": End(given["status"]), "coverage": tuple(given.get("coverage", ()))})
+        given["status"] = End(given["status"])
+        given["coverage"] = tuple(given.get("coverage", ()))
+        return _made(Row, given)
 
 
 OF_THE_MACHINE: Final = frozenset(
@@ -167,12 +169,20 @@ def _plain(value: Planned | Row) -> dict[str, Any]:
     return {each: getattr(value, each) for each in value.__match_args__}
 
 
+_NEEDED: Final = frozenset({"seed", "variant", "repeat"})
+_Line = TypeVar("_Line", Planned, Row)
+
+
+def _made(kind: type[_Line], given: dict[str, Any]) -> _Line:
+    if len(given) == len(kind.__match_args__):  # positional arguments need a third of the time
+        return kind(*map(given.__getitem__, kind.__match_args__))
+    return kind(**given)
+
+
 def _decoded(line: bytes | str, kind: type[Planned | Row]) -> dict[str, Any]:
     given = json.loads(line)
     if not isinstance(given, dict):
         raise ValueError("expected an object")
-    known = {each.name for each in fields(kind)}
-    missing = {"seed", "variant", "repeat"} - given.keys()
-    if missing or not given.keys() <= known:
+    if not given.keys() >= _NEEDED or not given.keys() <= set(kind.__match_args__):
         raise ValueError(f"expected the fields of a {kind.__name__}")
     return given

@@ -14,14 +14,13 @@ import anyio
 from seoro.bundle.unpack import read_options
 from seoro.campaign.coordinator import Coordinator
 from seoro.campaign.opening import Asked, new_campaign, open_campaign, reopen, space_of
-from seoro.campaign.results.junit import write_junit
-from seoro.campaign.results.table import write_table
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_progress import Progress, print_status
+from seoro.cli.campaign_results import print_files, write_results
 from seoro.cli.campaign_stopping import add_stopping, status_of_test, watch_of
 from seoro.cli.campaign_strategies import add_strategies, chosen_strategy
 from seoro.cli.exit_status import Exit
@@ -37,6 +36,7 @@ EXAMPLES = """examples:
   seoro campaign run noise.osc --strategy random --until 'rate >= 0.95 vs 0.90' --budget 1h -o out/
   seoro campaign status out/
   seoro campaign resume out/ --runs 5000
+  seoro campaign report out/
 
 A campaign varies each parameter with a constraint `in`, such as `keep(noise in [0.0, 0.1, 0.2])` or
 `keep(noise in [0.0..0.2])`, that is not set with `--set` or `--params`.
@@ -80,12 +80,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_option(each, "-j --jobs N", "number of simultaneous runs (default: number of processors)")
     status = add_command(commands, "status", "show how far a campaign is")
     status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
+    report = add_command(commands, "report", "write the results again: report.html, runs.csv, test.xml")
+    report.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     if options.what == "status":
         print_status(options.folder)
+        return Exit.PASSED
+    if options.what == "report":
+        with write_errors(options.folder):
+            print_files(write_results(options.folder))
         return Exit.PASSED
     return anyio.run(_run if options.what == "run" else _resume, options)
 
@@ -143,13 +149,12 @@ async def _carry_out(folder: CampaignFolder, space: Space, jobs: int) -> int:
                 if not watch.is_enough():
                     await coordinator.run()
     finally:
-        files = (write_table(folder.folder), write_junit(folder.folder, file))
+        files = write_results(folder.folder)
         folder.close()
     print(f"\n{progress.text(is_over=not interrupted.has_come)}")
     if watch.stop is not None:
         print(f"  stopped: {watch.stop.reason}")
-    for path in files:
-        print(f"  {path}")
+    print_files(files)
     if interrupted.has_come:
         print(f"  continue with `seoro campaign resume {folder.folder}`")
         return Exit.INTERRUPTED

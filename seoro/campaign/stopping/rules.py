@@ -92,10 +92,12 @@ class Failures(Value):
 
 
 def percent(share: float) -> str:
-    """Format a share as percentage, with at most two decimals."""
+    """Format a share as percentage, see `number_of_percent`."""
     return f"{number_of_percent(share)} %"
 
 
 def number_of_percent(share: float) -> str:
-    """Format a share in percent, without the sign."""
-    return f"{100.0 * share:.2f}".rstrip("0").rstrip(".")
+    """Format a share in percent, without the sign: two decimals, or more if it would be rounded to 0 or 100."""
+    texts = (f"{100.0 * share:.{digits}f}" for digits in range(2, 13))
+    text = next((text for text in texts if float(text) not in (0.0, 100.0)), f"{100.0 * share:.2f}")
+    return text.rstrip("0").rstrip(".")

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -31,6 +32,7 @@ RUNS: Final = "runs"
 KEPT: Final = "kept"
 LOCK: Final = "lock"
 DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html", "hits.jsonl")  # can be made again
+_NUMBER: Final = re.compile(rb'\{"number": ?(\d{1,18})\b')
 
 Isolation = Literal["worker", "run", "process"]
 Keep = Literal["failed", "all", "none"]
@@ -189,6 +191,31 @@ def read_rows(folder: Path) -> Iterator[Row]:
                 yield Row.from_line(line)
             except (ValueError, TypeError, KeyError) as error:
                 raise UsageError(f"{shard}:{number}: invalid row: {error}") from error
+
+
+def find_planned(folder: Path, numbers: Collection[int]) -> dict[int, Planned]:
+    """Return planned runs by number; unknown numbers are left out.
+
+    Args:
+        folder: Folder of the campaign.
+        numbers: Wanted numbers.
+
+    Raises:
+        UsageError: A wanted line is invalid.
+    """
+    found: dict[int, Planned] = {}
+    for place, line in enumerate(read_lines(folder / ASKED), start=1):
+        if len(found) == len(numbers):
+            break
+        first = _NUMBER.match(line)  # decoding all lines would take most of the time
+        if first is None or int(first[1]) in numbers:
+            try:
+                planned = Planned.from_line(line)
+            except (ValueError, TypeError) as error:
+                raise UsageError(f"{folder / ASKED}:{place}: invalid line: {error}") from error
+            if planned.number in numbers:
+                found[planned.number] = planned
+    return found
 
 
 def _locked(folder: Path) -> int:

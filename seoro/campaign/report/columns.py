@@ -1,0 +1,149 @@
+"""Counts of passed and failed runs by the values of a column, in constant memory.
+
+Few values are counted one by one. Many numbers are counted in bins, whose width is a power of ten and grows with
+the range of the numbers. So the counts are exact, and nearly the same in any order of the runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, Final, TypeAlias
+
+from seoro.campaign.report.grouping import Bucket, Grouping
+from seoro.campaign.runs import End
+
+MOST_VALUES: Final = 12  # counted one by one
+MOST_TEXTS: Final = 200  # of a column of texts; more are counted as `OTHERS`
+MOST_BINS: Final = 1000
+OTHERS: Final = "other values"
+_LARGEST: Final = 1e290  # larger numbers are left out, so that no bin overflows
+_DIGITS: Final = 15  # of a float
+
+Cell: TypeAlias = list[int]  # passed, failed
+
+
+class Column:
+    """Counts of one parameter or measurement."""
+
+    def __init__(self) -> None:
+        self._values: dict[Any, Cell] = {}
+        self._bins: dict[int, Cell] = {}
+        self._exponent: int | None = None  # width of bins is ten to this power; None while values are counted
+        self._first = self._last = 0  # bins in use
+
+    def add(self, value: object, end: End) -> None:
+        """Count a value of a run that passed or failed."""
+        if isinstance(value, float) and not abs(value) < _LARGEST:
+            return
+        if self._exponent is not None and isinstance(value, int | float):
+            self._cell_of(self._bin(value))[end is End.FAILED] += 1
+            return
+        key = value if isinstance(value, int | float | str) else str(value)
+        cell = self._values.get(key)
+        if cell is None:
+            if len(self._values) >= MOST_VALUES and self._is_numeric and isinstance(value, int | float):
+                self._use_bins()
+                self.add(value, end)
+                return
+            if len(self._values) >= MOST_TEXTS:
+                key = OTHERS
+            cell = self._values.setdefault(key, [0, 0])
+        cell[end is End.FAILED] += 1
+
+    def grouping(self, most: int) -> Grouping:
+        """Return the counts in groups.
+
+        Args:
+            most: Maximum number of groups.
+        """
+        if self._exponent is None:
+            return Grouping(tuple(self._groups_of_values(most)))
+        factor = next(each for each in _factors() if self._last // each - self._first // each < most)
+        groups = range(self._first // factor, self._last // factor + 1)
+        counts = {group: [0, 0] for group in groups}
+        for number, cell in self._bins.items():
+            _add(counts[number // factor], cell)
+        return Grouping(
+            tuple(self._range(group * factor, (group + 1) * factor, cell) for group, cell in counts.items())
+        )
+
+    @property
+    def _is_numeric(self) -> bool:
+        return all(isinstance(value, int | float) and not isinstance(value, bool) for value in self._values)
+
+    def _groups_of_values(self, most: int) -> Iterator[Bucket]:
+        items = sorted(self._values.items(), key=lambda item: -sum(item[1]))
+        rest = [cell for _, cell in items[most - 1 :]] if len(items) > most else []
+        shown = items[: most - 1] if rest else items
+        if self._is_numeric:
+            shown = sorted(shown)
+        for value, cell in shown:
+            yield Bucket(text_of(value), cell[0], cell[1], exact=value)
+        if rest:
+            yield Bucket(OTHERS, sum(cell[0] for cell in rest), sum(cell[1] for cell in rest))
+
+    def _use_bins(self) -> None:
+        low, high = min(self._values), max(self._values)
+        largest = max(abs(low), abs(high))
+        self._exponent = max(_power(high - low) - 2, _power(largest) - _DIGITS)
+        values, self._values = self._values, {}
+        self._first = self._last = self._bin(low)
+        for value, cell in values.items():
+            _add(self._cell_of(self._bin(value)), cell)
+
+    def _bin(self, value: float) -> int:
+        assert self._exponent is not None
+        scaled = value * 10.0**-self._exponent if self._exponent < 0 else value / 10.0**self._exponent
+        return math.floor(scaled + 1e-9)  # 0.3 of width 0.1 is in bin 3
+
+    def _range(self, first: int, end: int, cell: Cell) -> Bucket:
+        low, high = self._edge(first), self._edge(end)
+        return Bucket(f"{low:.6g} to {high:.6g}", cell[0], cell[1], low, high)
+
+    def _edge(self, number: int) -> float:
+        assert self._exponent is not None
+        return number / 10.0**-self._exponent if self._exponent < 0 else number * 10.0**self._exponent
+
+    def _cell_of(self, number: int) -> Cell:
+        cell = self._bins.get(number)
+        if cell is not None:
+            return cell
+        self._first, self._last = min(self._first, number), max(self._last, number)
+        while self._last - self._first >= MOST_BINS:
+            self._widen()
+            number //= 10
+        return self._bins.setdefault(number, [0, 0])
+
+    def _widen(self) -> None:
+        assert self._exponent is not None
+        self._exponent += 1
+        self._first //= 10
+        self._last //= 10
+        bins, self._bins = self._bins, {}
+        for number, cell in bins.items():
+            _add(self._bins.setdefault(number // 10, [0, 0]), cell)
+
+
+def text_of(value: object) -> str:
+    """Return a value for people."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _add(cell: Cell, other: Cell) -> None:
+    cell[0] += other[0]
+    cell[1] += other[1]
+
+
+def _power(value: float) -> int:
+    return math.floor(math.log10(value)) if value > 0.0 else -300
+
+
+def _factors() -> Iterator[int]:
+    """Yield 1, 2, 5, 10, 20, and so on."""
+    power = 1
+    while True:
+        yield from (power, 2 * power, 5 * power)
+        power *= 10

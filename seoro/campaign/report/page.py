@@ -1,0 +1,63 @@
+"""The report as a file: `report.html`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from html import escape
+from pathlib import Path
+from typing import Final
+
+from seoro.campaign.report import sections
+from seoro.campaign.report.style import STYLE
+from seoro.campaign.report.summary import Summary, summarize
+from seoro.campaign.runs import Planned
+from seoro.campaign.store.folder import CampaignFile, find_planned, read_campaign, read_rows
+
+REPORT: Final = "report.html"
+_CONTROLS: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # invalid in HTML, or not UTF-8
+
+
+def write_report(folder: Path) -> Path:
+    """Write the report of a campaign.
+
+    Args:
+        folder: Folder of the campaign.
+
+    Returns:
+        The report.
+
+    Raises:
+        UsageError: The folder is not that of a campaign, or a row is invalid.
+        OSError: The report cannot be written.
+    """
+    campaign = read_campaign(folder)
+    summary = summarize(read_rows(folder), campaign.seed)
+    examples = {group.example.run for group in summary.failures.values()}
+    text = "".join(page(summary, campaign, find_planned(folder, examples)))
+    path = folder / REPORT
+    path.write_text(_CONTROLS.sub("\ufffd", text), encoding="utf-8")
+    return path
+
+
+def page(summary: Summary, campaign: CampaignFile, planned: Mapping[int, Planned]) -> Iterator[str]:
+    """Yield the parts of the page.
+
+    Args:
+        summary: Summary of the rows.
+        campaign: Content of `campaign.json`.
+        planned: Planned runs by number, at least the examples of failures.
+    """
+    title = escape(campaign.manifest.shown)
+    yield '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+    yield '<meta name="viewport" content="width=device-width,initial-scale=1">'
+    yield f"<title>{title}: campaign</title><style>{STYLE}</style></head><body>"
+    yield f"<h1>{title}</h1>"
+    yield from sections.verdict(summary, campaign)
+    yield from sections.failures(summary, campaign, planned)
+    yield from sections.parameters(summary)
+    yield from sections.measurements(summary)
+    yield from sections.coverage(summary)
+    yield from sections.table(summary)
+    yield from sections.making(summary, campaign)
+    yield "</body></html>\n"

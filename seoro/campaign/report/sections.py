@@ -1,0 +1,234 @@
+"""Sections of the report, as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+from typing import Final
+from urllib.parse import quote
+
+from seoro.campaign.report.charts import coverage_bar, floor_of, heat_map, histogram, interval, rate_chart
+from seoro.campaign.report.columns import text_of
+from seoro.campaign.report.commands import command_of
+from seoro.campaign.report.coverage import ItemCounts
+from seoro.campaign.report.grouping import influence
+from seoro.campaign.report.summary import SAMPLE, Summary
+from seoro.campaign.runs import End, Planned, Row
+from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
+from seoro.campaign.stopping.rules import percent
+from seoro.campaign.store.folder import CampaignFile
+
+MOST_LETTERS: Final = 300  # of a text of a run
+_LETTERS: Final = 90  # of a title
+_NO_SAMPLE: Final = (
+    "This rate estimates no probability: the strategy chose the values, or repeated them. Independent random runs "
+    "would have an interval."
+)
+_BARS: Final = 10
+_CELLS: Final = 8  # of a heat map, in each direction
+_SHOWN: Final = 6  # charts outside of the folded part
+_FAILURES: Final = 20
+
+
+def verdict(summary: Summary, campaign: CampaignFile) -> Iterator[str]:
+    """Yield the result in one sentence, with the interval of the pass rate."""
+    passed, decided = summary.ends[End.PASSED], summary.decided
+    is_good = summary.runs > 0 and passed == summary.runs
+    yield f'<div class="verdict{"" if is_good else " bad"}">'
+    if not decided:
+        yield "<b>No run has a verdict.</b>"
+    else:
+        yield f"<b>{percent(passed / decided)} of {_runs(decided)} passed</b>"
+        yield f"{_interval_of(passed, summary, campaign)}."
+    without = summary.runs - decided
+    others = f" {_runs(without)} ended without a verdict." if without else ""
+    yield f"{others}<div class='split'>"
+    for end in (End.PASSED, End.FAILED, End.ERROR, End.CANCELLED):
+        if summary.ends[end]:
+            yield f'<i class="{end.value}" style="flex:{summary.ends[end]} 0 2px"></i>'
+    counts = ", ".join(f"{summary.ends[end]:,} {end.value}" for end in End if summary.ends[end])
+    excluded = f"; constraints exclude {summary.impossible:,} more" if summary.impossible else ""
+    yield f'</div><p class="dim">{counts or "no runs"}{excluded}</p>'
+    yield "" if campaign.is_sample else f'<p class="note">{_NO_SAMPLE}</p>'
+    yield "</div>"
+
+
+def _interval_of(passed: int, summary: Summary, campaign: CampaignFile) -> str:
+    """Return the interval of the pass rate, which means something for samples only."""
+    if not campaign.is_sample:
+        return ""
+    is_fixed = campaign.has_fixed_runs and campaign.runs == summary.runs
+    bounds = (fixed_bounds if is_fixed else live_bounds)(passed, summary.decided)
+    return f" (95 % interval{'' if is_fixed else ', valid at any time'}: {interval(bounds)})"
+
+
+def failures(summary: Summary, campaign: CampaignFile, planned: Mapping[int, Planned]) -> Iterator[str]:
+    """Yield the groups of runs that did not pass, the largest first, each with a command for its first run."""
+    groups = sorted(summary.failures.items(), key=lambda item: -item[1].count)
+    if not groups:
+        return
+    yield "<h2>Failures by reason</h2>"
+    for (reason, where), group in groups[:_FAILURES]:
+        place = f" at <code>{_text(where)}</code>" if where else ""
+        yield f'<div class="card wide"><span class="count">{_runs(group.count)}</span>'
+        yield f"<h3>{_text(reason, _LETTERS)}</h3>"
+        first = group.example
+        yield f"<p>{first.status.value.capitalize()}{place}. First: run {first.run}{_link(first)}"
+        yield f": {_text(first.reason)}</p>" if first.reason not in (reason, "") else "</p>"
+        if first.run in planned:
+            yield f"<pre>{escape(command_of(campaign, planned[first.run]))}</pre>"
+        yield "</div>"
+    rest = groups[_FAILURES:]
+    if rest:
+        yield f'<p class="note">{_runs(sum(group.count for _, group in rest))} with {len(rest)} other reasons</p>'
+
+
+def parameters(summary: Summary) -> Iterator[str]:
+    """Yield the pass rate by parameter, and by the pair of parameters that matters most."""
+    groupings = {path: column.grouping(_BARS) for path, column in summary.parameters.items()}
+    groupings = {path: grouping for path, grouping in groupings.items() if grouping.buckets}
+    if not groupings:
+        return
+    order = sorted(groupings, key=lambda path: -influence(groupings[path].buckets))
+    floor = floor_of(bucket for grouping in groupings.values() for bucket in grouping.buckets)
+    yield "<h2>Pass rate by parameter</h2>"
+    yield '<p class="note">The mark is the pass rate, the bar its 95 % interval, the number passed/runs. '
+    yield "Parameters whose values differ most come first. Values are in SI units.</p>"
+    charts = [_card(path, rate_chart(groupings[path].buckets, floor)) for path in order]
+    if len(order) > 1 and 0 < summary.ends[End.FAILED] < summary.decided:
+        charts.insert(2, _pair(summary, *order[:2]))
+    yield from _folded(charts, "parameters")
+
+
+def measurements(summary: Summary) -> Iterator[str]:
+    """Yield the histograms of measurements; those whose values go with failures come first."""
+    groupings = {name: column.grouping(24) for name, column in summary.measurements.items()}
+    groupings = {name: grouping for name, grouping in groupings.items() if len(grouping.buckets) > 1}
+    if not groupings:
+        return
+    yield "<h2>Measurements</h2>"
+    order = sorted(groupings, key=lambda name: -influence(groupings[name].buckets))
+    yield from _folded([_card(name, histogram(groupings[name])) for name in order], "measurements")
+
+
+def coverage(summary: Summary) -> Iterator[str]:
+    """Yield the coverage of items over all runs, with what lacks samples."""
+    items = list(summary.coverage.items.values())
+    if not items:
+        return
+    yield '<h2>Coverage</h2><div class="cards">'
+    for item in items:
+        yield _card(item.item, "".join(_coverage_of(item)))
+    yield "</div>"
+
+
+def table(summary: Summary) -> Iterator[str]:
+    """Yield the runs that did not pass, and those nearest to a limit."""
+    rows = [row for _, row in summary.worst]
+    if not rows:
+        return
+    paths = list(dict.fromkeys(path for row in rows for path in row.values))[:_BARS]
+    has_margins = any(row.margin is not None for row in rows)
+    yield f'<h2>Runs to look at</h2><p class="note">{_runs(len(rows))} that did not pass'
+    yield " or have the smallest margins" if has_margins else ""
+    yield ". <code>runs.csv</code> has all runs.</p>"
+    titles = ["run", "status", "seed", *paths, *(["margin"] if has_margins else []), "reason", "place"]
+    heads = "".join(f"<th>{_text(title, _LETTERS)}</th>" for title in titles)
+    yield f'<div class="scroll"><table><tr>{heads}</tr>'
+    for row in rows:
+        margin = [_cell(row.margin)] if has_margins else []
+        cells = [_cell(row.seed), *(_cell(row.values.get(path)) for path in paths), *margin]
+        status = row.status.value
+        yield f'<tr><td class="number">{row.run}{_link(row)}</td><td class="{status}">{status}</td>'
+        yield "".join(cells)
+        yield f'<td class="reason">{_text(row.reason)}</td><td>{_text(row.where)}</td></tr>\n'
+    yield "</table></div>"
+
+
+def making(summary: Summary, campaign: CampaignFile) -> Iterator[str]:
+    """Yield the settings of the campaign, and where and when it ran."""
+    hosts = ", ".join(f"{host} ({count:,})" for host, count in summary.hosts.most_common(10) if host)
+    options = ", ".join(f"{name} {value}" for name, value in campaign.strategy.options.items())
+    facts = {
+        "Scenario": campaign.manifest.shown,
+        "Strategy": f"{campaign.strategy.name}{f' ({options})' if options else ''}, seed {campaign.seed}",
+        "Repeats": str(campaign.repeat),
+        "Simulator": campaign.simulator or "none",
+        "Runs": f"{summary.runs:,} of {campaign.runs:,}" if campaign.runs is not None else f"{summary.runs:,}",
+        "Processor time": f"{summary.cpu:,.1f} s",
+        "Started": f"{_time(summary.first)} to {_time(summary.last)} UTC" if summary.first else "unknown",
+        "Machines": hosts or "unknown",
+        "Version": f"seoro {campaign.version}",
+        "Fingerprint": campaign.digest[:16],
+    }
+    yield '<h2>Settings and machines</h2><div class="card"><dl>'
+    yield from (f"<dt>{name}</dt><dd>{_text(fact)}</dd>" for name, fact in facts.items())
+    yield "</dl></div>"
+
+
+def _pair(summary: Summary, vertical: str, horizontal: str) -> str:
+    rows, columns = (summary.parameters[path].grouping(_CELLS) for path in (vertical, horizontal))
+    cells = [[[0, 0] for _ in columns.buckets] for _ in rows.buckets]
+    for values, has_failed in summary.sample:
+        row, column = rows.index_of(values.get(vertical)), columns.index_of(values.get(horizontal))
+        if row is not None and column is not None:
+            cells[row][column][has_failed] += 1
+    sampled = summary.decided > SAMPLE
+    of = f" From {SAMPLE:,} runs, drawn at random." if sampled else ""
+    note = f'<p class="note">Share of failures in percent; framed cells have no run.{of}</p>'
+    frozen = [[(passed, failed) for passed, failed in line] for line in cells]
+    return _card(f"{vertical} (down) and {horizontal} (across)", heat_map(rows, columns, frozen) + note)
+
+
+def _coverage_of(item: ItemCounts) -> Iterator[str]:
+    if item.total:
+        yield coverage_bar(item.reached, item.total)
+        yield f"<p>{item.reached:,} of {item.total:,} buckets with at least {_samples(max(item.target, 1))}</p>"
+        missing = item.total - len(item.hits)
+        if missing > 0:
+            gaps = f": {', '.join(item.gaps)} {item.unit}" if item.gaps else ""
+            yield f'<p class="note">{missing:,} without a sample{_text(gaps)}</p>'
+    else:
+        yield f"<p>{len(item.hits):,}{' or more' if item.is_cut else ''} different values</p>"
+    low = sorted(item.hits.items(), key=lambda each: each[1])[:5]
+    yield f'<p class="note">Fewest: {_text(", ".join(f"{bucket}: {count:,}" for bucket, count in low))}</p>'
+    if item.illegal:
+        yield f'<p class="count">{item.illegal:,} illegal</p>'
+    if item.outside:
+        yield f'<p class="note">{_samples(item.outside)} outside of all buckets</p>'
+
+
+def _folded(charts: Sequence[str], of: str) -> Iterator[str]:
+    yield f'<div class="cards">{"".join(charts[:_SHOWN])}</div>'
+    if len(charts) > _SHOWN:
+        yield f"<details><summary>{len(charts) - _SHOWN} more {of}</summary>"
+        yield f'<div class="cards">{"".join(charts[_SHOWN:])}</div></details>'
+
+
+def _card(title: str, content: str) -> str:
+    return f'<div class="card"><h3>{_text(title, _LETTERS)}</h3>{content}</div>'
+
+
+def _link(row: Row) -> str:
+    return f' <a href="{escape(quote(row.folder, errors="replace"))}/">files</a>' if row.folder else ""
+
+
+def _cell(value: object) -> str:
+    style = ' class="number"' if isinstance(value, int | float) else ""
+    return f"<td{style}>{_text('' if value is None else text_of(value))}</td>"
+
+
+def _text(text: str, most: int = MOST_LETTERS) -> str:
+    return escape(text if len(text) <= most else text[: most - 1] + "\u2026")
+
+
+def _time(text: str) -> str:
+    return text[:19].replace("T", " ")
+
+
+def _runs(count: int) -> str:
+    return "1 run" if count == 1 else f"{count:,} runs"
+
+
+def _samples(count: int) -> str:
+    return "1 sample" if count == 1 else f"{count:,} samples"

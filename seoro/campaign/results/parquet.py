@@ -1,0 +1,44 @@
+"""The table of the runs as Parquet, `runs.parquet`, with the extra `seoro[parquet]`."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+PARQUET: Final = "runs.parquet"
+_TEXTS: Final = (
+    "id", "status", "reason", "reason_key", "where", "strategy", "host", "worker", "started", "version", "folder",
+    "trace_sha",
+)  # fmt: skip
+
+
+def is_parquet_installed() -> bool:
+    """Return whether Parquet can be written."""
+    return find_spec("pyarrow") is not None
+
+
+def write_parquet(table: Path) -> Path:
+    """Convert the table of a campaign; types of parameters and measurements follow from their values.
+
+    Args:
+        table: The table, `runs.csv`.
+
+    Returns:
+        The converted table, beside it.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    import pyarrow  # noqa: PLC0415 - slow to load, and an extra
+    from pyarrow import csv, parquet  # noqa: PLC0415 - the same
+
+    types = dict.fromkeys(_TEXTS, pyarrow.string())
+    read = csv.read_csv(
+        table,
+        parse_options=csv.ParseOptions(newlines_in_values=True),
+        convert_options=csv.ConvertOptions(column_types=types),
+    )
+    path = table.with_name(PARQUET)
+    parquet.write_table(read, path, compression="zstd")
+    return path
