@@ -11,6 +11,7 @@ import pytest
 
 from seoro.bridges.executor.messages import BundledOptions, BundleFile, Manifest
 from seoro.campaign.planner import MOST_IMPOSSIBLE, Planner
+from seoro.campaign.results.table import write_table
 from seoro.campaign.runs import End, Planned, Point, Row
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFile, CampaignFolder, StrategyText, create_folder, shard
@@ -222,3 +223,10 @@ def test_rows_and_plans_survive_their_text() -> None:
     assert Planned.from_line(planned.to_line()) == planned
     row = replace(row_of(planned, End.FAILED), values={"a": 1.0}, measured={"r.x": None}, margin=-0.5)
     assert Row.from_line(row.to_line()) == row
+
+
+def test_characters_that_utf_8_cannot_encode_are_escaped_in_the_table(tmp_path: Path) -> None:
+    folder = campaign(tmp_path)
+    store(folder, [replace(row_of(Planned(1, 1, 1, 7, {}, "")), reason="no file \udc80.png")])
+    assert r"no file \udc80.png" in write_table(folder.folder).read_text(encoding="utf-8")
+    folder.close()

@@ -40,7 +40,7 @@ def write_table(folder: Path) -> Path:
     """
     parameters, measurements = columns_of(final_rows(folder))
     path = folder / TABLE
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.writer(file)
         writer.writerow([*BEFORE, *parameters, *AFTER, *measurements])
         for row in final_rows(folder):
