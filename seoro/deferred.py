@@ -29,6 +29,7 @@ else:
             complete = _Completion(cls, frozen=frozen, eq=eq, kw_only=kw_only)
             for name in _CREATED:
                 setattr(cls, name, _OnDemand(cls, name, complete))
+            cls.__signature__ = _BeforeSignature(complete)
             cls.__init__ = _first_init(cls, complete)
             return cls
 
@@ -50,18 +51,39 @@ class _Completion:
 
     def __init__(self, cls: Any, *, frozen: bool, eq: bool, kw_only: bool) -> None:
         self._cls, self._frozen, self._eq, self._kw_only = cls, frozen, eq, kw_only
-        self._is_done = False
+        self._has_begun = False  # `dataclass` asks for the signature of the class meanwhile
 
     def __call__(self) -> None:
         with _LOCK:
-            if self._is_done:
+            if self._has_begun:
                 return
-            cls, frozen = self._cls, self._frozen
-            dataclasses.dataclass(init=False, frozen=frozen, eq=self._eq, kw_only=self._kw_only)(cls)
-            # `dataclass` replaces no methods, and other threads must not find the class without `__init__`.
-            heir = type(cls)(cls.__name__, (cls,), {"__module__": cls.__module__})
-            cls.__init__ = dataclasses.dataclass(frozen=frozen, repr=False, eq=False)(heir).__init__
-            self._is_done = True
+            self._has_begun = True
+            try:
+                self._complete()
+            except BaseException:
+                self._has_begun = False
+                raise
+
+    def _complete(self) -> None:
+        cls, frozen = self._cls, self._frozen
+        dataclasses.dataclass(init=False, frozen=frozen, eq=self._eq, kw_only=self._kw_only)(cls)
+        # `dataclass` replaces no methods, and other threads must not find the class without `__init__`.
+        heir = type(cls)(cls.__name__, (cls,), {"__module__": cls.__module__})
+        cls.__init__ = dataclasses.dataclass(frozen=frozen, repr=False, eq=False)(heir).__init__
+
+
+class _BeforeSignature:
+    """Completes a class before `inspect.signature` reads its `__init__`, as checks of actions do.
+
+    It stands for a missing `__signature__`, for which `inspect` asks first.
+    """
+
+    def __init__(self, complete: Callable[[], None]) -> None:
+        self._complete = complete
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        self._complete()
+        raise AttributeError("__signature__")
 
 
 class _OnDemand:

@@ -7,6 +7,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import KW_ONLY, FrozenInstanceError, field, fields, is_dataclass, replace
 from functools import cached_property
+from inspect import signature
 from threading import Barrier
 from typing import Any, Generic, TypeVar
 
@@ -59,6 +60,18 @@ def test_a_class_is_completed_for_its_first_instance() -> None:
         pair(1).other = 2
     with pytest.raises(TypeError, match="first"):
         pair()
+
+
+def test_the_signature_of_a_class_is_known_before_its_first_instance() -> None:
+    pair = new_class(frozen=True)
+
+    class Heir(new_class()):  # type: ignore[misc]
+        pass
+
+    for each in (pair, Heir):
+        found = signature(each, eval_str=True).parameters
+        assert {name: one.annotation for name, one in found.items()} == {"first": int, "second": int}
+        assert found["second"].default == 2
 
 
 def test_functions_of_dataclasses_complete_a_class() -> None:
