@@ -71,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     make = partial(_make, _engine(options.engine), options)
     try:
         node_command(settings.namespace, settings.node, "*")
-        serve(settings, make, partial(_announce, settings, quiet=options.die_with_parent))
+        serve(settings, make, partial(_announce, settings, quiet=listen is None and options.die_with_parent))
     except KeyboardInterrupt:
         return 0
     except (SessionError, RequestRefused, UsageError, ValueError) as error:

@@ -214,3 +214,22 @@ def test_the_memory_of_the_machine_is_not_needed_for_a_large_plan(write: Write) 
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 130
     assert not [path for path in Path("out/kept").iterdir() if path.name.startswith(".")]
+
+
+def test_runs_share_a_simulator_and_repeat_to_the_bit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.osc").write_text("""import osc.driving
+scenario main:
+    turtlebot4: differential_drive_robot
+    pace: speed
+    keep(pace in [0.1mps, 0.2mps])
+    do turtlebot4.drive(linear: pace, duration: 0.4s)
+""")
+    command = ["campaign", "run", "main.osc", "--sim", "mujoco", "--rate", "max", "--seed", "3", "-j", "1"]
+    assert main([*command, "--repeat", "2", "-o", "out"]) == 0
+    assert main([*command, "--repeat", "2", "-o", "again"]) == 0
+    first, second = table(), table("again/runs.csv")
+    assert len({row["trace_sha"] for row in first}) == 4
+    assert [row["trace_sha"] for row in first] == [row["trace_sha"] for row in second]
+    assert [float(row["turtlebot4.path_length"]) > 0.01 for row in first] == [True] * 4
+    assert all(float(row["sim_cpu"]) > 0.0 for row in first)

@@ -25,6 +25,7 @@ from seoro.campaign.runs import Planned, Row
 from seoro.campaign.store.lines import Appender, cut_torn_line, read_lines
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, read_input
+from seoro.runtime.trace.jsonl import to_json
 
 CAMPAIGN: Final = "campaign.json"
 ASKED: Final = "asked.jsonl"
@@ -155,7 +156,7 @@ def write_campaign(folder: Path, campaign: CampaignFile) -> None:
         OSError: It cannot be written.
     """
     written = folder / f".{CAMPAIGN}"
-    written.write_text(campaign.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    written.write_text(to_json(campaign.model_dump(mode="json")) + "\n", encoding="utf-8")  # also infinite rates
     written.replace(folder / CAMPAIGN)
 
 
