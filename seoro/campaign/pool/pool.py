@@ -18,7 +18,7 @@ from seoro.campaign.pool.simulators import Node, simulator_node
 from seoro.campaign.pool.worker import FATAL, STOP, Start
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import CampaignFile
-from seoro.concurrency.forks.using import END_TIMEOUT, Forked, Forks, NoProcess, open_forks
+from seoro.concurrency.forks.using import Forked, Forks, NoProcess, open_forks
 from seoro.embed.options import ROS_SIMULATOR
 from seoro.errors import BackendError, UsageError
 
@@ -131,15 +131,12 @@ class _Slot:
             async with asyncio.timeout(None if math.isinf(self._limit) else self._limit):
                 line = await worker.reader.readline()
         except TimeoutError:
-            await self._kill(worker)
+            await self._drop(worker)
             raise WorkerDied(f"the run did not end within {self._limit:g} s, and was killed") from None
         if line.startswith(FATAL):
             raise UsageError(f"cannot write results: {line[1:].decode(errors='replace').strip()}")
         if not line.endswith(b"\n"):
-            self._worker = None
-            with suppress(ProcessLookupError):
-                os.killpg(worker.process, signal.SIGKILL)  # the programs that it has started
-            raise WorkerDied(_death(await self._ended(worker)))
+            raise WorkerDied(_death(await self._drop(worker)))
         return Row.from_line(line)
 
     async def _start_worker(self) -> Forked:
@@ -178,7 +175,7 @@ class _Slot:
         worker, self._worker = self._worker, None
         if worker is not None:
             os.close(worker.control)
-            await self._ended(worker)
+            await worker.wait()
 
     async def _end_simulator(self) -> None:
         """End the simulator and the worker, which knows only this one."""
@@ -187,22 +184,12 @@ class _Slot:
             self._node = None
             await self._stack.aclose()
 
-    async def _ended(self, worker: Forked) -> int | None:
-        """Wait for the end of a worker, and kill it after a time; returns its exit status."""
-        try:
-            async with asyncio.timeout(END_TIMEOUT):
-                return await asyncio.shield(worker.ended)
-        except TimeoutError:
-            with suppress(ProcessLookupError):
-                os.killpg(worker.process, signal.SIGKILL)
-            return await worker.ended
-
-    async def _kill(self, worker: Forked) -> None:
+    async def _drop(self, worker: Forked) -> int | None:
+        """Kill a worker that hangs or has died, with the programs that it has started; returns its exit status."""
         self._worker = None
-        with suppress(ProcessLookupError):
-            os.killpg(worker.process, signal.SIGKILL)
+        worker.kill()
         os.close(worker.control)
-        await worker.ended
+        return await worker.ended
 
     def _send(self, worker: Forked, data: bytes) -> None:
         """Send to a worker; a dead one gets nothing, which its socket shows."""

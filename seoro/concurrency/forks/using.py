@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -35,6 +36,20 @@ class Forked(NamedTuple):
     ended: asyncio.Future[int | None]
     control: int
     reader: asyncio.StreamReader
+
+    async def wait(self) -> int | None:
+        """Wait for its end, and kill it after a time; returns its exit status, or None."""
+        try:
+            async with asyncio.timeout(END_TIMEOUT):
+                return await asyncio.shield(self.ended)
+        except TimeoutError:
+            self.kill()
+            return await self.ended
+
+    def kill(self) -> None:
+        """Kill the process with its group."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.process, signal.SIGKILL)
 
 
 class _ForkServer:

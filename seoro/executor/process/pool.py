@@ -5,20 +5,17 @@ A process executes one run and ends with it. A process that does not end after a
 
 from __future__ import annotations
 
-import asyncio
 import os
-import signal
 import threading
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Final
 
-from seoro.concurrency.forks.using import Forks, open_forks
+from seoro.concurrency.forks.using import Forked, Forks, open_forks
 from seoro.executor.process.frames import HEADER, Frame, frame
 
 MAX_FRAME: Final = 256 << 20  # [bytes]
 READ_SIZE: Final = 1 << 16  # [bytes]
-END_TIMEOUT: Final = 10.0  # [s] for a process to end after the end of its run
 _MODULE: Final = "seoro.executor.process.fork_server"
 
 
@@ -26,33 +23,26 @@ class Worker:
     """Process of one run. Created by `Pool.acquire`.
 
     Args:
-        process: Process id.
-        ended: Exit status once the process has ended; None if unknown.
-        control: Descriptor of the pipe for its job, which it owns.
-        reader: Reader of its reports.
+        forked: The process. Its pipe is for the job, and its reader for reports.
     """
 
-    def __init__(
-        self, process: int, ended: asyncio.Future[int | None], control: int, reader: asyncio.StreamReader
-    ) -> None:
-        self.process = process
-        self._ended = ended
-        self._control = control
+    def __init__(self, forked: Forked) -> None:
+        self.process = forked.process
+        self._forked = forked
         self._controlling = threading.Lock()  # an emergency stop comes from a thread of its own
         self._is_closed = False
-        self._reader = reader
 
     def send(self, kind: Frame, data: bytes = b"") -> None:
         """Send a frame, from any thread; a dead process gets none, which the other pipe shows."""
         with self._controlling, suppress(OSError):
             if not self._is_closed:
-                with os.fdopen(os.dup(self._control), "wb") as pipe:
+                with os.fdopen(os.dup(self._forked.control), "wb") as pipe:
                     pipe.write(frame(kind, data))
 
     async def frames(self) -> AsyncIterator[tuple[Frame, bytes]]:
         """Yield the reports of the process, to the end of its run."""
         waiting = bytearray()
-        while data := await self._reader.read(READ_SIZE):
+        while data := await self._forked.reader.read(READ_SIZE):
             waiting += data
             for kind, content in _frames_in(waiting):
                 yield kind, content
@@ -63,23 +53,17 @@ class Worker:
 
     async def wait(self) -> int | None:
         """Wait for the end of the process, and kill it after a time; returns its exit status, or None."""
-        try:
-            async with asyncio.timeout(END_TIMEOUT):
-                return await asyncio.shield(self._ended)
-        except TimeoutError:
-            self.kill()
-            return await self._ended
+        return await self._forked.wait()
 
     def kill(self) -> None:
         """Kill the process with its group."""
-        with suppress(ProcessLookupError):
-            os.killpg(self.process, signal.SIGKILL)
+        self._forked.kill()
 
     def close(self) -> None:
         """Close the pipe for its job."""
         with self._controlling:
             self._is_closed = True
-            os.close(self._control)
+            os.close(self._forked.control)
 
 
 class Pool:
@@ -98,7 +82,7 @@ class Pool:
         Raises:
             NoProcess: The fork server cannot make one.
         """
-        return Worker(*await self._forks.fork())
+        return Worker(await self._forks.fork())
 
 
 @asynccontextmanager
