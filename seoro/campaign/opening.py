@@ -85,13 +85,14 @@ def space_of(scenario: Scenario, options: Options) -> Space:
 
 
 def new_campaign(
-    scenario: Scenario, options: Options, asked: Asked, folder: Path, *, overwrite: bool = False
+    scenario: Scenario, options: Options, space: Space, asked: Asked, folder: Path, *, overwrite: bool = False
 ) -> CampaignFolder:
     """Create the folder of a campaign.
 
     Args:
         scenario: Result of `load`.
         options: Options that all runs share.
+        space: Result of `space_of`.
         asked: The request.
         folder: Its folder.
         overwrite: Whether to replace another campaign there.
@@ -100,7 +101,6 @@ def new_campaign(
         InvalidScenario, UsageError: The scenario or the options are invalid, or the folder is taken.
         OSError: The folder cannot be written.
     """
-    space = space_of(scenario, options)
     if asked.runs is None and asked.repeat == 1 and not space.axes:
         raise UsageError(
             f"no parameter varies in `{scenario.entry(options.name).name}`",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import secrets
 import signal
 import sys
@@ -25,10 +24,10 @@ from seoro.cli.campaign_stopping import add_stopping, status_of_test, watch_of
 from seoro.cli.campaign_strategies import add_strategies, chosen_strategy
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
+from seoro.cli.jobs import simultaneous_runs
 from seoro.cli.run_arguments import add_run_arguments, settings_of, use_file_settings
 from seoro.concurrency.background import background
 from seoro.embed import SEED_BITS, load
-from seoro.errors import UsageError
 
 EXAMPLES = """examples:
   seoro campaign run noise.osc --sim mujoco --rate max -o out/
@@ -113,17 +112,17 @@ async def _run(options: argparse.Namespace) -> int:
         budget=options.budget,
     )
     settings = settings_of(options)
-    jobs = _jobs(options)
+    jobs, space = simultaneous_runs(settings, options.jobs), space_of(scenario, settings)
     with write_errors(options.output_dir):
-        folder = new_campaign(scenario, settings, asked, options.output_dir, overwrite=options.overwrite)
-    return await _carry_out(folder, space_of(scenario, settings), jobs)
+        folder = new_campaign(scenario, settings, space, asked, options.output_dir, overwrite=options.overwrite)
+    return await _carry_out(folder, space, jobs)
 
 
 async def _resume(options: argparse.Namespace) -> int:
     folder, scenario = reopen(options.folder, options.runs)
     manifest = folder.campaign.manifest
     settings = read_options(manifest, Path(manifest.root or "."))
-    return await _carry_out(folder, space_of(scenario, settings), options.jobs or _processors())
+    return await _carry_out(folder, space_of(scenario, settings), simultaneous_runs(settings, options.jobs))
 
 
 async def _carry_out(folder: CampaignFolder, space: Space, jobs: int) -> int:
@@ -185,30 +184,3 @@ class _Interruption:
                 self.has_come = True
                 print("stopping active runs; press again to stop at once", file=sys.stderr, flush=True)
                 self._coordinator.stop()
-
-
-def _jobs(options: argparse.Namespace) -> int:
-    """Return the number of simultaneous runs: one if they share robots or a simulator."""
-    if options.ros is not None:
-        place, hint = "on one robot", "use `--jobs 1`"
-    elif options.connect is not None:
-        place, hint = "on one simulator", "use `--sim`, or `--jobs 1`"
-    elif options.lab is not None and _is_shared(options.lab):
-        place, hint = "in this lab", "leave out `--jobs`"
-    else:
-        return int(options.jobs or _processors())
-    if options.jobs not in (None, 1):
-        raise UsageError(f"runs {place} are sequential", help=hint)
-    return 1
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0))
-
-
-def _is_shared(lab: Path) -> bool:
-    """Return whether all runs share the robots or the simulator of a lab."""
-    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
-
-    read = read_lab(lab)
-    return bool(read.bridges) or (read.simulator is not None and read.simulator[1].connect is not None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import secrets
 import shutil
 import signal
@@ -18,6 +17,7 @@ import anyio
 from seoro.cli.arguments import add_option, option_texts
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
+from seoro.cli.jobs import simultaneous_runs
 from seoro.cli.output import is_terminal
 from seoro.cli.parquet import add_parquet_argument, check_parquet
 from seoro.cli.run_arguments import add_run_arguments, overrides_of, settings_of, use_file_settings
@@ -103,8 +103,8 @@ class _Sweep:
     async def main(self) -> int:
         """Find the combinations, then list, write or run them."""
         options = self._options
-        settings_of(options)  # these two check that options are consistent
-        video_of(options)
+        settings = settings_of(options)
+        video_of(options)  # checks that options are consistent
         check_parquet(options)
         if options.from_snapshot is not None:
             from seoro.bridges.snapshots import read_snapshot  # noqa: PLC0415 - the messages of simulators
@@ -112,7 +112,7 @@ class _Sweep:
             saved_by = read_snapshot(options.from_snapshot).engine
             if options.sim is None and options.connect is None:
                 options.sim = saved_by  # runs share a named simulator
-        jobs = self._jobs()
+        jobs = simultaneous_runs(settings, options.jobs)
         axes = self._axes()
         values_of_runs = list(combinations(axes))
         possible = await self._possible(values_of_runs)
@@ -236,31 +236,9 @@ class _Sweep:
                 (folder / name).unlink(missing_ok=True)
         runs.mkdir(parents=True, exist_ok=True)
 
-    def _jobs(self) -> int:
-        options = self._options
-        if options.ros is not None:
-            place, hint = "on one robot", "use `--jobs 1`"
-        elif options.connect is not None:
-            place, hint = "on one simulator", "use `--sim`, or `--jobs 1`"
-        elif options.lab is not None and _is_shared(options.lab):
-            place, hint = "in this lab", "leave out `--jobs`"
-        else:
-            return int(options.jobs or os.cpu_count() or 1)
-        if options.jobs not in (None, 1):
-            raise UsageError(f"runs {place} are sequential", help=hint)
-        return 1
-
     def _arguments(self) -> Sequence[str]:
         """Return the arguments of `seoro exec` for all runs."""
         return [self._options.file, *option_texts(self._options, _PASSED)]
-
-
-def _is_shared(lab: Path) -> bool:
-    """Return whether all runs share the robots or the simulator of a lab."""
-    from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file
-
-    read = read_lab(lab)
-    return bool(read.bridges) or (read.simulator is not None and read.simulator[1].connect is not None)
 
 
 async def _stop_on_signals(stop: anyio.Event, scope: anyio.CancelScope) -> None:

@@ -1,6 +1,7 @@
 """Campaigns in real processes, on the command line."""
 
 import csv
+import json
 import signal
 import subprocess
 import sys
@@ -111,6 +112,18 @@ def test_a_campaign_is_extended(write: Write) -> None:
     before = table()
     assert main(["campaign", "resume", "out", "--runs", "5", "-j", "1"]) == 0
     assert len(table()) == 5 and table()[:3] == before
+
+
+def test_a_campaign_on_one_robot_is_continued_without_simultaneous_runs(
+    write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["campaign", "run", write("0s"), *VIRTUAL])
+    file = Path("out/campaign.json")
+    asked = json.loads(file.read_text())
+    asked["manifest"]["options"] |= {"ros": {"endpoint": "tcp/127.0.0.1:1"}, "clock": None}
+    file.write_text(json.dumps(asked))
+    assert main(["campaign", "resume", "out", "-j", "2"]) == 2
+    assert "runs on one robot are sequential" in capsys.readouterr().err
 
 
 def test_a_changed_scenario_is_not_continued(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
